@@ -28,6 +28,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # started in the background by a shell without job control: what the tests start would be deaf to Ctrl-C too
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+os.environ["OPENPYXL_LXML"] = "False"  # as in the program, also where a test imports openpyxl first
+
 MEMORY, ENOUGH = Path("/dev/shm"), 4_000_000_000  # bytes
 _OURS = "rrp-sheets-tests-"
 

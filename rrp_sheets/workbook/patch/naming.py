@@ -1,4 +1,4 @@
-"""Names of sheets in formulas (of cells, rules and names, in charts, shapes and buttons) and in the list of titles."""
+"""Names of sheets in formulas (of cells, rules, names, charts, shapes and buttons) and in the list of titles."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.patch.markup import Element, as_utf8, find, inner_text, splice, text_xml, with_attributes
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.xml_lists import children
+from rrp_sheets.workbook.patch.xml_part import add, local, set_text, text_of
 
 _PIECE = re.compile(
     r""""(?:[^"]|"")*"|(?P<quoted>'(?:[^']|'')+')!|(?<![\w.\])#'])(?P<plain>[^\W\d][\w.]*(?::[^\W\d][\w.]*)?)!"""
@@ -93,36 +92,28 @@ def without(formula: str, sheet: str) -> str:
 
 
 def rewrite(package: PackageEdit, part: str, change: Change) -> dict[str, str]:
-    """Change every formula of a part; the old texts by the new ones, both as they stand in the XML."""
+    """Change every formula of a part; the old texts by the new ones."""
     spelt = part.casefold()
-    raw = package.read(part)
     if "/drawings/" in spelt or "/ctrlprops/" in spelt:
-        return _rewrite_links(package, part, raw, change)
-    if not _HAS_FORMULA.search(raw):
+        return _rewrite_links(package, part, package.read(part), change)
+    if not _HAS_FORMULA.search(package.read(part)):
         return {}
-    data = as_utf8(raw)
-    changes: list[tuple[int, int, bytes]] = []
     old: dict[str, str] = {}
-    charts = "/charts/" in spelt
-    for e in _elements(data):
-        if e.local == "hyperlink":
-            location = e.attributes.get("location", "")
+    for holder, e in package.part(part).find(*_FORMULAS, "hyperlink"):
+        if local(e) == "hyperlink":
+            location = e.get("location", "")
             if location and (new := change(location)) != location and not new.startswith(GONE):
-                changes.append((e.start, e.inner, with_attributes(data[e.start : e.inner], {"location": new})))
+                e.set("location", new)
+                holder.touch()
             continue
-        text = inner_text(data, e) if e.inner < e.inner_end else ""
-        if not text or "!" not in text or (new := change(text)) == text:
+        text = text_of(e)
+        if "!" not in text or (new := change(text)) == text:
             continue
-        written = text_xml(GONE if charts and GONE in new else new)
-        old.setdefault(written.decode(), data[e.inner : e.inner_end].decode())
-        changes.append((e.inner, e.inner_end, written))
-    if changes:
-        package.write(part, splice(data, changes))
+        written = GONE if "/charts/" in spelt and GONE in new else new
+        old.setdefault(written, text)
+        set_text(e, written)
+        holder.touch()
     return old
-
-
-def _elements(data: bytes) -> list[Element]:
-    return find(data, lambda path: path[-1] in _FORMULAS or path[-1] == "hyperlink")
 
 
 def _rewrite_links(package: PackageEdit, part: str, data: bytes, change: Change) -> dict[str, str]:
@@ -146,21 +137,18 @@ def _rewrite_links(package: PackageEdit, part: str, data: bytes, change: Change)
 
 def put_back(package: PackageEdit, part: str, old: dict[str, str]) -> None:
     """Take `rewrite` back where its texts still stand."""
-    data = as_utf8(package.read(part))
     if "/drawings/" in part.casefold() or "/ctrlprops/" in part.casefold():
+        data = package.read(part)
         for new, was in old.items():
             data = data.replace(f'"{new}"'.encode(), f'"{was}"'.encode()).replace(
                 f">{new}<".encode(), f">{was}<".encode()
             )
         package.write(part, data)
         return
-    changes = [
-        (e.inner, e.inner_end, before.encode())
-        for e in _elements(data)
-        if (before := old.get(data[e.inner : e.inner_end].decode())) is not None and e.inner < e.inner_end
-    ]
-    if changes:
-        package.write(part, splice(data, changes))
+    for holder, e in package.part(part).find(*_FORMULAS):
+        if (before := old.get(text_of(e))) is not None:
+            set_text(e, before)
+            holder.touch()
 
 
 def formula_parts(package: PackageEdit) -> Iterator[str]:
@@ -172,7 +160,7 @@ def formula_parts(package: PackageEdit) -> Iterator[str]:
 
 
 _TITLES = ("Properties", "TitlesOfParts", "vector")
-_COUNTS = ("Properties", "HeadingPairs", "vector", "variant", "i4")
+_PAIRS = ("Properties", "HeadingPairs", "vector")
 
 
 def titles_part(package: PackageEdit) -> str:
@@ -192,25 +180,25 @@ def keep_titles(
         named: what the title of a name (`Mine!Print_Area`) is from now on; empty when it is gone.
         added: the titles of new names.
     """
-    part = titles_part(package)
-    data = as_utf8(package.read(part)) if part else b""
-    titles = children(data, _TITLES) if data else []
-    texts = [inner_text(data, e) if e.inner < e.inner_end else "" for e in titles]
+    name = titles_part(package)
+    part = package.part(name) if name else None
+    box = part.box(*_TITLES) if part else None
+    titles = list(box.iterchildren("*")) if box is not None else []
+    texts = [text_of(e) for e in titles]
     before = package.book.names
-    if not titles or texts[: len(before)] != before:
+    if not part or box is None or not titles or texts[: len(before)] != before:
         return
-    counts = find(data, lambda at: tuple(at) == _COUNTS)
+    counts = [e for pair in part.children(*_PAIRS) for e in pair.iterchildren("{*}i4")]
     rest = [new for text in texts[len(before) :] if (new := named(text))]
     rest += added if len(counts) > 1 else ()
     more = len(rest) - (len(texts) - len(before))
-    name = titles[0].name
-    written = b"".join(f"<{name}>".encode() + text_xml(t) + f"</{name}>".encode() for t in (*sheets, *rest))
-    (box,) = find(data, lambda at: tuple(at) == _TITLES)
-    size = {"size": str(len(sheets) + len(rest))}
-    changes = [
-        (box.start, box.inner, with_attributes(data[box.start : box.inner], size)),
-        (titles[0].start, titles[-1].end, written),
-    ]
-    for e, by in ((counts[:1], len(sheets) - len(before)), (counts[1:][-1:], more)):
-        changes += [(c.inner, c.inner_end, str(int(inner_text(data, c)) + by).encode()) for c in e if by]
-    package.write(part, splice(data, changes))
+    box.set("size", str(len(sheets) + len(rest)))
+    at, like = box.index(titles[0]), local(titles[0])
+    for e in titles:
+        box.remove(e)
+    for i, text in enumerate((*sheets, *rest)):
+        add(box, like, {}, text, at + i)
+    for count, by in ((counts[:1], len(sheets) - len(before)), (counts[1:][-1:], more)):
+        for e in count if by else ():
+            set_text(e, str(int(text_of(e)) + by))
+    part.touch()

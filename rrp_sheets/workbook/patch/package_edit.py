@@ -10,11 +10,12 @@ from html import escape
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook.headers import Recognised, recognise
-from rrp_sheets.workbook.patch.markup import as_utf8, find, splice, with_attributes
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml
+from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, local, remove
 from rrp_sheets.workbook.raw import Extent
 from rrp_sheets.workbook.xlsx_sheet import XlsxBook
 
+TYPES_PART = "[Content_Types].xml"
 _CALC_CHAIN = "calcchain"
 _BEFORE_CALC = ("sheets", "functionGroups", "externalReferences", "definedNames")
 _FORMULA = re.compile(rb"<(?:\w+:)?f[\s>/]")
@@ -36,10 +37,10 @@ class PackageEdit:
         self._data = data
         self.book = XlsxBook(data, name)
         self.package = self.book.package
-        self.changed: dict[str, bytes] = {}
         self.dropped: set[str] = set()
         self.added: dict[str, bytes] = {}
-        self._sheets: dict[int, SheetXml] = {}
+        self._changed: dict[str, bytes] = {}
+        self._parts: dict[str, XmlPart] = {}
         self._relations: dict[str, dict[str, tuple[str, str]]] = {}
         self._recognised: dict[int, Recognised] = {}
         self.formulas_moved = False
@@ -57,16 +58,17 @@ class PackageEdit:
 
     def sheet(self, index: int) -> SheetXml:
         """A sheet as it is now."""
-        if index not in self._sheets:
-            self._sheets[index] = SheetXml(self.package.read(self.book.entries[index].part))
-        return self._sheets[index]
+        sheet = self.part(self.book.entries[index].part)
+        assert isinstance(sheet, SheetXml)
+        return sheet
 
-    def renew(self, index: int) -> SheetXml:
-        """Take a sheet that was changed apart again, after its rows got other numbers."""
-        touched = self.sheet(index).touched
-        self._sheets[index] = SheetXml(self.sheet(index).to_bytes())
-        self._sheets[index].touched = touched
-        return self._sheets[index]
+    def part(self, part: str) -> XmlPart:
+        """A part as it is now, to be looked at or changed."""
+        spelt = part.casefold()
+        if spelt not in self._parts:
+            kind = SheetXml if any(e.part.casefold() == spelt for e in self.book.entries) else XmlPart
+            self._parts[spelt] = kind(self.package.read(part))
+        return self._parts[spelt]
 
     def recognised(self, index: int) -> Recognised:
         """Return the kind and columns that the sheet had when the file was opened."""
@@ -75,12 +77,16 @@ class PackageEdit:
         return self._recognised[index]
 
     def read(self, part: str) -> bytes:
-        """A part as it is now."""
-        return self.changed.get(part.casefold()) or self.package.read(part)
+        """The bytes of a part as it is now."""
+        spelt = part.casefold()
+        if spelt in self._parts and self._parts[spelt].touched:
+            return self._parts[spelt].to_bytes()
+        return self._changed.get(spelt) or self.package.read(part)
 
     def write(self, part: str, data: bytes) -> None:
-        """Change a part."""
-        self.changed[part.casefold()] = data
+        """Change a part that is not taken for XML."""
+        self._changed[part.casefold()] = data
+        self._parts.pop(part.casefold(), None)
 
     def related(self, part: str, kind: str) -> list[str]:
         """The parts that a part refers to, of one kind (the last word of the relation's type, in small letters)."""
@@ -90,8 +96,9 @@ class PackageEdit:
 
     def has_formulas(self, index: int, pattern: re.Pattern[bytes] = _FORMULA) -> bool:
         """Return whether a sheet may have formulas: in its cells, or elsewhere as a pattern finds them."""
-        if index in self._sheets and pattern is _FORMULA:
-            return any(row.formulas for row in self._sheets[index].rows.values())
+        sheet = self._parts.get(self.book.entries[index].part.casefold())
+        if isinstance(sheet, SheetXml) and pattern is _FORMULA:
+            return sheet.has_formulas
         return pattern.search(self.package.read(self.book.entries[index].part)) is not None
 
     def mentions(self, index: int, name: str) -> bool:
@@ -100,15 +107,11 @@ class PackageEdit:
 
     def to_bytes(self) -> bytes:
         """The whole file as it is now; the file's own bytes when nothing has changed."""
-        calculates = any(self.has_formulas(i) for i in range(len(self.book.entries)))
-        for index, sheet in self._sheets.items():
-            if sheet.touched:
-                self.write(self.book.entries[index].part, sheet.to_bytes())
-        if not (self.changed or self.added):
+        if not (self._changed or self.added or any(part.touched for part in self._parts.values())):
             return self._data
         if self.formulas_moved:
             self._drop_calc_chain()
-        if calculates or self.formulas_moved:
+        if self.formulas_moved or any(self.has_formulas(i) for i in range(len(self.book.entries))):
             self._recalculate()
         return self._packed()
 
@@ -120,7 +123,7 @@ class PackageEdit:
                 spelt = entry.filename.casefold()
                 if spelt in self.dropped:
                     continue
-                content = self.changed[spelt] if spelt in self.changed else old.read(entry)
+                content = self.read(spelt) if spelt in self._parts or spelt in self._changed else old.read(entry)
                 entry.extra = _without(entry.extra, _ZIP64)
                 new.writestr(entry, content)
             for name, content in self.added.items():
@@ -131,18 +134,16 @@ class PackageEdit:
 
     def _recalculate(self) -> None:
         """Have the spreadsheet program calculate the user's own formulas anew when it opens the file."""
-        data = as_utf8(self.read(self.book.part))
-        found = find(data, lambda path: len(path) == 2)
-        calc = next((e for e in found if e.local == "calcPr"), None)
-        if calc is not None:
-            if calc.attributes.get("fullCalcOnLoad") not in ("1", "true"):
-                tag = with_attributes(data[calc.start : calc.inner], {"fullCalcOnLoad": "1"})
-                self.write(self.book.part, splice(data, [(calc.start, calc.inner, tag)]))
-            return
-        last = next((e for e in reversed(found) if e.local in _BEFORE_CALC), None)
-        if last is not None:
-            new = f'<{last.prefix}calcPr fullCalcOnLoad="1"/>'.encode()
-            self.write(self.book.part, splice(data, [(last.end, last.end, new)]))
+        book = self.part(self.book.part)
+        calc = child(book.root, "calcPr")
+        if calc is None:
+            before = [e for e in book.root.iterchildren("*") if local(e) in _BEFORE_CALC]
+            if not before:
+                return
+            calc = add(book.root, "calcPr", {}, at=book.root.index(before[-1]) + 1)
+        if calc.get("fullCalcOnLoad") not in ("1", "true"):
+            calc.set("fullCalcOnLoad", "1")
+            book.touch()
 
     def _drop_calc_chain(self) -> None:
         """Take out the order of calculation, which names cells; spreadsheet programs make it anew."""
@@ -151,15 +152,12 @@ class PackageEdit:
             return
         folder, _, leaf = self.book.part.rpartition("/")
         names = {"/" + p.casefold() for p in parts}
-        for part, local in (("[Content_Types].xml", "Override"), (f"{folder}/_rels/{leaf}.rels", "Relationship")):
-            data = as_utf8(self.read(part))
-            gone = [
-                (e.start, e.end, b"")
-                for e in find(data, lambda path, local=local: path[-1] == local)  # type: ignore[misc]
-                if e.attributes.get("PartName", "").casefold() in names
-                or e.attributes.get("Type", "").casefold().endswith("/" + _CALC_CHAIN)
-            ]
-            self.write(part, splice(data, gone))
+        for part, name in ((TYPES_PART, "Override"), (f"{folder}/_rels/{leaf}.rels", "Relationship")):
+            for holder, e in self.part(part).find(name):
+                kind = e.get("Type", "").casefold()
+                if e.get("PartName", "").casefold() in names or kind.endswith("/" + _CALC_CHAIN):
+                    remove(e)
+                    holder.touch()
         self.dropped |= {p.casefold() for p in parts}
 
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.patch.blocks import block_of, block_text
-from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text, splice, text_xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text
+from rrp_sheets.workbook.patch.xml_part import set_text, text_of
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
 _ROWS = r"(?<![\w.$:])(?P<c>\$?)(?P<from>[1-9]\d{0,6}):\$?(?P<to>[1-9]\d{0,6})"
@@ -120,12 +120,12 @@ _FORMULAS = ("formula", "formula1", "formula2", "f")
 def note(package: PackageEdit, index: int) -> None:
     """Remember how far a sheet's table reaches, before it is changed."""
     if index not in package.reached:
-        package.reached[index] = _last(package, index)
+        package.reached[index] = package.sheet(index).last_filled
 
 
 def grow(package: PackageEdit, index: int) -> None:
     """Let everything that covered a sheet's table before cover it again, where it has become longer since `note`."""
-    before, now = package.reached[index], _last(package, index)
+    before, now = package.reached[index], package.sheet(index).last_filled
     package.reached[index] = now
     if now <= before or not package.recognised(index).kind:
         return
@@ -143,46 +143,41 @@ def follows(package: PackageEdit, index: int, ref: Reference, edit: RowEdit) -> 
     """Return whether a reference covers the whole table of a sheet, so that it grows when rows are inserted."""
     known = package.recognised(index)
     whole = known.kind and ref.top == known.row + 1 and ref.top < ref.bottom
-    return isinstance(edit, InsertRows) and bool(whole) and ref.bottom >= _last(package, index)
-
-
-def _last(package: PackageEdit, index: int) -> int:
-    return max((n for n, row in package.sheet(index).rows.items() if row.filled), default=0)
+    return isinstance(edit, InsertRows) and bool(whole) and ref.bottom >= package.sheet(index).last_filled
 
 
 def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
     """Extend the ranges where the sheet's rules hold, and those that the rules of all sheets refer to."""
     name = package.book.names[index]
     sheet = package.sheet(index)
-    for e in sheet.all("conditionalFormatting", "dataValidation"):
-        old = e.attributes.get("sqref", "")
+    for e in sheet.elements("conditionalFormatting", "dataValidation"):
+        old = e.get("sqref", "")
         if old and (new := _grown(old, longer)) != old:
-            sheet.retag(e, {"sqref": new})
-    for e in sheet.all("sqref"):  # of the rules that newer programs keep elsewhere
-        old = inner_text(sheet.data, e)
-        if (new := _grown(old, longer)) != old:
-            sheet.rewrite(e, text_xml(new))
+            e.set("sqref", new)
+            sheet.touch()
+    for e in sheet.elements("sqref"):  # of the rules that newer programs keep elsewhere
+        if (new := _grown(text_of(e), longer)) != text_of(e):
+            set_text(e, new)
+            sheet.touch()
     for i, own in enumerate(package.book.names):
         if i != index and not package.mentions(i, name):
             continue
         other = package.sheet(i)
-        for e in other.all(*_FORMULAS):
-            old = inner_text(other.data, e)
-            if "sparkline" not in e.path and (new := _referring(old, name, own, longer)) != old:
-                other.rewrite(e, text_xml(new))
+        for e in other.elements(*_FORMULAS):
+            inside = next(e.iterancestors("{*}sparkline"), None) is not None
+            if not inside and (new := _referring(text_of(e), name, own, longer)) != text_of(e):
+                set_text(e, new)
+                other.touch()
 
 
 def _grow_names(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
     """Extend the lists behind the drop-downs."""
-    data = as_utf8(package.read(package.book.part))
-    changes = []
-    for e in find(data, lambda path: path[-1] == "definedName"):
-        old = inner_text(data, e)
-        if e.attributes.get("name", "").startswith(LISTS):
-            new = _referring(old, package.book.names[index], "", longer)
-            changes += [(e.inner, e.inner_end, text_xml(new))] if new != old else []
-    if changes:
-        package.write(package.book.part, splice(data, changes))
+    for book, e in package.part(package.book.part).find("definedName"):
+        if e.get("name", "").startswith(LISTS):
+            new = _referring(text_of(e), package.book.names[index], "", longer)
+            if new != text_of(e):
+                set_text(e, new)
+                book.touch()
 
 
 def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:

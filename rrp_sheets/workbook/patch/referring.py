@@ -6,11 +6,10 @@ from collections.abc import Iterator
 
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text
 from rrp_sheets.workbook.patch.naming import formula_parts, sheets_named
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.shared import formulas
 from rrp_sheets.workbook.patch.sheet_restore import own_parts
+from rrp_sheets.workbook.patch.xml_part import text_of
 
 _LISTS = "List_"
 
@@ -32,16 +31,14 @@ def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
     for index, other in enumerate(package.book.names):
         if other == sheet or not package.has_formulas(index):
             continue
-        for row, column, _, text in formulas(package.sheet(index)):
-            if wanted in sheets_named(text):
-                yield f"the formula in {other}!{column_letters(column)}{row.number}"
+        for f in package.sheet(index).formulas():
+            if wanted in sheets_named(f.text):
+                yield f"the formula in {other}!{column_letters(f.column)}{f.row}"
     for defined, text in listed.defined_names(package).items():
         if wanted in sheets_named(text):
             yield "drop-down lists in Excel" if defined.startswith(_LISTS) else f"the name “{defined}”"
     own = {part.casefold() for part in own_parts(package, package.book.entries[package.index(sheet)].part)}
     for part in formula_parts(package):
-        if "/charts/" in part and part not in own:
-            chart = as_utf8(package.read(part))
-            texts = (inner_text(chart, e) for e in find(chart, lambda path: path[-1] == "f"))
-            if any(wanted in sheets_named(text) for text in texts):
-                yield "a chart"
+        texts = (text_of(f) for _, f in package.part(part).find("f")) if "/charts/" in part and part not in own else ()
+        if any(wanted in sheets_named(text) for text in texts):
+            yield "a chart"

@@ -5,13 +5,15 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import replace
+
+from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.patch.blocks import block_of, block_text
-from rrp_sheets.workbook.patch.markup import as_utf8, find, inner_text, splice, text_xml, with_attributes
+from rrp_sheets.workbook.patch.cell_edits import sheet_tables
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.references import (
     LISTS,
@@ -24,9 +26,17 @@ from rrp_sheets.workbook.patch.references import (
     note,
     references,
 )
-from rrp_sheets.workbook.patch.shared import formula_elements, formula_text, formulas, write_out
-from rrp_sheets.workbook.patch.sheet_xml import DATA_TABLE, RowXml, SheetXml
-from rrp_sheets.workbook.patch.tables import sheet_tables
+from rrp_sheets.workbook.patch.sheet_xml import (
+    DATA_TABLE,
+    SheetXml,
+    blank_like,
+    block_of,
+    block_text,
+    cells,
+    is_filled,
+    renumber,
+)
+from rrp_sheets.workbook.patch.xml_part import child, remove, set_text, text_of
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.xlsx_sheet import place
 
@@ -48,7 +58,7 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     _refuse_header(package, index, edit)
     if isinstance(edit, MoveRows) and not edit.moves:
         return
-    if sheet.rows and max(sheet.rows) + edit.count > _LAST_ROW and isinstance(edit, InsertRows):
+    if isinstance(edit, InsertRows) and sheet.last and sheet.last + edit.count > _LAST_ROW:
         raise SheetsError(f"The last row of “{name}” is in use, so no row fits in.", "Delete rows at the end first.")
     _refuse_torn(sheet, name, edit)
     tables = sheet_tables(package, index)
@@ -59,16 +69,20 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
                 f"({block_text(table.block)} in “{name}”).",
                 "Do it in Excel or LibreOffice.",
             )
-    write_out(sheet)
+    sheet.write_out()
     note(package, index)
-    moves = [(n, new) for n, row in sheet.rows.items() if row.filled and (new := edit.mapped(n)) != n]
+    moves = [
+        (n, new)
+        for block in sheet.walk(edit.start)
+        for n, row in block.rows.items()
+        if (new := edit.mapped(n)) != n and is_filled(row)
+    ]
     guard_references(package, index, edit, moves)
     _rebuild(package, index, edit, moves)
     for table in tables:
         table.follow(edit)
     move_comments(package, index, edit)
     grow(package, index)
-    package.renew(index)
 
 
 def _refuse_impossible(edit: RowEdit) -> None:
@@ -100,8 +114,8 @@ def _refuse_torn(sheet: SheetXml, name: str, edit: RowEdit) -> None:
             raise SheetsError(
                 f"These rows of “{name}” cannot be changed: {what} {block_text(block)} would be torn or moved.", remedy
             )
-    filtered = sheet.element("autoFilter")
-    head = block_of(filtered.attributes.get("ref", "")) if filtered else None
+    filtered = child(sheet.root, "autoFilter")
+    head = block_of(filtered.get("ref", "")) if filtered is not None else None
     if head and edit.mapped(head.top) != head.top:
         raise SheetsError(
             f"Row {head.top} of “{name}” is the head of a filter.", "Remove the filter in Excel first (Data, Filter)."
@@ -110,78 +124,80 @@ def _refuse_torn(sheet: SheetXml, name: str, edit: RowEdit) -> None:
 
 def _rebuild(package: PackageEdit, index: int, edit: RowEdit, moves: Moves) -> None:
     sheet = package.sheet(index)
-    if isinstance(edit, InsertRows):
-        pattern = _pattern(package, index, edit.before)
+    pattern = _pattern(package, index, edit.before) if isinstance(edit, InsertRows) else None
     ignored = ignored_columns(package, index)
-    rows: dict[int, RowXml] = {}
-    for number, row in sheet.rows.items():
-        new = edit.mapped(number)
-        if row.formulas:
-            if new is not None:
-                _adapt(row, edit, moves, ignored)
-            package.formulas_moved = package.formulas_moved or new != number
-        if new is not None:
-            rows[new] = row if new == number else row.renumbered(new)
+    elsewhere: dict[int, etree._Element] = {}
+    for block in sheet.walk():
+        if block.has_formulas:
+            for number, row in block.rows.items():
+                if next(row.iter("{*}f"), None) is not None:
+                    package.formulas_moved = package.formulas_moved or edit.mapped(number) != number
+                    if _adapt(row, number, edit, moves, ignored):
+                        block.touch()
+        if block is not sheet.blocks[-1] and sheet.blocks[sheet.blocks.index(block) + 1].first <= edit.start:
+            continue
+        stay = {}
+        for number, row in block.rows.items():
+            if isinstance(edit, MoveRows) and edit.first <= number < edit.first + edit.count:
+                elsewhere[number] = row
+            elif (new := edit.mapped(number)) is not None:
+                stay[new] = row
+        if list(stay) != list(block.rows) or list(stay.values()) != list(block.rows.values()):
+            block.take(stay)
     if isinstance(edit, InsertRows) and pattern is not None:
-        for number in range(edit.before, edit.before + edit.count):
-            rows[number] = pattern.renumbered(number)
-    sheet.take(rows)
+        sheet.insert(edit.before, _copies(pattern, edit.before, edit.count))
+    if isinstance(edit, MoveRows) and elsewhere:
+        placed = {new: row for n, row in elsewhere.items() if (new := edit.mapped(n)) is not None}
+        sheet.insert(min(placed), (renumber(row, n) for n, row in placed.items()))
+    sheet.rows_changed()
     _move_links(sheet, edit)
 
 
-def _adapt(row: RowXml, edit: RowEdit, moves: Moves, ignored: frozenset[int]) -> None:
-    """Let the formulas of a row follow the rows that they refer to."""
-    changes = []
-    for column, f in formula_elements(row):
-        text = formula_text(row, f)
+def _copies(pattern: etree._Element, first: int, count: int) -> Iterator[etree._Element]:
+    for number in range(first, first + count):
+        yield renumber(deepcopy(pattern), number)
+
+
+def _adapt(row: etree._Element, number: int, edit: RowEdit, moves: Moves, ignored: frozenset[int]) -> bool:
+    """Let the formulas of a row follow the rows that they refer to; False where none changes."""
+    new_number, changed = edit.mapped(number), False
+    for column, cell in cells(row) if new_number is not None else ():
+        f = child(cell, "f")
+        if f is None:
+            continue
+        text = text_of(f)
         new = text if column in ignored else adapted(text, edit.sheet, edit, moves)
         if new != text:
-            changes.append((f.inner, f.inner_end, text_xml(new)))
-        block = block_of(f.attributes.get("ref", ""))
-        number = edit.mapped(row.number)
-        if block and number is not None and number != row.number:  # an array formula within its row
-            ref = block_text(Range(number, block.left, number, block.right))
-            changes.append((f.start, f.inner, with_attributes(row.raw[f.start : f.inner], {"ref": ref})))
-    row.raw = splice(row.raw, changes)
+            set_text(f, new)
+            changed = True
+        block = block_of(f.get("ref", ""))
+        if block and new_number is not None and new_number != number:  # an array formula within its row
+            f.set("ref", block_text(Range(new_number, block.left, new_number, block.right)))
+            changed = True
+    return changed
 
 
-def _pattern(package: PackageEdit, index: int, before: int) -> RowXml | None:
+def _pattern(package: PackageEdit, index: int, before: int) -> etree._Element | None:
     """A blank row that looks like the one above the place, or below it where that is the header."""
     sheet, header = package.sheet(index), package.recognised(index).row
-    source = sheet.rows.get(before - 1) if before - 1 > header else sheet.rows.get(before)
-    if source is None:
-        return None
-    tag = source.tag
-    named = {"hidden": None, "collapsed": None, "spans": None}
-    if tag.attributes.get("customHeight") not in ("1", "true"):
-        named["ht"] = None
-    out = [with_attributes(source.raw[: tag.inner], named).removesuffix(b">").removesuffix(b"/") + b">"]
-    for cell in source.cells():
-        if style := cell.element.attributes.get("s"):
-            out.append(f'<{cell.element.name} r="{column_letters(cell.column)}{source.number}" s="{style}"/>'.encode())
-    raw = b"".join([*out, f"</{tag.name}>".encode()])
-    return RowXml(source.number, raw, b"", bool(find(raw, lambda path: len(path) == 2)))
+    source = sheet.row(before - 1 if before - 1 > header else before)
+    return None if source is None else blank_like(source)
 
 
 def _move_links(sheet: SheetXml, edit: RowEdit) -> None:
     """Hyperlinks stay with their cells; those of deleted rows go."""
-    links = sheet.all("hyperlink")
-    gone = []
-    for link in links:
-        block = block_of(link.attributes.get("ref", ""))
+    for link in sheet.elements("hyperlink"):
+        block = block_of(link.get("ref", ""))
         if block is None or block.top != block.bottom:
             continue
         new = edit.mapped(block.top)
         if new is None:
-            gone.append(link)
+            remove(link)
         elif new != block.top:
-            sheet.retag(link, {"ref": block_text(Range(new, block.left, new, block.right))})
-    holder = sheet.element("hyperlinks")
-    if gone and len(gone) == len(links) and holder is not None:
-        sheet.replace(holder, b"")  # an empty list is not allowed
-    else:
-        for link in gone:
-            sheet.replace(link, b"")
+            link.set("ref", block_text(Range(new, block.left, new, block.right)))
+    holder = child(sheet.root, "hyperlinks")
+    if holder is not None and not len(holder):
+        sheet.root.remove(holder)  # an empty list is not allowed
 
 
 _SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
@@ -203,19 +219,16 @@ def move_comments(package: PackageEdit, index: int, edit: RowEdit) -> None:
             package.write(target, new)
 
 
-def _move_references(package: PackageEdit, part: str, local: str, edit: RowEdit) -> None:
-    data = as_utf8(package.read(part))
-    changes = []
-    for e in find(data, lambda path: path[-1] == local):
-        at = place(e.attributes.get("ref", ""))
+def _move_references(package: PackageEdit, part: str, name: str, edit: RowEdit) -> None:
+    for holder, e in package.part(part).find(name):
+        at = place(e.get("ref", ""))
         new = edit.mapped(at[0]) if at else None
         if at and new is None:
-            changes.append((e.start, e.end, b""))
+            remove(e)
         elif at and new != at[0]:
-            named = {"ref": f"{column_letters(at[1])}{new}"}
-            changes.append((e.start, e.inner, with_attributes(data[e.start : e.inner], named)))
-    if changes:
-        package.write(part, splice(data, changes))
+            e.set("ref", f"{column_letters(at[1])}{new}")
+        if at and new != at[0]:
+            holder.touch()
 
 
 def _moved_box(shape: bytes, edit: RowEdit) -> bytes:
@@ -292,9 +305,9 @@ def _refused(name: str, where: str, harm: ReferenceConflict) -> SheetsError:
 
 
 def _formulas(sheet: SheetXml, ignored: frozenset[int]) -> Iterator[tuple[int, str, str]]:
-    for row, column, _, text in formulas(sheet):
-        if column not in ignored:
-            yield row.number, f"{column_letters(column)}{row.number}", text
+    for f in sheet.formulas():
+        if f.column not in ignored:
+            yield f.row, f"{column_letters(f.column)}{f.row}", f.text
 
 
 def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, bool, bool]]:
@@ -307,10 +320,10 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
         if i != index and not package.has_formulas(i, _ANY_FORMULA):
             continue
         sheet = package.sheet(i)
-        for e in sheet.all("formula", "formula1", "formula2", "f"):
-            if "sparkline" not in e.path:
+        for e in sheet.elements("formula", "formula1", "formula2", "f"):
+            if next(e.iterancestors("{*}sparkline"), None) is None:
                 yield (
-                    inner_text(sheet.data, e),
+                    text_of(e),
                     name,
                     f"a drop-down list or a conditional format in “{name}”",
                     True,
@@ -319,23 +332,20 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
         if i != index:
             found = _formulas(sheet, ignored_columns(package, i))
             yield from ((text, name, f"the formula in {name}!{at}", False, False) for _, at, text in found)
-    data = as_utf8(package.read(package.book.part))
-    for e in find(data, lambda path: path[-1] == "definedName"):
-        title = e.attributes.get("name", "")
+    for _, e in package.part(package.book.part).find("definedName"):
+        title = e.get("name", "")
         if title.casefold() not in _STAYING:
-            yield inner_text(data, e), "", f"the name “{title}”", False, title.startswith(LISTS)
+            yield text_of(e), "", f"the name “{title}”", False, title.startswith(LISTS)
     yield from ((*found, False) for found in _in_parts(package))
 
 
 def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str, str, bool]]:
     for part in package.package.parts:
         if "/charts/" in part and part.endswith(".xml") and "_rels" not in part:
-            data = as_utf8(package.read(part))
-            yield from ((inner_text(data, e), "", "a chart", False) for e in find(data, lambda p: p[-1] == "f"))
+            yield from ((text_of(e), "", "a chart", False) for _, e in package.part(part).find("f"))
         elif "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):
-            data = as_utf8(package.read(part))
-            for e in find(data, lambda path: path[-1] == "worksheetSource"):
-                block, sheet = block_of(e.attributes.get("ref", "")), e.attributes.get("sheet", "")
+            for _, e in package.part(part).find("worksheetSource"):
+                block, sheet = block_of(e.get("ref", "")), e.get("sheet", "")
                 if block and sheet:
                     quoted = sheet.replace("'", "''")
                     yield f"'{quoted}'!A{block.top}:A{block.bottom}", "", "a pivot table", False

@@ -9,10 +9,11 @@ import posixpath
 import zlib
 from typing import Any
 
+from lxml import etree
+
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.edits import BringSheet, DeleteSheet
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.markup import Element, as_utf8
 from rrp_sheets.workbook.patch.naming import (
     formula_parts,
     keep_titles,
@@ -22,8 +23,9 @@ from rrp_sheets.workbook.patch.naming import (
     titles_part,
     without,
 )
-from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.xml_lists import NAMES, RELATIONS, SHEETS, TYPES, Piece, children, cut, paste
+from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
+from rrp_sheets.workbook.patch.xml_lists import NAMES, RELATIONS, SHEETS, TYPES, Piece, cut, paste
+from rrp_sheets.workbook.patch.xml_part import canonical
 from rrp_sheets.workbook.sheet_names import sheet_name
 from rrp_sheets.workbook.xlsx_parts import number
 
@@ -55,15 +57,15 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
             if part not in {g.casefold() for g in gone} and (old := rewrite(package, part, lambda f: without(f, name)))
         },
     }  # fmt: skip
-    own = cut(package, package.book.part, NAMES, lambda e: e.attributes.get("localSheetId") == str(at))
+    own = cut(package, package.book.part, NAMES, lambda e: e.get("localSheetId") == str(at))
     listed.drop_empty_names(package)
     kept["names"] = listed.rewrite_names(package, lambda f: without(f, name))
     relation = next(i for i, (_, t) in package.package.relations(package.book.part).items() if t == entry.part)
     removed = {f"/{spelt}".casefold() for spelt in gone}
     found = [
-        *cut(package, listed.TYPES_PART, TYPES, lambda e: e.attributes.get("PartName", "").casefold() in removed),
-        *cut(package, listed.relations_part(package), RELATIONS, lambda e: e.attributes.get("Id") == relation),
-        *cut(package, package.book.part, SHEETS, lambda e: e.attributes.get("name") == name), *own,
+        *cut(package, TYPES_PART, TYPES, lambda e: e.get("PartName", "").casefold() in removed),
+        *cut(package, listed.relations_part(package), RELATIONS, lambda e: e.get("Id") == relation),
+        *cut(package, package.book.part, SHEETS, lambda e: e.get("name") == name), *own,
     ]  # fmt: skip
     front = _in_front(listed.entries(package), at)
     listed.renumber(package, lambda n: front if n == at else n - (n > at))
@@ -96,7 +98,7 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
     for part, path, at, raw in kept["pieces"]:
         piece = Piece(part, tuple(path), at, raw)
         if piece.path == TYPES:
-            spelt = piece.attributes["PartName"].removeprefix("/")
+            spelt = piece.element.get("PartName", "").removeprefix("/")
             piece = piece.with_attributes({"PartName": f"/{_moved(spelt, kept['part'], new_part)}"})
         elif piece.path == RELATIONS:
             target = {"Target": listed.target(package, new_part)} if new_part != kept["part"] else {}
@@ -135,18 +137,19 @@ def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
 def _numbers(package: PackageEdit, kept: dict[str, Any]) -> tuple[str, int]:
     """The sheet's relation and number, or new ones where another sheet has them by now."""
     pieces = {tuple(path): Piece(part, tuple(path), at, raw) for part, path, at, raw in kept["pieces"]}
-    relation, own = pieces[RELATIONS].attributes["Id"], number(pieces[SHEETS].attributes.get("sheetId"))
-    rels = children(as_utf8(package.read(listed.relations_part(package))), RELATIONS)
-    if any(e.attributes.get("Id") == relation for e in rels):
+    relation = pieces[RELATIONS].element.get("Id", "")
+    own = number(pieces[SHEETS].element.get("sheetId"))
+    rels = package.part(listed.relations_part(package)).children(*RELATIONS)
+    if any(e.get("Id") == relation for e in rels):
         relation = listed.free_relation(package)
-    if any(number(e.attributes.get("sheetId")) == own for e in listed.entries(package)):
+    if any(number(e.get("sheetId")) == own for e in listed.entries(package)):
         own = listed.free_number(package)
     return relation, own
 
 
-def _in_front(left: list[Element], at: int) -> int:
+def _in_front(left: list[etree._Element], at: int) -> int:
     """The sheet that is seen instead of the one that is gone: the next one, or the one before."""
-    seen = [i for i, e in enumerate(left) if e.attributes.get("state", "visible") == "visible"]
+    seen = [i for i, e in enumerate(left) if e.get("state", "visible") == "visible"]
     return min(seen, key=lambda i: (i < at, abs(i - at)), default=0)
 
 
@@ -184,8 +187,7 @@ def _moved(part: str, old: str, new: str) -> str:
 def _counts(package: PackageEdit) -> list[int]:
     """Return the number of styles of each kind."""
     parts = package.related(package.book.part, "styles")
-    data = as_utf8(package.read(parts[0])) if parts else b""
-    return [len(children(data, ("styleSheet", name))) if data else 0 for name in _STYLES]
+    return [len(package.part(parts[0]).children("styleSheet", name)) if parts else 0 for name in _STYLES]
 
 
 def _ground(package: PackageEdit, counts: list[int]) -> str:
@@ -194,10 +196,9 @@ def _ground(package: PackageEdit, counts: list[int]) -> str:
     for part in package.related(package.book.part, "sharedstrings"):
         total.update(package.read(part))
     for part in package.related(package.book.part, "styles"):
-        data = as_utf8(package.read(part))
         for name, count in zip(_STYLES, counts, strict=True):
-            for e in children(data, ("styleSheet", name))[:count]:
-                total.update(data[e.start : e.end])
+            for e in package.part(part).children("styleSheet", name)[:count]:
+                total.update(canonical(e))
     return total.hexdigest()
 
 

@@ -1,22 +1,70 @@
-"""One sheet's XML, taken apart into its rows: cells are set, rows get other numbers, the rest stays byte for byte."""
+"""One sheet of a package: its rows are kept as bytes in blocks, of which only those that are looked at are parsed."""
 
 from __future__ import annotations
 
-import bisect
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
+
+from lxml import etree
 
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.edits import Value
-from rrp_sheets.workbook.patch.blocks import block_of, block_text
-from rrp_sheets.workbook.patch.markup import Element, Scanner, as_utf8, broken, find, splice, with_attributes
 from rrp_sheets.workbook.patch.values import content
+from rrp_sheets.workbook.patch.xml_part import (
+    Touchable,
+    XmlPart,
+    add,
+    alone,
+    broken,
+    child,
+    local,
+    parse,
+    refuse_endless,
+    set_attributes,
+    set_text,
+    text_of,
+)
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.xlsx_parts import number as whole
 from rrp_sheets.workbook.xlsx_sheet import place
 
 DATA_TABLE = "a data table"
+_BLOCK_ROWS, _NEVER = 256, 1 << 30
+_PLACES = re.compile(
+    rb"<!--(?>.*?(?:-->|\Z))|<!\[CDATA\[(?>.*?(?:\]\]>|\Z))|<\?(?>.*?(?:\?>|\Z))"
+    rb"|<(?P<end>/?)(?:[\w.-]+:)?(?P<name>sheetData|row)(?=[\s/>])(?P<rest>(?:[^<>\"']|\"[^\"<]*\"|'[^'<]*')*)>",
+    re.DOTALL,
+)
+_NUMBER = re.compile(rb"""(?:\A|\s)r\s*=\s*["'](\d{1,7})["']""")
+_FORMULA = re.compile(rb"<(?:[\w.-]+:)?f[\s/>]")
+_MANY_CELLS = [quote + word + quote for word in (b"shared", b"array", b"dataTable") for quote in (b'"', b"'")]
+_ROWS_HERE = b"<?rows here?>"
+
+
+def block_of(reference: str) -> Range | None:
+    """The block that a reference such as `B2:C9` names.
+
+    >>> block_of("C9:B2")
+    Range(top=2, left=2, bottom=9, right=3)
+    """
+    first, _, last = reference.partition(":")
+    a, b = place(first), place(last or first)
+    if a is None or b is None:
+        return None
+    return Range(min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1]))
+
+
+def block_text(block: Range) -> str:
+    """A block as a reference.
+
+    >>> block_text(Range(2, 2, 9, 3)), block_text(Range(2, 2, 2, 2))
+    ('B2:C9', 'B2')
+    """
+    first = f"{column_letters(block.left)}{block.top}"
+    last = f"{column_letters(block.right)}{block.bottom}"
+    return first if first == last else f"{first}:{last}"
 
 
 @dataclass(slots=True)
@@ -27,155 +75,274 @@ class FormulaRange:
     what: str
 
 
-class _SheetScanner(Scanner):
-    """Finds the rows, and everything outside of the rows."""
+@dataclass(slots=True)
+class CellFormula:
+    """A formula in a cell, with its text there; `block` is to be told when `element` is changed."""
 
-    def __init__(self, data: bytes) -> None:
-        super().__init__(data)
-        self.rows: list[tuple[Element, bool, bool, bool]] = []
-        self.outside: list[Element] = []
-        self.shared = False
-        self.ranges: list[FormulaRange] = []
-        self.plain = True
-        self._used = self._filled = self._formulas = self._in_data = False
-
-    def wants(self, path: list[str], attributes: Mapping[str, str]) -> bool:
-        """All but what is inside of rows; that is only looked at."""
-        depth = len(path)
-        if depth <= 2:
-            self._in_data = depth == 2 and path[1] == "sheetData"
-        if depth <= 2 or not self._in_data:
-            return True
-        if depth == 3:
-            self._used = self._filled = self._formulas = False
-            self.plain = self.plain and path[2] == "row"
-            return True
-        if depth == 4:
-            self._used = True
-            self.plain = self.plain and path[3] == "c"
-        elif depth == 5:
-            self._filled = True
-            if path[4] == "f":
-                self._note(attributes)
-        return False
-
-    def _note(self, attributes: Mapping[str, str]) -> None:
-        self._formulas = True
-        kind = attributes.get("t", "normal")
-        self.shared = self.shared or kind == "shared"
-        if kind in ("array", "dataTable") and (block := block_of(attributes.get("ref", ""))):
-            self.ranges.append(FormulaRange(block, "an array formula" if kind == "array" else DATA_TABLE))
-
-    def found(self, element: Element) -> None:
-        """A row, or an element outside of the rows, has ended."""
-        if self._in_data and len(element.path) == 3:
-            self.rows.append((element, self._used, self._filled, self._formulas))
-        else:
-            self.outside.append(element)
+    block: RowBlock
+    row: int
+    column: int
+    element: etree._Element
+    text: str
 
 
-class SheetXml:
-    """A sheet taken apart; raises SheetsError for XML that cannot be changed safely.
+def cells(row: etree._Element) -> list[tuple[int, etree._Element]]:
+    """The cells of a row with their columns."""
+    found, column = [], 0
+    for cell in row.iterchildren("{*}c"):
+        at = place(cell.get("r", ""))
+        column = at[1] if at else column + 1
+        found.append((column, cell))
+    return found
 
-    Args:
-        data: the part's bytes.
+
+def is_filled(row: etree._Element) -> bool:
+    """Return whether a cell of the row has a content."""
+    return any(len(cell) for cell in row.iterchildren("{*}c"))
+
+
+def renumber(row: etree._Element, number: int) -> etree._Element:
+    """Give a row another number, and its cells their new references."""
+    text = str(number)
+    row.set("r", text)
+    for cell in row.iterchildren("{*}c"):
+        if (old := cell.get("r")) is not None:
+            cell.set("r", old.rstrip("0123456789") + text)
+    return row
+
+
+class RowBlock(Touchable):
+    """Rows that follow each other.
+
+    Attributes:
+        first: no row has a smaller number; beyond all rows where there are none.
+        special: whether a formula of it may stand for several cells.
     """
 
-    def __init__(self, data: bytes) -> None:
-        self.data = as_utf8(data)
-        scanner = _SheetScanner(self.data)
-        scanner.scan()
-        self.outside = sorted(scanner.outside, key=lambda e: e.start)
-        self.ranges, self.shared = scanner.ranges, scanner.shared
-        table = self.element("sheetData")
-        if table is None or not scanner.plain:
+    def __init__(self, sheet: SheetXml, data: bytes, first: int) -> None:
+        self._sheet, self._data, self.first = sheet, data, first
+        self._table: etree._Element | None = None
+        self._rows: dict[int, etree._Element] = {}
+        self.special = any(word in data for word in _MANY_CELLS)
+
+    @property
+    def table(self) -> etree._Element:
+        """The rows within an element of their own."""
+        if self._table is None:
+            self._table = parse(self._data.join(self._sheet.frame))
+            self._index()
+        return self._table
+
+    @property
+    def rows(self) -> dict[int, etree._Element]:
+        """The rows by number."""
+        if self._table is None:
+            self._table = self.table
+        return self._rows
+
+    @property
+    def has_formulas(self) -> bool:
+        """True when there may be formulas."""
+        if self._table is None:
+            return _FORMULA.search(self._data) is not None
+        return next(self._table.iter("{*}f"), None) is not None
+
+    def touch(self) -> None:
+        """Note a change, of the sheet too."""
+        super().touch()
+        self._sheet.touch()
+
+    def _index(self) -> None:
+        number = max(self.first - 1, 0)
+        self._rows = {}
+        for row in self.table.iterchildren("*"):
+            before, number = number, whole(row.get("r"), number + 1)
+            if local(row) != "row" or number <= before:
+                raise broken()
+            self._rows[number] = row
+
+    def take(self, rows: dict[int, etree._Element]) -> None:
+        """Have these rows, which get their numbers, instead of those there were."""
+        table, there = self.table, list(self.rows.values())
+        staying = set(rows.values())
+        for row in there:
+            if row not in staying:
+                table.remove(row)
+        left = iter([row for row in there if row in staying])
+        following = next(left, None)
+        for number, row in sorted(rows.items()):
+            if whole(row.get("r")) != number:
+                renumber(row, number)
+            if row is following:
+                following = next(left, None)
+            elif following is None:
+                table.append(row)
+            else:
+                table.insert(table.index(following), row)
+        self.first = min(rows, default=_NEVER)
+        self._index()
+        self.touch()
+
+    def add(self, number: int) -> etree._Element:
+        """Add a row without cells."""
+        later = next((row for n, row in self.rows.items() if n > number), None)
+        if later is not None:  # it may have counted on from the one before
+            later.set("r", str(min(n for n in self.rows if n > number)))
+        new = add(self.table, "row", {"r": str(number)}, at=None if later is None else self.table.index(later))
+        self.first = min(self.first, number)
+        self._index()
+        return new
+
+    def close(self) -> bytes:
+        """Drop the tree; the bytes of the rows as they are now."""
+        if self.touched:
+            start, end = self._sheet.frame
+            data = etree.tostring(self.table, encoding="UTF-8")
+            self._data = data[len(start) : -len(end)] if data.endswith(end) else b""
+        self._table, self._rows, self.touched = None, {}, False
+        return self._data
+
+
+class SheetXml(XmlPart):
+    """A sheet taken apart.
+
+    Attributes:
+        root: the sheet without its rows.
+        table: the element that they belong to.
+        blocks: the rows.
+        frame: the tags around the rows of a block when it is parsed alone.
+    """
+
+    def _parse(self, body: bytes) -> etree._Element:
+        refuse_endless(body)
+        begin, cuts, end = _cut(body)
+        root = parse(body[:begin] + body[end:])
+        table = child(root, "sheetData")
+        if table is None or len(table) or local(root) != "worksheet":
             raise broken()
         self.table = table
-        self.rows: dict[int, RowXml] = {}
-        self._changes: dict[tuple[int, int], bytes] = {}
-        self._columns: set[int] = set()
-        self.touched = False
-        at, number = table.inner, 0
-        for element, *about in scanner.rows:
-            number = whole(element.attributes.get("r"), number + 1)
-            if number in self.rows:
-                raise broken()
-            raw, gap = self.data[element.start : element.end], self.data[at : element.start]
-            self.rows[number] = RowXml(number, raw, gap, *about)
-            at = element.end
-        self._tail = self.data[at : table.inner_end]
-        self._order = sorted(self.rows)
+        empty = bytes(etree.tostring(alone(table, "sheetData", {}), encoding="UTF-8")).removesuffix(b"/>")
+        name = re.match(rb"<[^\s/>]+", empty)
+        assert name is not None
+        self.frame = (empty + b">", b"</" + name[0][1:] + b">")
+        places = [begin, *(at for at, _ in cuts), end]
+        firsts = [0, *(first for _, first in cuts)]
+        if firsts != sorted(set(firsts)):
+            raise broken()
+        self.blocks = [RowBlock(self, body[places[i] : places[i + 1]], first) for i, first in enumerate(firsts)]
+        self._ranges: list[FormulaRange] | None = None
+        self._columns: set[int] | None = None
+        return root
 
-    def element(self, name: str) -> Element | None:
-        """The sheet's part of that name, such as `dimension`."""
-        return next((e for e in self.outside if len(e.path) == 2 and e.local == name), None)
+    def find(self, *names: str) -> Iterator[tuple[Touchable, etree._Element]]:
+        """All elements of these local names, those in rows with formulas too."""
+        yield from super().find(*names)
+        for block in self.walk():
+            if block.has_formulas:
+                for element in list(block.table.iter(*(f"{{*}}{name}" for name in names))):
+                    yield block, element
 
-    def all(self, *names: str) -> list[Element]:
-        """The elements of these names outside of the rows."""
-        return [e for e in self.outside if e.local in names]
+    def walk(self, start: int = 0) -> Iterator[RowBlock]:
+        """The blocks one after the other from the one with a row on; each is parsed only while it is looked at."""
+        for block in self.blocks[self.blocks.index(self.block(start)) :]:
+            yield block
+            block.close()
 
-    def replace(self, element: Element, new: bytes) -> None:
-        """Replace an element outside of the rows."""
-        self._changes[element.start, element.end] = new
-        self.touched = True
+    def block(self, row: int) -> RowBlock:
+        """The block with a row, or where it would be."""
+        return next((b for b in reversed(self.blocks) if b.first <= row), self.blocks[0])
 
-    def insert(self, at: int, new: bytes) -> None:
-        """Insert something outside of the rows."""
-        self._changes[at, at] = self._changes.get((at, at), b"") + new
-        self.touched = True
+    def row(self, number: int) -> etree._Element | None:
+        """The row of that number, if it exists."""
+        return self.block(number).rows.get(number)
 
-    def retag(self, element: Element, attributes: Mapping[str, str | None]) -> None:
-        """Change attributes of an element outside of the rows."""
-        tag = self._changes.get((element.start, element.inner), self.data[element.start : element.inner])
-        self._changes[element.start, element.inner] = with_attributes(tag, attributes)
-        self.touched = True
-
-    def rewrite(self, element: Element, inside: bytes) -> None:
-        """Change what stands between the tags of an element outside of the rows."""
-        self._changes[element.inner, element.inner_end] = inside
-        self.touched = True
+    def elements(self, *names: str) -> list[etree._Element]:
+        """The elements of these local names outside of the rows."""
+        return list(self.root.iter(*(f"{{*}}{name}" for name in names)))
 
     def merged(self) -> list[Range]:
         """The merged blocks."""
-        blocks = (block_of(e.attributes.get("ref", "")) for e in self.all("mergeCell"))
+        blocks = (block_of(e.get("ref", "")) for e in self.elements("mergeCell"))
         return [b for b in blocks if b]
 
-    def to_bytes(self) -> bytes:
-        """The sheet as it is now."""
-        if not self.touched:
-            return self.data
-        self._set_dimension()
-        body = b"".join(part for n in self._order for part in (self.rows[n].gap, self.rows[n].raw)) + self._tail
-        table = self.table
-        changes = [(start, end, new) for (start, end), new in self._changes.items()]
-        if table.inner == table.end:  # `<sheetData/>`
-            tag = self.data[table.start : table.inner].removesuffix(b"/>").rstrip() + b">"
-            changes.append((table.start, table.end, tag + body + f"</{table.name}>".encode()))
-        else:
-            changes.append((table.inner, table.inner_end, body))
-        return splice(self.data, changes)
+    @property
+    def last(self) -> int:
+        """The number of the last row; 0 where there is none."""
+        return next((max(b.rows) for b in reversed(self.blocks) if b.rows), 0)
 
-    def take(self, rows: dict[int, RowXml]) -> None:
-        """Take over other rows instead of those there were."""
-        self.rows, self._order, self.touched = rows, sorted(rows), True
+    @property
+    def last_filled(self) -> int:
+        """The number of the last row with a content; 0 where there is none."""
+        found = ((n for n, row in reversed(b.rows.items()) if is_filled(row)) for b in reversed(self.blocks))
+        return next((n for numbers in found for n in numbers), 0)
 
-    def cell(self, row: int, column: int) -> CellXml | None:
+    @property
+    def has_formulas(self) -> bool:
+        """True when a cell may have a formula."""
+        return any(block.has_formulas for block in self.blocks)
+
+    # ---- formulas
+
+    @property
+    def ranges(self) -> list[FormulaRange]:
+        """The array formulas and data tables."""
+        if self._ranges is None:
+            self._ranges = []
+            for block in self.blocks:
+                for f in block.table.iter("{*}f") if block.special else ():
+                    kind = f.get("t")
+                    if kind in ("array", "dataTable") and (at := block_of(f.get("ref", ""))):
+                        self._ranges.append(FormulaRange(at, "an array formula" if kind == "array" else DATA_TABLE))
+        return self._ranges
+
+    def formulas(self) -> Iterator[CellFormula]:
+        """Every formula; one that stands once for several cells (`t="shared"`) as it is in each of them."""
+        masters: dict[str, tuple[str, str]] = {}
+        for block in self.walk():
+            for number, row in block.rows.items() if block.has_formulas else ():
+                if next(row.iter("{*}f"), None) is None:
+                    continue
+                for column, cell in cells(row):
+                    f = child(cell, "f")
+                    if f is None:
+                        continue
+                    text, at = text_of(f), f"{column_letters(column)}{number}"
+                    if f.get("t") == "shared":
+                        group = f.get("si", "")
+                        if text:
+                            masters[group] = (text, at)
+                        elif group in masters:
+                            text = _translated(*masters[group], at)
+                    yield CellFormula(block, number, column, f, text)
+
+    def write_out(self) -> None:
+        """Give every cell its own formula, so that rows are independent; what is calculated stays the same."""
+        if not any(block.special for block in self.blocks):
+            return
+        for formula in self.formulas():
+            if formula.element.get("t") == "shared":
+                set_text(formula.element, formula.text)
+                formula.element.attrib.clear()
+                formula.block.touch()
+
+    # ---- changes
+
+    def cell(self, row: int, column: int) -> etree._Element | None:
         """The cell at a place, if it exists."""
-        found = self.rows.get(row)
-        return next((c for c in found.cells() if c.column == column), None) if found else None
+        found = self.row(row)
+        return next((c for at, c in cells(found) if at == column), None) if found is not None else None
 
     def style(self, row: int, column: int) -> int:
         """The style that the cell has, or would get: the row's or the column's."""
         cell = self.cell(row, column)
         if cell is not None:
-            return whole(cell.element.attributes.get("s"))
-        if row in self.rows:
-            named = self.rows[row].tag.attributes
-            if named.get("customFormat") in ("1", "true"):
-                return whole(named.get("s"))
-        for col in self.all("col"):
-            if whole(col.attributes.get("min")) <= column <= whole(col.attributes.get("max")):
-                return whole(col.attributes.get("style"))
+            return whole(cell.get("s"))
+        line = self.row(row)
+        if line is not None and line.get("customFormat") in ("1", "true"):
+            return whole(line.get("s"))
+        for col in self.elements("col"):
+            if whole(col.get("min")) <= column <= whole(col.get("max")):
+                return whole(col.get("style"))
         return 0
 
     def set_cell(self, row: int, column: int, value: Value, style: int) -> None:
@@ -183,126 +350,132 @@ class SheetXml:
         cell = self.cell(row, column)
         if cell is None and value in (None, "") and style == self.style(row, column):
             return
-        line = self._row(row)
-        kind, inside = content(value, self.table.prefix)
-        named = {"r": f"{column_letters(column)}{row}", "s": str(style) if style else None, "t": kind}
-        name = f"{self.table.prefix}c".encode()
-        old = line.raw[cell.element.start : cell.element.inner] if cell else b"<" + name + b">"
-        tag = with_attributes(old, {**named, "cm": None, "vm": None}).removesuffix(b">").removesuffix(b"/").rstrip()
-        line.put(cell, column, tag + (b">" + inside + b"</" + name + b">" if inside else b"/>"))
-        self._columns.add(column)
+        block = self.block(row)
+        line = block.rows[row] if row in block.rows else block.add(row)
+        set_attributes(line, {"spans": None})
+        if cell is None:
+            later = [(at, c) for at, c in cells(line) if at > column]
+            for at, c in later:  # they may have counted on from the one before
+                if c.get("r") is None:
+                    c.set("r", f"{column_letters(at)}{row}")
+            cell = add(line, "c", {}, at=line.index(later[0][1]) if later else None)
+        named = {"r": f"{column_letters(column)}{row}", "s": str(style) if style else None, "cm": None, "vm": None}
+        set_attributes(cell, named)
+        put_value(cell, value)
+        self._note_column(column)
+        block.touch()
+
+    def insert(self, before: int, rows: Iterable[etree._Element]) -> None:
+        """Put rows, which have their numbers, where there are none yet: before the row `before` and those after it."""
+        block = self.block(before)
+        old = block.rows
+        later = {n: row for n, row in old.items() if n >= before}
+        new, coming = [], iter(rows)
+        while chunk := list(islice(coming, _BLOCK_ROWS)):
+            new.append(self._block(chunk))
+        if later:
+            block.take({n: row for n, row in old.items() if n < before})
+            new.append(self._block(later.values()))
+        at = self.blocks.index(block) + 1
+        self.blocks[at:at] = new
+        self.rows_changed()
+
+    def _block(self, rows: Iterable[etree._Element]) -> RowBlock:
+        found = {whole(row.get("r")): row for row in rows}
+        block = RowBlock(self, b"", min(found))
+        block.take(found)
+        block.close()
+        return block
+
+    def rows_changed(self) -> None:
+        """Note that rows were added, renumbered or taken out."""
+        self._ranges = None
         self.touched = True
+        self._columns = self._columns or set()
 
-    def _row(self, number: int) -> RowXml:
-        """The row of that number, made where there is none."""
-        if number not in self.rows:
-            name = f"{self.table.prefix}row"
-            self.rows[number] = RowXml(number, f'<{name} r="{number}"></{name}>'.encode())
-            at = bisect.bisect(self._order, number)
-            for later in self._order[at : at + 1]:  # it may have counted on from the one before
-                self.rows[later] = self.rows[later].renumbered(later)
-            self._order.insert(at, number)
-        return self.rows[number]
+    def _note_column(self, column: int) -> None:
+        self._columns = {column, *(self._columns or ())}
 
-    def _set_dimension(self) -> None:
-        element = self.element("dimension")
-        used = [n for n in self._order if self.rows[n].used]
-        if element is None or not used:
+    def _set_dimension(self, columns: set[int]) -> None:
+        element = child(self.root, "dimension")
+        used = [_used(self.blocks, 1), _used(reversed(self.blocks), -1)]
+        if element is None or not all(used):
             return
-        old = block_of(element.attributes.get("ref", ""))
-        columns = self._columns | ({old.left, old.right} if old else {1})
-        self.retag(element, {"ref": block_text(Range(used[0], min(columns), used[-1], max(columns)))})
+        old = block_of(element.get("ref", ""))
+        columns = columns | ({old.left, old.right} if old else {1})
+        element.set("ref", block_text(Range(used[0], min(columns), used[1], max(columns))))
+
+    def _body(self) -> bytes:
+        if self._columns is not None:
+            self._set_dimension(self._columns)
+        rows = b"".join(block.close() for block in self.blocks)
+        if not rows:
+            return super()._body()
+        mark = etree.ProcessingInstruction("rows", "here")
+        self.table.append(mark)
+        before, _, after = super()._body().partition(_ROWS_HERE)
+        self.table.remove(mark)
+        return before + rows + after
 
 
-_CELL = ["row", "c"]
-_ROW_NUMBER = re.compile(rb"""(<(?:\w+:)?row(?=\s)[^<>]*?\sr=["'])\d+(["'])""")
-_CELL_NUMBER = re.compile(rb"""(<(?:\w+:)?c(?=\s)[^<>]*?\sr=["'][A-Z]+)\d+(["'])""")
+def put_value(cell: etree._Element, value: Value) -> None:
+    """Give a cell its content, and the type that belongs to it."""
+    set_text(cell, "")
+    kind, name, text = content(value)
+    set_attributes(cell, {"t": kind})
+    if name == "v":
+        add(cell, "v", {}, text)
+    elif name:
+        inside = add(add(cell, "is", {}), "t", {}, text)
+        if re.search(r"\A\s|\s\s|[\n\t]|\s\Z", str(value)):
+            inside.set("{http://www.w3.org/XML/1998/namespace}space", "preserve")
 
 
-@dataclass(slots=True)
-class CellXml:
-    """A cell within its row's bytes.
+def blank_like(row: etree._Element) -> etree._Element:
+    """A blank row that looks like another."""
+    new = alone(row, "row", {str(name): str(value) for name, value in row.attrib.items()})
+    set_attributes(new, dict.fromkeys(("hidden", "collapsed", "spans")))
+    if new.get("customHeight") not in ("1", "true"):
+        set_attributes(new, {"ht": None})
+    for column, cell in cells(row):
+        if style := cell.get("s"):
+            add(new, "c", {"r": f"{column_letters(column)}{row.get('r', 1)}", "s": style})
+    return new
 
-    Attributes:
-        formula: the attributes of its `f`, None where it has none.
-    """
 
-    column: int
-    element: Element
-    formula: Mapping[str, str] | None
+def _used(blocks: Iterable[RowBlock], step: int) -> int:
+    """The first row in this order that has cells, be they blank; 0 where there is none."""
+    for block in blocks:
+        for number, row in list(block.rows.items())[::step]:
+            if child(row, "c") is not None:
+                return number
+    return 0
 
 
-@dataclass(slots=True)
-class RowXml:
-    """A row: its bytes from `<row` to `</row>`, and what stands between the row before and it.
+def _cut(body: bytes) -> tuple[int, list[tuple[int, int]], int]:
+    """Where the rows begin, where a block may begin and with which number, and where the rows end."""
+    begin, count = 0, 0
+    cuts: list[tuple[int, int]] = []
+    for match in _PLACES.finditer(body):
+        if match["name"] == b"sheetData":
+            if match["rest"].endswith(b"/") and not begin:
+                return match.end(), [], match.end()
+            if match["end"]:
+                return begin, cuts, match.start()
+            begin = begin or match.end()
+        elif match["name"] and begin and not match["end"]:
+            count += 1
+            if count > _BLOCK_ROWS and (number := _NUMBER.search(match["rest"])):
+                cuts.append((match.start(), int(number[1])))
+                count = 1
+    raise broken()
 
-    Attributes:
-        used: whether it has cells, be they blank.
-        filled: whether one of its cells has a content.
-        formulas: whether one of its cells has a formula.
-    """
 
-    number: int
-    raw: bytes
-    gap: bytes = b""
-    used: bool = False
-    filled: bool = False
-    formulas: bool = False
+def _translated(formula: str, origin: str, at: str) -> str:
+    from openpyxl.formula.tokenizer import TokenizerError
+    from openpyxl.formula.translate import Translator, TranslatorError
 
-    @property
-    def tag(self) -> Element:
-        """The row itself as an element."""
-        return find(self.raw, lambda path: len(path) == 1)[0]
-
-    def cells(self) -> list[CellXml]:
-        """The cells in their order."""
-        found = find(self.raw, lambda path: path[:2] == _CELL and (len(path) == 2 or path[2:] == ["f"]))
-        cells: list[CellXml] = []
-        column = 0
-        for element in found:
-            if element.local == "c":
-                at = place(element.attributes.get("r", ""))
-                column = at[1] if at else column + 1
-                cells.append(CellXml(column, element, None))
-            elif cells:
-                cells[-1].formula = element.attributes
-        return cells
-
-    def renumbered(self, number: int) -> RowXml:
-        """The same row with another number, in its tag and in those of its cells."""
-        if b"<!" not in self.raw and _ROW_NUMBER.match(self.raw):  # nothing but tags: quicker
-            raw = _ROW_NUMBER.sub(rb"\g<1>%d\g<2>" % number, self.raw, count=1)
-            raw = _CELL_NUMBER.sub(rb"\g<1>%d\g<2>" % number, raw)
-            return RowXml(number, raw, self.gap, self.used, self.filled, self.formulas)
-        changes = []
-        tag = self.tag
-        changes.append((0, tag.inner, with_attributes(self.raw[: tag.inner], {"r": str(number)})))
-        for cell in self.cells():
-            e = cell.element
-            named = {"r": f"{column_letters(cell.column)}{number}"}
-            changes.append((e.start, e.inner, with_attributes(self.raw[e.start : e.inner], named)))
-        return RowXml(number, splice(self.raw, changes), self.gap, self.used, self.filled, self.formulas)
-
-    def put(self, cell: CellXml | None, column: int, new: bytes) -> None:
-        """Replace a cell's bytes, or (None) put a new one where its column wants it.
-
-        The row's hint which columns it spans is dropped; cells that counted on from the one before get their names.
-        """
-        tag = self.tag
-        changes = [(0, tag.inner, with_attributes(self.raw[: tag.inner], {"spans": None}))]
-        if tag.inner == tag.end:
-            self.raw = changes[0][2].removesuffix(b"/>").rstrip() + b">" + new + f"</{tag.name}>".encode()
-        elif cell is not None:
-            self.raw = splice(self.raw, [*changes, (cell.element.start, cell.element.end, new)])
-        else:
-            later = [c for c in self.cells() if c.column > column]
-            at = later[0].element.start if later else tag.inner_end
-            changes.append((at, at, new))
-            for c in later:
-                e = c.element
-                if "r" not in e.attributes:
-                    named = {"r": f"{column_letters(c.column)}{self.number}"}
-                    changes.append((e.start, e.inner, with_attributes(self.raw[e.start : e.inner], named)))
-            self.raw = splice(self.raw, changes)
-        inside = find(self.raw, lambda path: path[:2] == _CELL and len(path) == 3)
-        self.used, self.filled, self.formulas = True, bool(inside), any(e.local == "f" for e in inside)
+    try:
+        return str(Translator("=" + formula, origin).translate_formula(at))[1:]
+    except (TokenizerError, TranslatorError):
+        return formula

@@ -6,7 +6,10 @@ import io
 import re
 import zipfile
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
+
+from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
@@ -14,11 +17,11 @@ from rrp_sheets.workbook import limits, style
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.markup import Element, as_utf8, find, splice, with_attributes
 from rrp_sheets.workbook.patch.naming import GONE, formula_parts, keep_titles, quoted, renamed, rewrite
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheet_restore import bring_sheet, delete_sheet
-from rrp_sheets.workbook.patch.xml_lists import RELATIONS, SHEETS, TYPES, change, children, cut, paste
+from rrp_sheets.workbook.patch.xml_lists import SHEETS, change, cut, paste
+from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.sheet_names import sheet_name
 
@@ -63,14 +66,10 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
     part = listed.free_part(package)
     package.added[part] = made.xml
     relation = listed.free_relation(package)
-    rels, target = listed.relations_part(package), listed.target(package, part)
-    types = {"PartName": f"/{part}", "ContentType": _SHEET_TYPE}
-    paste(package, listed.piece(package, listed.TYPES_PART, TYPES, "Override", types))
-    related = {"Id": relation, "Type": _SHEET_RELATION, "Target": target}
-    paste(package, listed.piece(package, rels, RELATIONS, "Relationship", related))
+    listed.put_part(package, part, _SHEET_TYPE, _SHEET_RELATION, relation)
     listed.renumber(package, lambda n: n + (n >= place))
     sheet = {"name": name, "sheetId": str(listed.free_number(package)), listed.id_name(package): relation}
-    paste(package, listed.piece(package, package.book.part, SHEETS, "sheet", sheet, place))
+    listed.put_new(package, package.book.part, SHEETS, "sheet", sheet, place)
     titles = []
     if made.titles:
         listed.define(package, "_xlnm.Print_Titles", f"{quoted(name)}!{made.titles}", place)
@@ -88,14 +87,14 @@ def _rename(package: PackageEdit, edit: RenameSheet) -> None:
     if new == old:
         return
     book = package.book.part
-    change(package, book, SHEETS, lambda e: {"name": new} if e.attributes.get("name") == old else {})
+    change(package, book, SHEETS, lambda e: {"name": new} if e.get("name") == old else {})
     for part in formula_parts(package):
         rewrite(package, part, lambda formula: renamed(formula, old, new))
     listed.rewrite_names(package, lambda formula: renamed(formula, old, new))
     for part in package.package.parts:
         if "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):
             source = ("pivotCacheDefinition", "cacheSource")
-            change(package, part, source, lambda e: {"sheet": new} if e.attributes.get("sheet") == old else {})
+            change(package, part, source, lambda e: {"sheet": new} if e.get("sheet") == old else {})
     keep_titles(package, listed.worksheets(package, before), lambda title: renamed(title, old, new))
 
 
@@ -108,19 +107,14 @@ def _move(package: PackageEdit, edit: MoveSheet) -> None:
     order = [n for n in range(len(before)) if n != at]
     order.insert(order.index(to) if to < len(before) else len(order), at)
     book = package.book.part
-    (piece,) = cut(package, book, SHEETS, lambda e: e.attributes.get("name") == before[at])
+    (piece,) = cut(package, book, SHEETS, lambda e: e.get("name") == before[at])
     paste(package, piece.at(order.index(at)))
     listed.renumber(package, lambda n: order.index(n) if n in order else n)
     keep_titles(package, listed.worksheets(package, before))
 
 
-_MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
-_SHARED = ("fonts", "fills", "borders")
 _BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
-_STYLE = re.compile(rb'(<(?:c|row|col)\b[^<>]*?\s)(s|style)="(\d+)"')
-_MARK = re.compile(rb'(<cfRule\b[^<>]*?\sdxfId=")(\d+)(")')
-_SELECTED = re.compile(rb' tabSelected="(?:1|true)"')
-_RULES = re.compile(rb"<conditionalFormatting\b.*?</conditionalFormatting>", re.DOTALL)
+_STYLED = ("c", "row", "col")
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,97 +163,87 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
         letter = column_letters(what.columns["Stream"])
         streams = f"${letter}${header + 1}:${letter}${maker.last}"
     titles = "" if maker.prose else f"${header}:${header}"
-    return NewSheet(_dressed(package, _SELECTED.sub(b"", xml), styles), titles, streams)
+    return NewSheet(_dressed(package, XmlPart(xml), XmlPart(styles)), titles, streams)
 
 
-def _dressed(package: PackageEdit, xml: bytes, styles: bytes) -> bytes:
+def _dressed(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -> bytes:
     """The sheet with the numbers that its styles have in the package."""
     parts = package.related(package.book.part, "styles")
-    if not parts:  # a workbook without looks
-        return _RULES.sub(b"", _STYLE.sub(rb"\1", xml))
-    wardrobe = _Wardrobe(as_utf8(package.read(parts[0])), styles)
-    xml = _STYLE.sub(lambda m: m[1] + m[2] + b'="%d"' % wardrobe.style(int(m[3])), xml)
-    if wardrobe.has_marks:
-        xml = _MARK.sub(lambda m: m[1] + b"%d" % wardrobe.mark(int(m[2])) + m[3], xml)
-    else:
-        xml = _RULES.sub(b"", xml)
-    new = wardrobe.data()
-    if new is not None:
-        package.write(parts[0], new)
-    return xml
+    wardrobe = _Wardrobe(package.part(parts[0]), styles) if parts else None  # none: a workbook without looks
+    for _, e in sheet.find(*_STYLED):
+        name = "style" if local(e) == "col" else "s"
+        if (old := e.get(name)) is not None and wardrobe:
+            e.set(name, str(wardrobe.style(int(old))))
+        elif old is not None:
+            del e.attrib[name]
+    for _, e in sheet.find("cfRule"):
+        if wardrobe and wardrobe.has_marks and (old := e.get("dxfId")) is not None:
+            e.set("dxfId", str(wardrobe.number("dxfs", int(old))))
+    for _, e in sheet.find("sheetView", "conditionalFormatting"):
+        if local(e) == "sheetView":
+            set_attributes(e, {"tabSelected": None})
+        elif not (wardrobe and wardrobe.has_marks):
+            remove(e)
+    return sheet.to_bytes()
 
 
 class _Wardrobe:
-    """The styles of a package, and those of the made sheet that are looked for in them or added.
+    """The styles of a package, and those of a made sheet that are looked for in them or added.
 
     Args:
         here: the package's style part.
         made: the made sheet's.
     """
 
-    def __init__(self, here: bytes, made: bytes) -> None:
-        self._here = here
-        self._boxes = {e.local: e for e in find(here, lambda path: len(path) == 2)}
-        self._mine = {n: _raw(here, n) for n in (*_SHARED, "cellXfs", "dxfs")}
-        self._made = {n: _raw(made, n) for n in (*_SHARED, "cellXfs", "dxfs")}
-        self._counts = {n: len(found) for n, found in self._mine.items()}
+    def __init__(self, here: XmlPart, made: XmlPart) -> None:
+        self._here, self._made = here, made
+        self._mine: dict[str, list[bytes]] = {}
         self._numbers: dict[tuple[str, int], int] = {}
 
     @property
     def has_marks(self) -> bool:
         """True when there is a list for the looks of conditional formats."""
-        return "dxfs" in self._boxes
+        return self._here.box("styleSheet", "dxfs") is not None
 
     def style(self, number: int) -> int:
         """The number here of a cell's style."""
-        if ("cellXfs", number) not in self._numbers:
-            raw = self._made["cellXfs"][number]
-            (tag,) = find(raw, lambda path: len(path) == 1)
-            named: dict[str, str | None] = {
-                a: str(self._number(box, int(tag.attributes[a]))) for a, box in _BORROWED.items() if a in tag.attributes
-            }
-            new = with_attributes(raw[: tag.inner], {**named, "xfId": "0"}) + raw[tag.inner :]
-            self._numbers["cellXfs", number] = self._place("cellXfs", new)
-        return self._numbers["cellXfs", number]
+        return self.number("cellXfs", number)
 
-    def mark(self, number: int) -> int:
-        """The number here of a conditional format's looks."""
-        return self._number("dxfs", number)
-
-    def _number(self, box: str, number: int) -> int:
+    def number(self, box: str, number: int) -> int:
+        """The number here of a made element of a list, which is added where there is none like it."""
         if (box, number) not in self._numbers:
-            self._numbers[box, number] = self._place(box, self._made[box][number])
+            new = deepcopy(self._made.children("styleSheet", box)[number])
+            if box == "cellXfs":
+                for name, borrowed in _BORROWED.items():
+                    if (old := new.get(name)) is not None:
+                        new.set(name, str(self.number(borrowed, int(old))))
+                new.set("xfId", "0")
+            self._numbers[box, number] = place_style(self._here, box, new, self._mine)
         return self._numbers[box, number]
 
-    def _place(self, box: str, raw: bytes) -> int:
-        """The place of an element, which is added where there is none like it."""
-        if box not in self._boxes:
-            return 0
-        if self._boxes[box].prefix:
-            name_end = re.match(rb"<[\w:]+", raw)
-            assert name_end is not None
-            raw = raw[: name_end.end()] + f' xmlns="{_MAIN}"'.encode() + raw[name_end.end() :]
-        if raw not in self._mine[box]:
-            self._mine[box].append(raw)
-        return self._mine[box].index(raw)
 
-    def data(self) -> bytes | None:
-        """The style part with what was added; None when nothing was."""
-        changes: list[tuple[int, int, bytes]] = []
-        for name, found in self._mine.items():
-            new = found[self._counts[name] :]
-            if new:
-                changes += _added(self._here, self._boxes[name], len(found), b"".join(new))
-        return splice(self._here, changes) if changes else None
+def place_style(styles: XmlPart, box: str, new: etree._Element, known: dict[str, list[bytes]]) -> int:
+    """The place of an element in a list of a style part, which is added where there is none like it.
 
-
-def _added(data: bytes, box: Element, count: int, new: bytes) -> list[tuple[int, int, bytes]]:
-    tag = with_attributes(data[box.start : box.inner], {"count": str(count)})
-    if box.inner == box.end:  # `<dxfs count="0"/>`
-        return [(box.start, box.end, tag.removesuffix(b"/>").rstrip() + b">" + new + f"</{box.name}>".encode())]
-    return [(box.start, box.inner, tag), (box.inner_end, box.inner_end, new)]
-
-
-def _raw(data: bytes, box: str) -> list[bytes]:
-    """The elements of one list of a style part."""
-    return [data[e.start : e.end] for e in children(data, ("styleSheet", box))]
+    Args:
+        styles: the part.
+        box: the list's name.
+        new: the element.
+        known: of every list the canonical forms of its elements, filled here.
+    """
+    holder = styles.box("styleSheet", box)
+    if holder is None:
+        return 0
+    forms = known.setdefault(box, [canonical(e) for e in holder.iterchildren("*")])
+    for e in new.iter("*"):
+        e.tag = named_like(holder, local(e))
+    new.tail = None
+    holder.append(new)
+    form = canonical(new)
+    if form in forms:
+        holder.remove(new)
+    else:
+        forms.append(form)
+        holder.set("count", str(len(forms)))
+        styles.touch()
+    return forms.index(form)

@@ -1,4 +1,4 @@
-"""Values that may be put into a cell, and their form in a cell's XML."""
+"""Values that may be put into a cell, and their form in a cell."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import re
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Value
-from rrp_sheets.workbook.patch.markup import text_xml
 from rrp_sheets.workbook.xlsx_sheet import number_text
 
 _NUMBER = re.compile(r"-?(?:0|[1-9]\d{0,14})(?:\.\d{1,15})?")
@@ -70,21 +69,17 @@ def check_value(value: Value, place: str) -> Value:
     return value
 
 
-def content(value: Value, prefix: str) -> tuple[str | None, bytes]:
-    """The cell's type attribute and the XML inside it.
+def content(value: Value) -> tuple[str | None, str, str]:
+    """The cell's type attribute, the element inside it (none: an empty name), and the text.
 
     A text stays in the cell itself (`inlineStr`), so that the part with the shared texts need not change. It can never
     become a formula, whatever it begins with.
     """
-    p = prefix.encode()
     if value is None or value == "":
-        return None, b""
+        return None, "", ""
     if isinstance(value, bool):
-        return "b", b"<%sv>%d</%sv>" % (p, value, p)
+        return "b", "v", f"{value:d}"
     if isinstance(value, (int, float)):
         number = float(value)
-        text = str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
-        return None, b"<%sv>%s</%sv>" % (p, text.encode(), p)
-    text = _ESCAPED.sub(lambda m: f"_x{ord(m[0]):04X}_", value)
-    keep = b' xml:space="preserve"' if value != value.strip() or re.search(r"\s\s|[\n\t]", value) else b""
-    return "inlineStr", b"<%sis><%st%s>%s</%st></%sis>" % (p, p, keep, text_xml(text), p, p)
+        return None, "v", str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+    return "inlineStr", "is", _ESCAPED.sub(lambda m: f"_x{ord(m[0]):04X}_", value)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from rrp_sheets.workbook.patch.markup import Element, as_utf8, find, splice, with_attributes
+from lxml import etree
+
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.xml_part import broken, parse, remove, set_attributes
 
 Path = tuple[str, ...]
 SHEETS: Path = ("workbook", "sheets")
@@ -17,7 +19,7 @@ TYPES: Path = ("Types",)
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """An element of a list with the white space before it: the part, the list's path, its place there."""
+    """An element of a list with the white space after it: the part, the list's path, its place there."""
 
     part: str
     path: Path
@@ -25,66 +27,59 @@ class Piece:
     raw: str
 
     @property
-    def attributes(self) -> Mapping[str, str]:
-        """The element's attributes."""
-        return self._element().attributes
+    def element(self) -> etree._Element:
+        """The element itself."""
+        inside = list(parse(f"<piece>{self.raw}</piece>".encode()).iterchildren("*"))
+        if not inside:
+            raise broken()
+        return inside[0]
 
     def with_attributes(self, changes: Mapping[str, str | None]) -> Piece:
-        """The same element with other attributes; it stays as it is where they are the same."""
-        e, raw = self._element(), self.raw.encode()
-        named = {name: new for name, new in changes.items() if e.attributes.get(name) != new}
-        tag = with_attributes(raw[e.start : e.inner], named)
-        return replace(self, raw=splice(raw, [(e.start, e.inner, tag)]).decode())
+        """The same element with other attributes."""
+        element = self.element
+        set_attributes(element, changes)
+        return replace(self, raw=etree.tostring(element, encoding="unicode"))
 
     def at(self, place: int) -> Piece:
         """The same element at another place."""
         return replace(self, place=place)
 
-    def _element(self) -> Element:
-        return find(self.raw.encode(), lambda path: len(path) == 1)[0]
 
-
-def children(data: bytes, path: Path) -> list[Element]:
-    """The elements of a list."""
-    return find(data, lambda at: tuple(at[:-1]) == path)
-
-
-def cut(package: PackageEdit, part: str, path: Path, wanted: Callable[[Element], bool]) -> list[Piece]:
+def cut(package: PackageEdit, part: str, path: Path, wanted: Callable[[etree._Element], bool]) -> list[Piece]:
     """Take elements out of a list; the pieces, in their order."""
-    data = as_utf8(package.read(part))
-    found = children(data, path)
-    gone = [i for i, e in enumerate(found) if wanted(e)]
-    if not gone:
-        return []
-    (box,) = find(data, lambda at: tuple(at) == path)
-    begins = [box.inner, *(e.end for e in found)]
-    pieces = [Piece(part, path, i, data[begins[i] : found[i].end].decode()) for i in gone]
-    package.write(part, splice(data, [(begins[i], found[i].end, b"") for i in gone]))
+    found = list(enumerate(package.part(part).children(*path)))
+    pieces = []
+    for i, element in found:
+        if wanted(element):
+            pieces.append(Piece(part, path, i, etree.tostring(element, encoding="unicode")))
+            remove(element)
+            package.part(part).touch()
     return pieces
 
 
 def paste(package: PackageEdit, piece: Piece) -> None:
     """Put a piece into its list, at its place or at the end."""
-    data = as_utf8(package.read(piece.part))
-    (box,) = find(data, lambda at: tuple(at) == piece.path)
-    raw = piece.raw.encode()
-    if box.inner == box.end:  # `<sheets/>`
-        tag = data[box.start : box.inner].removesuffix(b"/>").rstrip() + b">"
-        new = splice(data, [(box.start, box.end, tag + raw + f"</{box.name}>".encode())])
+    put(package, piece.part, piece.path, piece.element, piece.place)
+
+
+def put(package: PackageEdit, part: str, path: Path, element: etree._Element, place: int) -> None:
+    """Put an element into a list, at a place or at the end."""
+    box, there = package.part(part).box(*path), package.part(part).children(*path)
+    if box is None:
+        raise broken()
+    if place < len(there):
+        box.insert(box.index(there[place]), element)
+    elif there:
+        box.insert(box.index(there[-1]) + 1, element)
     else:
-        found = children(data, piece.path)
-        at = found[min(piece.place, len(found)) - 1].end if piece.place and found else box.inner
-        new = splice(data, [(at, at, raw)])
-    package.write(piece.part, new)
+        box.append(element)
+    package.part(part).touch()
 
 
-def change(package: PackageEdit, part: str, path: Path, changed: Callable[[Element], Mapping[str, str | None]]) -> None:
+def change(
+    package: PackageEdit, part: str, path: Path, changed: Callable[[etree._Element], Mapping[str, str | None]]
+) -> None:
     """Change attributes of elements of a list."""
-    data = as_utf8(package.read(part))
-    changes = [
-        (e.start, e.inner, with_attributes(data[e.start : e.inner], named))
-        for e in find(data, lambda at: tuple(at[:-1]) == path)
-        if (named := changed(e))
-    ]
-    if changes:
-        package.write(part, splice(data, changes))
+    for element in package.part(part).children(*path):
+        if set_attributes(element, changed(element)):
+            package.part(part).touch()
