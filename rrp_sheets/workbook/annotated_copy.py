@@ -18,9 +18,9 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.sheet_list import SHEETS
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml, cells, put_value
 from rrp_sheets.workbook.patch.sheets import place_style
-from rrp_sheets.workbook.patch.xml_lists import SHEETS
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, alone, child, parse, set_attributes
 
 TITLE = "Findings"

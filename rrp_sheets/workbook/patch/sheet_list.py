@@ -1,16 +1,27 @@
-"""List of sheets in the workbook part, with its names, tabs and relations, and free names for new sheets' parts."""
+"""Lists of elements: of sheets, names, tabs, relations and parts; what is taken out can be put in as it was."""
 
 from __future__ import annotations
 
 import posixpath
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
-from rrp_sheets.workbook.patch.xml_lists import NAMES, RELATIONS, SHEETS, TYPES, Path, change, put
-from rrp_sheets.workbook.patch.xml_part import add, alone, child, local, set_text, text_of
+from rrp_sheets.workbook.patch.xml_part import (
+    add,
+    alone,
+    broken,
+    child,
+    local,
+    parse,
+    remove,
+    set_attributes,
+    set_text,
+    text_of,
+)
 from rrp_sheets.workbook.xlsx_parts import number, truth
 
 _RELATIONS_SPACE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
@@ -18,6 +29,82 @@ VIEWS = ("workbook", "bookViews")
 TABS = ("activeTab", "firstSheet")
 _BEFORE_NAMES = ("sheets", "functionGroups", "externalReferences")
 _LAST = 1_000_000
+Path = tuple[str, ...]
+SHEETS: Path = ("workbook", "sheets")
+NAMES: Path = ("workbook", "definedNames")
+RELATIONS: Path = ("Relationships",)
+TYPES: Path = ("Types",)
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """An element of a list with the white space after it: the part, the list's path, its place there."""
+
+    part: str
+    path: Path
+    place: int
+    raw: str
+
+    @property
+    def element(self) -> etree._Element:
+        """The element itself."""
+        inside = list(parse(f"<piece>{self.raw}</piece>".encode()).iterchildren("*"))
+        if not inside:
+            raise broken()
+        return inside[0]
+
+    def with_attributes(self, changes: Mapping[str, str | None]) -> Piece:
+        """The same element with other attributes."""
+        element = self.element
+        set_attributes(element, changes)
+        return replace(self, raw=etree.tostring(element, encoding="unicode"))
+
+    def at(self, place: int) -> Piece:
+        """The same element at another place."""
+        return replace(self, place=place)
+
+
+def cut(package: PackageEdit, part: str, path: Path, wanted: Callable[[etree._Element], bool]) -> list[Piece]:
+    """Take elements out of a list; the pieces, in their order."""
+    found = list(enumerate(package.part(part).children(*path)))
+    pieces = []
+    for i, element in found:
+        if wanted(element):
+            pieces.append(Piece(part, path, i, etree.tostring(element, encoding="unicode")))
+            remove(element)
+            package.part(part).touch()
+    return pieces
+
+
+def paste(package: PackageEdit, piece: Piece) -> None:
+    """Put a piece into its list, at its place or at the end."""
+    put(package, piece.part, piece.path, piece.element, piece.place)
+
+
+def put(package: PackageEdit, part: str, path: Path, element: etree._Element, place: int) -> None:
+    """Put an element into a list, at a place or at the end."""
+    box, there = package.part(part).box(*path), package.part(part).children(*path)
+    if box is None:
+        raise broken()
+    if place < len(there):
+        box.insert(box.index(there[place]), element)
+    elif there:
+        box.insert(box.index(there[-1]) + 1, element)
+    else:
+        box.append(element)
+    package.part(part).touch()
+
+
+def change(
+    package: PackageEdit, part: str, path: Path, changed: Callable[[etree._Element], Mapping[str, str | None]]
+) -> None:
+    """Change attributes of elements of a list."""
+    for element in package.part(part).children(*path):
+        if set_attributes(element, changed(element)):
+            package.part(part).touch()
+
+
+# ---- the sheets
 
 
 def entries(package: PackageEdit) -> list[etree._Element]:

@@ -1,4 +1,4 @@
-"""Deleting a sheet, which is kept with all that belongs to it, and bringing it back byte for byte."""
+"""Deleting a sheet, which is kept with all that belongs to it; bringing it back byte for byte; what refers to it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,17 @@ import hashlib
 import json
 import posixpath
 import zlib
+from collections.abc import Iterator
 from typing import Any
 
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.cells import column_letters
 from rrp_sheets.workbook.edits import BringSheet, DeleteSheet
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.naming import (
+from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
+from rrp_sheets.workbook.patch.references import (
     formula_parts,
     keep_titles,
     put_back,
@@ -23,9 +26,8 @@ from rrp_sheets.workbook.patch.naming import (
     titles_part,
     without,
 )
-from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
-from rrp_sheets.workbook.patch.xml_lists import NAMES, RELATIONS, SHEETS, TYPES, Piece, cut, paste
-from rrp_sheets.workbook.patch.xml_part import canonical
+from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, Piece, cut, paste
+from rrp_sheets.workbook.patch.xml_part import canonical, text_of
 from rrp_sheets.workbook.sheet_names import sheet_name
 from rrp_sheets.workbook.xlsx_parts import number
 
@@ -208,3 +210,36 @@ def _digest(data: bytes) -> str:
 
 def _packed(data: bytes) -> str:
     return base64.b64encode(zlib.compress(data, 6)).decode()
+
+
+_LISTS = "List_"
+
+
+def referring(data: bytes, name: str, sheet: str) -> list[str]:
+    """Return the references to a sheet, in words.
+
+    Args:
+        data: the file's bytes.
+        name: the file's name, for messages.
+        sheet: the sheet's name.
+    """
+    package = PackageEdit(data, name)
+    return list(dict.fromkeys(_found(package, package.book.names[package.index(sheet)])))
+
+
+def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
+    wanted = sheet.casefold()
+    for index, other in enumerate(package.book.names):
+        if other == sheet or not package.has_formulas(index):
+            continue
+        for f in package.sheet(index).formulas():
+            if wanted in sheets_named(f.text):
+                yield f"the formula in {other}!{column_letters(f.column)}{f.row}"
+    for defined, text in listed.defined_names(package).items():
+        if wanted in sheets_named(text):
+            yield "drop-down lists in Excel" if defined.startswith(_LISTS) else f"the name “{defined}”"
+    own = {part.casefold() for part in own_parts(package, package.book.entries[package.index(sheet)].part)}
+    for part in formula_parts(package):
+        texts = (text_of(f) for _, f in package.part(part).find("f")) if "/charts/" in part and part not in own else ()
+        if any(wanted in sheets_named(text) for text in texts):
+            yield "a chart"

@@ -17,10 +17,10 @@ from rrp_sheets.workbook import limits, style
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.naming import GONE, formula_parts, keep_titles, quoted, renamed, rewrite
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.patch.references import GONE, formula_parts, keep_titles, quoted, renamed, rewrite
+from rrp_sheets.workbook.patch.sheet_list import SHEETS, change, cut, paste
 from rrp_sheets.workbook.patch.sheet_restore import bring_sheet, delete_sheet
-from rrp_sheets.workbook.patch.xml_lists import SHEETS, change, cut, paste
 from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.sheet_names import sheet_name
