@@ -30,6 +30,7 @@ from rrp_sheets.workbook.editing import (
     SetCell,
     edit,
     edited_bytes,
+    read_sheets,
 )
 
 ODD = b"""<?xml version='1.0' encoding='utf-8' standalone="no"?>
@@ -70,7 +71,13 @@ def long(path: Path) -> Path:
     return repack(make(path), {PART: more})
 
 
-ALL: dict[str, Callable[[Path], Path]] = {**SAMPLES, "odd": odd, "long": long}
+def nameless(path: Path) -> Path:
+    """Rows and cells that only count, among them some that say their numbers."""
+    path = long(path)
+    return repack(path, {PART: lambda data: re.sub(rb' r="[A-Z]*(?!(?:2|700)")[0-9]+"', b"", data)})
+
+
+ALL: dict[str, Callable[[Path], Path]] = {**SAMPLES, "odd": odd, "long": long, "nameless": nameless}
 
 
 @cache
@@ -176,6 +183,22 @@ def test_a_new_name_changes_only_what_names_the_sheet(name: str, sheet: str) -> 
             for calc in [*a.iter("{*}calcPr"), *b.iter("{*}calcPr")]:
                 calc.attrib.pop("fullCalcOnLoad", None)
             assert canonical(a).replace(b"<calcPr></calcPr>", b"") == canonical(b).replace(b"<calcPr></calcPr>", b"")
+
+
+def test_rows_that_count_on_follow_the_rows_before_them(tmp_path: Path) -> None:
+    path = nameless(tmp_path / "x.xlsx")
+    gap = b'<row r="260"><c><v>1</v></c></row><row><c><v>2</v></c></row>'
+    repack(
+        path,
+        {
+            PART: lambda data: re.sub(
+                rb"(?s)(<sheetData>(?:.*?</row>){256}).*</sheetData>", rb"\1" + gap + rb"</sheetData>", data
+            )
+        },
+    )
+    edit(path, [MoveRows(SHEET, 260, 1, before=8), SetCell(SHEET, 300, 1, "end")])
+    sheet = read_sheets(path)[0]
+    assert [sheet.cells[at, 1].text for at in (8, 9, 257, 261, 300)] == ["1", "8", "256", "2", "end"]
 
 
 def test_everything_of_a_strange_sheet_is_kept(tmp_path: Path) -> None:

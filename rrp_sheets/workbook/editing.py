@@ -185,7 +185,6 @@ def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
 
 
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
-    pass
     from rrp_sheets.workbook.text_patch import CsvTable, EncodedText, sheet_named
     from rrp_sheets.workbook.text_sheets import CsvFolder
 

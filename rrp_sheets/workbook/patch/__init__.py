@@ -1,1 +1,1 @@
-"""Changing an existing .xlsx inside its package: only what must change is written anew, byte by byte."""
+"""Changing an existing .xlsx inside its package: only the parts that must change are written anew."""

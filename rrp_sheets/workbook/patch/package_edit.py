@@ -62,6 +62,11 @@ class PackageEdit:
         assert isinstance(sheet, SheetXml)
         return sheet
 
+    @property
+    def workbook(self) -> XmlPart:
+        """The part with the lists of sheets and names."""
+        return self.part(self.book.part)
+
     def part(self, part: str) -> XmlPart:
         """A part as it is now, to be looked at or changed."""
         spelt = part.casefold()
@@ -134,7 +139,7 @@ class PackageEdit:
 
     def _recalculate(self) -> None:
         """Have the spreadsheet program calculate the user's own formulas anew when it opens the file."""
-        book = self.part(self.book.part)
+        book = self.workbook
         calc = child(book.root, "calcPr")
         if calc is None:
             before = [e for e in book.root.iterchildren("*") if local(e) in _BEFORE_CALC]

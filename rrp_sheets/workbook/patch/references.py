@@ -174,7 +174,7 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
 
 def _grow_names(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
     """Extend the lists behind the drop-downs."""
-    for book, e in package.part(package.book.part).find("definedName"):
+    for book, e in package.workbook.find("definedName"):
         if e.get("name", "").startswith(LISTS):
             new = _referring(text_of(e), package.book.names[index], "", longer)
             if new != text_of(e):

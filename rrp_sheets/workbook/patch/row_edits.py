@@ -142,7 +142,8 @@ def _rebuild(package: PackageEdit, index: int, edit: RowEdit, moves: Moves) -> N
                 elsewhere[number] = row
             elif (new := edit.mapped(number)) is not None:
                 stay[new] = row
-        if list(stay) != list(block.rows) or list(stay.values()) != list(block.rows.values()):
+        counting = any(row.get("r") is None for row in block.rows.values())  # on from rows that may now be others
+        if counting or list(stay) != list(block.rows) or list(stay.values()) != list(block.rows.values()):
             block.take(stay)
     if isinstance(edit, InsertRows) and pattern is not None:
         sheet.insert(edit.before, _copies(pattern, edit.before, edit.count))
@@ -332,7 +333,7 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
         if i != index:
             found = _formulas(sheet, ignored_columns(package, i))
             yield from ((text, name, f"the formula in {name}!{at}", False, False) for _, at, text in found)
-    for _, e in package.part(package.book.part).find("definedName"):
+    for _, e in package.workbook.find("definedName"):
         title = e.get("name", "")
         if title.casefold() not in _STAYING:
             yield text_of(e), "", f"the name “{title}”", False, title.startswith(LISTS)

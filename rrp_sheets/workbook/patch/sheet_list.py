@@ -109,12 +109,12 @@ def change(
 
 def entries(package: PackageEdit) -> list[etree._Element]:
     """The sheets, those with a chart only too."""
-    return package.part(package.book.part).children(*SHEETS)
+    return package.workbook.children(*SHEETS)
 
 
 def refuse_protected(package: PackageEdit) -> None:
     """Raise SheetsError when somebody has locked which sheets there are."""
-    for e in package.part(package.book.part).root.iterchildren("{*}workbookProtection"):
+    for e in package.workbook.root.iterchildren("{*}workbookProtection"):
         if truth(e.get("lockStructure")):
             raise SheetsError(
                 "The workbook's structure is protected: its sheets stay as they are.",
@@ -155,7 +155,7 @@ def renumber(package: PackageEdit, new: Callable[[int], int]) -> None:
 
 def views(package: PackageEdit) -> list[dict[str, str | None]]:
     """The tabs in front, of each window."""
-    return [{a: e.get(a) for a in TABS} for e in package.part(package.book.part).children(*VIEWS)]
+    return [{a: e.get(a) for a in TABS} for e in package.workbook.children(*VIEWS)]
 
 
 def set_views(package: PackageEdit, tabs: list[dict[str, str | None]]) -> None:
@@ -169,13 +169,13 @@ def set_views(package: PackageEdit, tabs: list[dict[str, str | None]]) -> None:
 
 def defined_names(package: PackageEdit) -> dict[str, str]:
     """The names of the whole workbook with what they mean."""
-    found = package.part(package.book.part).children(*NAMES)
+    found = package.workbook.children(*NAMES)
     return {e.get("name", ""): text_of(e) for e in found if e.get("localSheetId") is None}
 
 
 def define(package: PackageEdit, name: str, formula: str, local: int | None = None) -> None:
     """Give a name its meaning; `local` is the place of the only sheet that it is for."""
-    book = package.part(package.book.part)
+    book = package.workbook
     own = None if local is None else str(local)
     for e in book.children(*NAMES):
         if e.get("name") == name and e.get("localSheetId") == own:
@@ -189,7 +189,7 @@ def define(package: PackageEdit, name: str, formula: str, local: int | None = No
 
 def ensure_names(package: PackageEdit) -> None:
     """Have a list of names."""
-    book = package.part(package.book.part)
+    book = package.workbook
     if book.box(*NAMES) is None:
         last = [e for e in book.root.iterchildren("*") if local(e) in _BEFORE_NAMES][-1]
         add(book.root, "definedNames", {}, at=book.root.index(last) + 1)
@@ -198,7 +198,7 @@ def ensure_names(package: PackageEdit) -> None:
 
 def drop_empty_names(package: PackageEdit) -> None:
     """Have no list of names without names."""
-    book = package.part(package.book.part)
+    book = package.workbook
     box = book.box(*NAMES)
     if box is not None and child(box, "definedName") is None:
         book.root.remove(box)
@@ -208,22 +208,22 @@ def drop_empty_names(package: PackageEdit) -> None:
 def rewrite_names(package: PackageEdit, changed: Callable[[str], str]) -> dict[str, list[str]]:
     """Change what names mean; the new and the old texts by name."""
     old = {}
-    for e in package.part(package.book.part).children(*NAMES):
+    for e in package.workbook.children(*NAMES):
         text = text_of(e)
         if text and (new := changed(text)) != text:
             set_text(e, new)
-            package.part(package.book.part).touch()
+            package.workbook.touch()
             old[e.get("name", "")] = [new, text]
     return old
 
 
 def put_names_back(package: PackageEdit, old: Mapping[str, list[str]]) -> None:
     """Take `rewrite_names` back where its texts still stand."""
-    for e in package.part(package.book.part).children(*NAMES):
+    for e in package.workbook.children(*NAMES):
         new, was = old.get(e.get("name", ""), ("", ""))
         if new and text_of(e) == new:
             set_text(e, was)
-            package.part(package.book.part).touch()
+            package.workbook.touch()
 
 
 # ---- the parts behind the list

@@ -122,7 +122,7 @@ class RowBlock(Touchable):
     def __init__(self, sheet: SheetXml, data: bytes, first: int) -> None:
         self._sheet, self._data, self.first = sheet, data, first
         self._table: etree._Element | None = None
-        self._rows: dict[int, etree._Element] = {}
+        self._rows: dict[int, etree._Element] | None = None
         self.special = any(word in data for word in _MANY_CELLS)
 
     @property
@@ -130,14 +130,13 @@ class RowBlock(Touchable):
         """The rows within an element of their own."""
         if self._table is None:
             self._table = parse(self._data.join(self._sheet.frame))
-            self._index()
         return self._table
 
     @property
     def rows(self) -> dict[int, etree._Element]:
         """The rows by number."""
-        if self._table is None:
-            self._table = self.table
+        if self._rows is None:
+            self._rows = self._index()
         return self._rows
 
     @property
@@ -152,14 +151,15 @@ class RowBlock(Touchable):
         super().touch()
         self._sheet.touch()
 
-    def _index(self) -> None:
+    def _index(self) -> dict[int, etree._Element]:
         number = max(self.first - 1, 0)
-        self._rows = {}
+        rows = {}
         for row in self.table.iterchildren("*"):
             before, number = number, whole(row.get("r"), number + 1)
             if local(row) != "row" or number <= before:
                 raise broken()
-            self._rows[number] = row
+            rows[number] = row
+        return rows
 
     def take(self, rows: dict[int, etree._Element]) -> None:
         """Have these rows, which get their numbers, instead of those there were."""
@@ -179,18 +179,14 @@ class RowBlock(Touchable):
                 table.append(row)
             else:
                 table.insert(table.index(following), row)
-        self.first = min(rows, default=_NEVER)
-        self._index()
+        self.first, self._rows = min(rows, default=_NEVER), None
         self.touch()
 
     def add(self, number: int) -> etree._Element:
         """Add a row without cells."""
         later = next((row for n, row in self.rows.items() if n > number), None)
-        if later is not None:  # it may have counted on from the one before
-            later.set("r", str(min(n for n in self.rows if n > number)))
         new = add(self.table, "row", {"r": str(number)}, at=None if later is None else self.table.index(later))
-        self.first = min(self.first, number)
-        self._index()
+        self.first, self._rows = min(self.first, number), None
         return new
 
     def close(self) -> bytes:
@@ -199,7 +195,7 @@ class RowBlock(Touchable):
             start, end = self._sheet.frame
             data = etree.tostring(self.table, encoding="UTF-8")
             self._data = data[len(start) : -len(end)] if data.endswith(end) else b""
-        self._table, self._rows, self.touched = None, {}, False
+        self._table, self._rows, self.touched = None, None, False
         return self._data
 
 
@@ -453,8 +449,8 @@ def _used(blocks: Iterable[RowBlock], step: int) -> int:
 
 
 def _cut(body: bytes) -> tuple[int, list[tuple[int, int]], int]:
-    """Where the rows begin, where a block may begin and with which number, and where the rows end."""
-    begin, count = 0, 0
+    """Return the place of the rows' begin, those of later blocks with their first numbers, and that of the end."""
+    begin, count, number = 0, 0, 0
     cuts: list[tuple[int, int]] = []
     for match in _PLACES.finditer(body):
         if match["name"] == b"sheetData":
@@ -464,10 +460,12 @@ def _cut(body: bytes) -> tuple[int, list[tuple[int, int]], int]:
                 return begin, cuts, match.start()
             begin = begin or match.end()
         elif match["name"] and begin and not match["end"]:
+            named = _NUMBER.search(match["rest"])
+            number = int(named[1]) if named else number + 1
+            if count == _BLOCK_ROWS:
+                cuts.append((match.start(), number))
+                count = 0
             count += 1
-            if count > _BLOCK_ROWS and (number := _NUMBER.search(match["rest"])):
-                cuts.append((match.start(), int(number[1])))
-                count = 1
     raise broken()
 
 
