@@ -9,8 +9,7 @@ import pytest
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook, sheet_titles
-from rrp_sheets.workbook.style import Offers
+from rrp_sheets.workbook.maker import Offers, make_workbook, sheet_titles
 from rrp_sheets.workbook.template import new_workbook, template_sheets
 
 OFFERS = Offers(

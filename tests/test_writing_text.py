@@ -29,7 +29,7 @@ from rrp_sheets.workbook.editing import (
     read_sheets,
 )  # fmt: skip
 from rrp_sheets.workbook.maker import make_workbook
-from rrp_sheets.workbook.raw_rows import to_rows
+from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.text_books import from_csv, from_markdown, to_csv, to_markdown
 from rrp_sheets.workbook.text_patch import csv_text, write_csv, write_markdown
 

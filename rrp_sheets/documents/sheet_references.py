@@ -11,7 +11,7 @@ from rrp_sheets.formulas.tokens import Hole, Token, tokenize
 from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.workbook.kinds.own_tables import words
+from rrp_sheets.workbook.sheet_readers import words
 
 Texts = Callable[[Address], str]
 """Text of a cell, as it was typed."""

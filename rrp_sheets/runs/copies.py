@@ -15,14 +15,14 @@ from rrp_sheets.resources import bundled
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
-    from rrp_sheets.workbook.style import Offers
+    from rrp_sheets.workbook.maker import Offers
 
 MADE = ("guided", "empty")
 
 
 def offers(robot: Robot) -> Offers:
     """Return the names that a workbook for this robot offers in its drop-downs."""
-    from rrp_sheets.workbook.style import Offers
+    from rrp_sheets.workbook.maker import Offers
 
     everyday = [c for c in connectors() if not c.advanced] + [c for c in connectors() if c.advanced]
     joints = tuple(j.name for j in robot.joints.values())
@@ -79,7 +79,7 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     """
     from rrp_sheets.workbook import read
     from rrp_sheets.workbook.editing import read_sheets
-    from rrp_sheets.workbook.raw_rows import to_rows
+    from rrp_sheets.workbook.reading import to_rows
     from rrp_sheets.workbook.text_patch import write_csv, write_markdown
 
     suffix = target.suffix.casefold()

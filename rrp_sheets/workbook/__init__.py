@@ -5,8 +5,7 @@ Reading is `read`; making is in `maker` and `template`, which are imported where
 
 import os
 
-from rrp_sheets.workbook.raw_rows import to_sheets
-from rrp_sheets.workbook.reading import Reading, read
+from rrp_sheets.workbook.reading import Reading, read, to_sheets
 
 # With lxml openpyxl would write other bytes, so that a workbook made anew would differ from an older one.
 os.environ.setdefault("OPENPYXL_LXML", "False")

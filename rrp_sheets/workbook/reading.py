@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,19 +14,21 @@ from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.columns import OwnTable
 from rrp_sheets.workbook.headers import BEHAVIOUR, NearMiss, Recognised, recognise
-from rrp_sheets.workbook.kinds.behaviour import read_behaviour
-from rrp_sheets.workbook.kinds.own_tables import is_named, read_table, words
-from rrp_sheets.workbook.kinds.simple import (
+from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
+from rrp_sheets.workbook.sheet_readers import (
+    OwnTable,
+    is_named,
+    read_behaviour,
     read_devices,
     read_gestures,
     read_helpers,
     read_protocol,
     read_scene,
+    read_table,
     read_test,
+    words,
 )
-from rrp_sheets.workbook.raw import Book, Extent, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
 
 MARKDOWN = {".md", ".markdown"}
@@ -285,3 +287,33 @@ class Reader:
             if key(name) in first:
                 self.report.add("SHEET014", Address(name), first=first[key(name)], sheet=name)
             first.setdefault(key(name), name)
+
+
+def to_sheets(reading: Reading) -> Mapping[str, Sequence[Sequence[str]]]:
+    """The rows of every sheet, each cell as the user typed it, for `maker.make_workbook`.
+
+    Rows keep their numbers (blank ones stay blank), so that every message about a cell holds for the copy too. Of an
+    .xlsx the user's own sheets end at row 20; `to_rows(read_sheets(path))` has all of them.
+    """
+    return to_rows(reading.sheets)
+
+
+def to_rows(sheets: Iterable[RawSheet]) -> dict[str, list[list[str]]]:
+    """The rows of sheets as texts; see `to_sheets`."""
+    found: dict[str, list[list[str]]] = {}
+    for sheet in sheets:
+        what = recognise(sheet)
+        column = what.columns.get("Formula", 0)
+        rows: list[list[str]] = []
+        for number, cells in sheet.rows().items():
+            rows.extend([] for _ in range(number - len(rows) - 1))
+            texts = {c: _text(cell, c == column) for c, cell in cells.items()}
+            rows.append([texts.get(c, "") for c in range(1, max(cells) + 1)])
+        found.setdefault(sheet.name, rows)
+    return found
+
+
+def _text(cell: RawCell, ours: bool) -> str:
+    """Return what was typed where a formula of ours is expected; elsewhere the value that the user sees, if any."""
+    seen = cell.text and cell.kind is not Kind.ERROR
+    return cell.text if seen and not ours else cell.typed

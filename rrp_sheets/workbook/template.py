@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.maker import make_workbook
-from rrp_sheets.workbook.style import Offers
+from rrp_sheets.workbook.maker import Offers, make_workbook
 
 _READ_ME = (
     "Your robot's protocol",

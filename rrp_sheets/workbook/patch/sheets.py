@@ -13,7 +13,7 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.workbook import limits, style
+from rrp_sheets.workbook import limits, maker
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch import sheet_list as listed
@@ -128,7 +128,7 @@ class NewSheet:
 
 def lists_of(names: Sequence[str]) -> dict[str, str]:
     """The lists for drop-downs that a workbook has, by the title that the looks of a column know them by."""
-    titles = {c.offers for columns in style.COLUMNS.values() for c in columns.values() if c.offers}
+    titles = {c.offers for columns in maker.COLUMN_STYLES.values() for c in columns.values() if c.offers}
     titles |= {"Sensors", "Actuators"}
     by_name = {list_name(title): title for title in titles}
     return {title: name for name, title in by_name.items() if name in names}
@@ -143,8 +143,8 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
     """Make a sheet; the package's styles get what they lack for it."""
     from openpyxl import Workbook
 
+    from rrp_sheets.workbook.maker import SheetMaker
     from rrp_sheets.workbook.package import packed
-    from rrp_sheets.workbook.sheet_maker import SheetMaker
 
     texts = [[str(text) for text in row] for row in rows]
     cells = {(r, c): RawCell(t) for r, row in enumerate(texts, 1) for c, t in enumerate(row, 1) if t}

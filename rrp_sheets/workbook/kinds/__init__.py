@@ -1,1 +1,0 @@
-"""Readers of every kind of sheet: from its rows to the model."""

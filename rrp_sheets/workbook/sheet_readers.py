@@ -1,0 +1,465 @@
+"""Readers of every kind of sheet: from its cells to rows of the model; everything odd about a cell is reported."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.fix import Fix, Insert, Put
+from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.model.cells import Address, Cell
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.truths import truth_of
+from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Row, SceneRow, TestRow, TestSheet
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.cleaning import (
+    ERROR_VALUES,
+    clean_fields,
+    clean_formula,
+    clean_name,
+    clean_prose,
+    clean_spaces,
+    from_excel,
+)
+from rrp_sheets.workbook.headers import Recognised
+from rrp_sheets.workbook.raw import Kind, Range, RawCell, RawSheet
+
+_SEPARATORS = re.compile(r"[,、，\n]")
+_BLANK = RawCell("")
+_MOST_MERGES = 20
+
+
+@dataclass(frozen=True, slots=True)
+class FilledRow:
+    """A filled row of a table: its number and its raw cells by column."""
+
+    number: int
+    cells: Mapping[int, RawCell]
+
+
+class OwnTable:
+    """A sheet of ours.
+
+    Args:
+        sheet: as the backend gave it, whole.
+        recognised: where its headers are.
+        report: where findings go.
+    """
+
+    def __init__(self, sheet: RawSheet, recognised: Recognised, report: Report) -> None:
+        self.sheet, self.report = sheet, report
+        self.header_row = recognised.row
+        self.columns, self.others = recognised.columns, recognised.others
+        self.ours = {*self.columns.values(), *(self.others if recognised.kind and recognised.kind.open else ())}
+        self._notes = self.columns.get("Notes", 0)
+        headers = sheet.cells
+        for column, first in recognised.twice.items():
+            text = clean_spaces(headers[self.header_row, column].text)
+            first_cell = self.address(self.header_row, first).cell
+            self.add("SHEET005", self.address(self.header_row, column), header=text, first=first_cell)
+
+    def add(self, code: str, address: Address, *, fixes: Iterable[Fix] = (), **details: object) -> None:
+        """Report a finding, unless there are too many already."""
+        if len(self.report) < limits.FINDINGS:
+            self.report.add(code, address, span=None, fixes=fixes, **details)
+
+    def address(self, row: int, column: int) -> Address:
+        """The address of a cell."""
+        return Address(self.sheet.name, row, column)
+
+    def lines(self) -> Iterator[FilledRow]:
+        """The rows below the header that say something: not blank, no comment, more than notes."""
+        says = self.ours - {self._notes, self.columns.get("On", 0), self.columns.get("Priority", 0)}
+        for number, cells in self.sheet.rows().items():
+            if number > self.header_row and not self._is_comment(cells) and self._filled(cells, says):
+                yield FilledRow(number, cells)
+
+    def comments(self) -> Iterator[FilledRow]:
+        """The comment rows below the header."""
+        for number, cells in self.sheet.rows().items():
+            if number > self.header_row and self._is_comment(cells):
+                yield FilledRow(number, cells)
+
+    @staticmethod
+    def _filled(cells: Mapping[int, RawCell], columns: set[int]) -> bool:
+        return any(c in columns and (cell.formula or clean_spaces(cell.text)) for c, cell in cells.items())
+
+    def _is_comment(self, cells: Mapping[int, RawCell]) -> bool:
+        """Return whether a row is a comment: its first cell, leaving out the user's own columns, begins with `#`."""
+        for column, cell in cells.items():
+            if column in self.ours or column not in self.others:
+                text = clean_name(cell.text)
+                if text:
+                    return text.startswith("#") and cell.kind is Kind.TEXT and not is_error_value(text)
+        return False
+
+    def name(self, line: FilledRow, header: str) -> Cell:
+        """A cell that holds a name."""
+        return self._cell(line, self.columns.get(header, 0), clean_name)
+
+    duration = name
+    """A cell that holds a time or a duration is cleaned like a name."""
+
+    def formula(self, line: FilledRow, header: str) -> Cell:
+        """A cell that holds a formula; one that the spreadsheet program took for its own is read all the same."""
+        column = self.columns.get(header, 0)
+        cell = line.cells.get(column, _BLANK)
+        if cell.formula:
+            original = cell.typed
+            return self._checked(clean_formula(from_excel(cell.formula)), original, self.address(line.number, column))
+        return self._cell(line, column, clean_formula)
+
+    def prose(self, line: FilledRow, header: str) -> Cell:
+        """A cell that holds a text for people."""
+        return self._cell(line, self.columns.get(header, 0), clean_prose)
+
+    def fields(self, line: FilledRow, header: str) -> Cell:
+        """A cell that holds a value to send or to expect."""
+        return self._cell(line, self.columns.get(header, 0), clean_fields)
+
+    def other(self, line: FilledRow, column: int) -> Cell:
+        """A cell of a column with a header of its own: a device's setting, a gesture's joint."""
+        return self._cell(line, column, clean_prose)
+
+    def notes(self, line: FilledRow) -> str:
+        """The row's notes, as typed."""
+        return line.cells.get(self._notes, _BLANK).text.strip()
+
+    def names(self, cell: Cell) -> tuple[Cell, ...]:
+        """The names in a cell, separated by commas or line breaks."""
+        parts = [name for part in _SEPARATORS.split(cell.text) if (name := clean_spaces(part))]
+        if len(parts) > limits.NAMES:
+            self.add("SHEET021", cell.address, count=len(parts), limit=limits.NAMES)
+        return tuple(Cell(name, cell.address, cell.original) for name in parts[: limits.NAMES])
+
+    def _cell(self, line: FilledRow, column: int, clean: Callable[[str], str]) -> Cell:
+        address = self.address(line.number, column) if column else Address(self.sheet.name, line.number, 1)
+        raw = line.cells.get(column, _BLANK) if column else _BLANK
+        if raw.kind in (Kind.DATE, Kind.TIME):
+            self.add("SHEET006", address, value=raw.text)
+            return Cell(raw.text, address, raw.typed)
+        if raw.formula and (raw.kind is Kind.ERROR or not raw.text):
+            return self._checked(clean(from_excel(raw.formula)), raw.typed, address)  # typed with = by habit
+        return self._checked(clean(raw.text), raw.typed, address)
+
+    def _checked(self, text: str, original: str, address: Address) -> Cell:
+        if len(text) > limits.CELL_CHARACTERS:
+            self.add("SHEET016", address, count=len(text), limit=limits.CELL_CHARACTERS)
+            text, original = text[: limits.CELL_CHARACTERS], original[: limits.CELL_CHARACTERS]
+        elif is_error_value(text):
+            self.add("SHEET007", address, value=text)
+        return Cell(text, address, original)
+
+    def report_hidden(self, lines: Mapping[int, object]) -> None:
+        """Warn of rows that cannot be seen but are active.
+
+        Args:
+            lines: the active rows by number.
+        """
+        if self.sheet.hidden and lines:
+            self.add("SHEET010", Address(self.sheet.name), sheet=self.sheet.name)
+        hidden = sorted(self.sheet.hidden_rows & lines.keys())
+        blocks: list[list[int]] = []
+        for row in hidden:
+            if blocks and blocks[-1][1] == row - 1:
+                blocks[-1][1] = row
+            else:
+                blocks.append([row, row])
+        for first, last in blocks:
+            rows: str = Phrase("Row {n}", n=first)
+            if first != last:
+                rows = Phrase("Rows {first} to {last}", first=first, last=last)
+            address = self.address(first, min(self.columns.values()))
+            self.add("SHEET009", address, rows=rows, sheet=self.sheet.name)
+
+    def report_merged(self) -> None:
+        """Warn of merged cells that reach into the table."""
+        last = max((row for row, _ in self.sheet.cells), default=0)
+        reaching = [r for r in self.sheet.merged if r.bottom >= self.header_row and r.top <= last and r.area > 1]
+        found = [(block, second) for block in reaching if (second := self._second(block))]
+        for block, second in found[:_MOST_MERGES]:
+            first, end = self.address(block.top, block.left), self.address(block.bottom, block.right)
+            self.add("SHEET008", second, range=f"{first.cell}:{end.cell}", first=first.cell)
+
+    def _second(self, block: Range) -> Address | None:
+        """The first cell of a merged range that is one of ours and not the one with the content."""
+        columns = sorted(c for c in self.ours if block.left <= c <= block.right)
+        for row in (block.top, block.top + 1):
+            for column in columns:
+                if row <= block.bottom and (row, column) != (block.top, block.left):
+                    return self.address(row, column)
+        return None
+
+
+def is_error_value(text: str) -> bool:
+    """Return whether a text is one of Excel's or LibreOffice's error values.
+
+    >>> is_error_value("#NAME?"), is_error_value("Err:508"), is_error_value("# note")
+    (True, True, False)
+    """
+    return text[:1] in ("#", "E") and (text.upper() in ERROR_VALUES or re.fullmatch(r"Err:\d{3}", text) is not None)
+
+
+def header_keys(table: OwnTable) -> dict[int, str]:
+    """The keys of the columns with headers of their own, by column."""
+    return {column: key(header) for column, header in table.others.items() if key(header)}
+
+
+def read_behaviour(table: OwnTable) -> Behaviour:
+    """The behaviour that a sheet describes."""
+    rows = [_behaviour_row(table, line) for line in table.lines()]
+    for line in table.comments():
+        _report_buried(table, line)
+    table.report_hidden({row.number: row for row in rows if row.on})
+    header = table.address(table.header_row, table.columns["Input streams"])
+    return Behaviour(table.sheet.name, tuple(rows), header, _headings(table, rows))
+
+
+def _headings(table: OwnTable, rows: Sequence[Row]) -> dict[int, str]:
+    """The comments above rows, by the number of the row that follows them."""
+    comments = {line.number: _comment(line) for line in table.comments()}
+    numbers = {row.number for row in rows}
+    found: dict[int, str] = {}
+    waiting: list[str] = []
+    for number in sorted(numbers | comments.keys()):
+        if number in numbers:
+            if waiting:
+                found[number] = " ".join(waiting)
+            waiting = []
+        elif comments[number]:
+            waiting.append(comments[number])
+    return found
+
+
+def _comment(line: FilledRow) -> str:
+    """A comment's text without its sign."""
+    first = next((cell for cell in line.cells.values() if cell.text.strip().startswith("#")), None)
+    return "" if first is None or first.kind is not Kind.TEXT else first.text.strip().lstrip("#").strip()
+
+
+def _report_buried(table: OwnTable, line: FilledRow) -> None:
+    """Warn of a row that was written into a comment; one after a lone `#` is switched off in this way on purpose."""
+    on, inputs, connector, output = (
+        table.columns.get(header, 0) for header in ("On", "Input streams", "Connector", "Output stream")
+    )
+    texts = {column: cell.typed for column, cell in line.cells.items() if cell.typed.strip()}
+    comment = texts.get(on, "").strip()
+    if (
+        not (comment.startswith("#") and comment.strip("# "))
+        or connector not in texts
+        or not (inputs in texts or output in texts)
+    ):
+        return
+    columns = sorted(table.ours - {on})
+    emptied = (Put(table.address(line.number, c), "", was=texts.get(c, "")) for c in columns)
+    mine = tuple((c, texts[c]) for c in columns if c in texts)
+    apart = Fix("own-row", "Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, mine)))
+    table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
+
+
+def _behaviour_row(table: OwnTable, line: FilledRow) -> Row:
+    inputs = table.name(line, "Input streams")
+    return Row(
+        number=line.number,
+        inputs=table.names(inputs),
+        inputs_cell=inputs,
+        connector=table.name(line, "Connector"),
+        formula=table.formula(line, "Formula"),
+        output=table.name(line, "Output stream"),
+        on=_is_on(table, line),
+        priority=_priority(table, line),
+        notes=table.notes(line),
+    )
+
+
+def _is_on(table: OwnTable, line: FilledRow) -> bool:
+    cell = table.name(line, "On")
+    on = truth_of(cell.text)
+    if on is None and cell:
+        table.add("SHEET011", cell.address, value=cell.text)
+    return on is not False
+
+
+def _priority(table: OwnTable, line: FilledRow) -> float:
+    cell = table.name(line, "Priority")
+    if not cell:
+        return 0.0
+    try:
+        priority = float(cell.text)
+    except ValueError:
+        priority = math.nan
+    if not math.isfinite(priority) or "_" in cell.text:
+        table.add("SHEET012", cell.address, value=cell.text)
+        return 0.0
+    return priority
+
+
+def read_helpers(table: OwnTable) -> tuple[Helper, ...]:
+    """The rows of a Helpers sheet."""
+    lines = list(table.lines())
+    table.report_hidden({line.number: line for line in lines})
+    return tuple(
+        Helper(table.name(line, "Name"), table.names(table.name(line, "Inputs")), table.formula(line, "Formula"))
+        for line in lines
+    )
+
+
+def read_devices(table: OwnTable) -> tuple[Device, ...]:
+    """The rows of a Devices sheet; a blank cell stands for a setting left out."""
+    keys = header_keys(table)
+    headers = {k: table.others[c] for c, k in keys.items()}
+    devices = []
+    lines = list(table.lines())
+    for line in lines:
+        settings = {keys[c]: table.other(line, c) for c in sorted(keys)}
+        device = Device(table.name(line, "Stream"), table.name(line, "Device"), settings, headers)
+        devices.append(device)
+    table.report_hidden({line.number: line for line in lines})
+    return tuple(devices)
+
+
+def read_scene(table: OwnTable) -> tuple[SceneRow, ...]:
+    """The rows of a Scene sheet; their words are understood later."""
+    lines = list(table.lines())
+    table.report_hidden({line.number: line for line in lines})
+    return tuple(
+        SceneRow(
+            table.duration(line, "Time (s)"), table.name(line, "Thing"), table.name(line, "Does"),
+            table.prose(line, "Value"),
+        )
+        for line in lines
+    )  # fmt: skip
+
+
+def read_test(table: OwnTable) -> TestSheet:
+    """The rows of a test sheet. Send and Expect are written like formulas (`zone="Head"`) or as plain texts."""
+    lines = list(table.lines())
+    table.report_hidden({line.number: line for line in lines})
+    return TestSheet(table.sheet.name, tuple(_test_row(table, line) for line in lines))
+
+
+def _test_row(table: OwnTable, line: FilledRow) -> TestRow:
+    time, stream = table.duration(line, "Time (ms)"), table.name(line, "Stream")
+    for cell, what in ((time, "time"), (stream, "stream")):
+        if not cell:
+            table.add("SHEET013", cell.address, what=what)
+    return TestRow(time, stream, table.fields(line, "Send"), table.fields(line, "Expect"), table.notes(line))
+
+
+def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
+    """The keyframes of a Gestures sheet; a blank joint is not among a keyframe's joints."""
+    keys = header_keys(table)
+    lines = list(table.lines())
+    table.report_hidden({line.number: line for line in lines})
+    headers = {keys[c]: table.others[c].strip() for c in sorted(keys)}
+    rows = []
+    for line in lines:
+        name, time = table.name(line, "Name"), table.duration(line, "Time (s)")
+        for cell, what in ((name, "name"), (time, "time")):
+            if not cell:
+                table.add("SHEET013", cell.address, what=what)
+        joints = {keys[c]: table.other(line, c) for c in sorted(keys) if c in line.cells}
+        rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}, headers))
+    return tuple(rows)
+
+
+def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str]) -> None:
+    """Add the fields of a Protocol sheet to `fields` (cells by key) and `names` (as spelt); dates may be values."""
+    lines = list(table.lines())
+    table.report_hidden({line.number: line for line in lines})
+    for line in lines:
+        name = table.name(line, "Field")
+        value = _value(table, line, table.columns)
+        k = key(name.text)
+        if not name:
+            table.add("SHEET013", name.address, what="field name")
+        elif k in fields:
+            table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
+        else:
+            fields[k], names[k] = value, name.text
+
+
+def _value(table: OwnTable, line: FilledRow, columns: Mapping[str, int]) -> Cell:
+    column = columns["Value"]
+    raw = line.cells.get(column)
+    if raw is not None and raw.kind is Kind.DATE:  # the date of an approval, say, is meant as a date
+        return Cell(raw.text, table.address(line.number, column), raw.typed)
+    return table.prose(line, "Value")
+
+
+_TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^“”]*”|(?<!\w)'(?:[^']|'')*')""")
+
+
+def words(texts: Iterable[str]) -> set[str]:
+    """The keys of all words in formulas, without those in texts: a text that says “notes” names no sheet.
+
+    >>> sorted(words(['INDEX(Parts; step) & "notes"']))
+    ['index', 'parts', 'step']
+    """
+    return {key(word) for text in texts for word in _words(_TEXT.sub(" ", text))}
+
+
+def _words(text: str) -> list[str]:
+    # not by \w alone, which leaves out the vowel signs of many scripts
+    between = {ord(c): " " for c in set(text) if not (c.isalnum() or c == "_" or f"a{c}".isidentifier())}
+    return text.translate(between).split()
+
+
+def is_named(sheet: str, named: set[str]) -> bool:
+    """Return whether a sheet's name is one of the words, as it can be written in a formula."""
+    return key(sheet) in named or key(argument_name(sheet)) in named
+
+
+def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
+    """Header and rows to the first blank one, as texts; a blank cell is an empty text, a text too long is cut."""
+    filled = {at: text for at, cell in sheet.cells.items() if (text := clean_prose(cell.text or cell.formula))}
+    if not filled:
+        report.add("SHEET020", Address(sheet.name), sheet=sheet.name)
+        return ()
+    top = min(row for row, _ in filled)
+    header = sorted(column for row, column in filled if row == top)
+    left, right = header[0], header[-1]
+    if right - left >= limits.TABLE_COLUMNS:
+        right = left + limits.TABLE_COLUMNS - 1
+        _too_large(sheet, report, Address(sheet.name, top, right + 1), limits.TABLE_COLUMNS, "columns")
+    _check_header(sheet, report, {c: filled.get((top, c), "") for c in range(left, right + 1)}, top, filled)
+    rows = []
+    present = {row for row, column in filled if left <= column <= right}
+    row = top
+    while row in present:
+        if row > top + limits.TABLE_ROWS:
+            _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, "rows")
+            break
+        rows.append(tuple(_text(sheet, (row, column), filled, report) for column in range(left, right + 1)))
+        row += 1
+    if len(rows) < 2:
+        report.add("SHEET020", Address(sheet.name, top, left), sheet=sheet.name)
+    return tuple(rows)
+
+
+def _text(sheet: RawSheet, at: tuple[int, int], filled: dict[tuple[int, int], str], report: Report) -> str:
+    text = filled.get(at, "")
+    if len(text) > limits.TABLE_TEXT:
+        report.add("SHEET016", Address(sheet.name, *at), count=f"{len(text):,}", limit=f"{limits.TABLE_TEXT:,}")
+    return text[: limits.TABLE_TEXT]
+
+
+def _check_header(
+    sheet: RawSheet, report: Report, titles: dict[int, str], top: int, filled: dict[tuple[int, int], str]
+) -> None:
+    """Columns that formulas cannot reach: without a name, or with the name of another."""
+    seen: set[str] = set()
+    used = {column for row, column in filled if row == top + 1}
+    for column, title in titles.items():
+        if key(title) in seen:
+            report.add("FORM023", Address(sheet.name, top, column), table=sheet.name, title=title)
+        elif not key(title) and column in used:
+            report.add("FORM024", Address(sheet.name, top, column), table=sheet.name)
+        seen |= {key(title)} - {""}
+
+
+def _too_large(sheet: RawSheet, report: Report, address: Address, limit: int, what: str) -> None:
+    report.add("SHEET019", address, sheet=sheet.name, limit=f"{limit:,}", what=what)
