@@ -7,7 +7,7 @@ from grid_books import EMPTY, HEADER, ROWS, Books, Shared
 from playwright.sync_api import expect
 
 from rrp_sheets.workbook.editing import read_sheets
-from rrp_sheets.workbook.headers import KINDS
+from rrp_sheets.workbook.schema import SHEETS as KINDS
 
 OURS = "The header row was not pasted: the sheet has one."
 BALL = ["", "Red ball", "map", "redBall.distance", "Distance", "new"]

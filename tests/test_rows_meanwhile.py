@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows
 
@@ -27,7 +27,7 @@ def hurried() -> Iterator[None]:
 
 @pytest.mark.usefixtures("hurried")
 def test_rows_can_be_made_at_any_moment_and_those_that_stay_are_never_missing() -> None:
-    grid = Grid("T", "behaviour", 2, (Column(1, "Connector", "Connector"),))
+    grid = Grid("T", "behaviour", 2, (GridColumn(1, "Connector", "Connector"),))
     stay = grid.add_blank(20)
     renderer, over = RowRenderer(grid), threading.Event()
 

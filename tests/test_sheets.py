@@ -28,7 +28,8 @@ from rrp_sheets.workbook.editing import (
     read_sheets,
 )  # fmt: skip
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.template import TITLES, beginning
+from rrp_sheets.workbook.schema import TITLES
+from rrp_sheets.workbook.template import beginning
 
 HEAD = beginning("behaviour")
 LISTED = re.compile(r"\[Content_Types\]\.xml|docProps/app\.xml|xl/(workbook|styles|_rels/workbook|calcChain)\.")

@@ -16,12 +16,11 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Protocol, Workbook
+from rrp_sheets.workbook.schema import FIELDS
 
-ENGINES = ("frame", "event loop")
-FORGETS, KEEPS = "ends with the run", "kept"
-"""Values of the field Face memory."""
-NOT_KEPT = "not kept"
-"""Values of the field Camera pictures besides `kept`."""
+ENGINES = FIELDS["engine"].words
+FORGETS, KEEPS = FIELDS["facememory"].words
+_, NOT_KEPT = FIELDS["camerapictures"].words
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 

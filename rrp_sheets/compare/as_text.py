@@ -125,7 +125,7 @@ def say(change: Change) -> str:
             what = f": {one_line(change.what)}" if change.what else ""
             return f"{at}{what} is written differently: {before} → {after}"
         case "notes":
-            return f"{at}: notes {before} → {after}"
+            return f"{at}: {change.what} {before} → {after}"
     return _changed(change, at, before, after)
 
 

@@ -18,7 +18,7 @@ from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.detail import detail, gesture_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import Match, helper_meaning, match
 from rrp_sheets.compare.rows import RENAMED, WRITTEN, row_changes
-from rrp_sheets.compare.side import DeviceView, Side
+from rrp_sheets.compare.side import DeviceView, Side, different
 from rrp_sheets.compare.tokens import meanings, pieces
 from rrp_sheets.model.changed import ChangedBehaviour
 from rrp_sheets.model.names import key
@@ -76,11 +76,9 @@ def _notes(old: Side, new: Side) -> list[Change]:
             cells = [d.stream for d in book.devices] if part == "device" else [h.name for h in book.helpers]
             places.append({c.text: c.address for c in cells})
         for name in places[0].keys() & places[1].keys():
-            at = [p[name] for p in places]
-            before, after = (s.note(a.sheet, a.row) for s, a in zip((old, new), at, strict=True))
-            if before != after:
-                rows = (at[0].row, at[1].row)
-                out.append(Change("notes", part, at[1].sheet, name, rows, "notes", before, after, effect=False))
+            a, b = (p[name] for p in places)
+            for column, was, now in different(old.remarks_of(a.sheet, a.row), new.remarks_of(b.sheet, b.row)):
+                out.append(Change("notes", part, b.sheet, name, (a.row, b.row), column, was, now, effect=False))
     return sorted(out, key=lambda c: (c.part, c.rows[1]))
 
 
@@ -145,9 +143,8 @@ def protocol_changes(first: Side, second: Side, found: Match) -> list[Change]:
         name = new.names.get(k) or old.names[k]
         base = Change("changed", "protocol", place, name, rows, "", before, after)
         out += _field(base, k, first, second, found)
-        was, now = (s.note(place, row) if row else "" for s, row in zip((first, second), rows, strict=True))
-        if was != now:
-            out.append(Change("notes", "protocol", place, name, rows, "notes", was, now, effect=False))
+        for column, was, now in different(first.remarks_of(place, rows[0]), second.remarks_of(place, rows[1])):
+            out.append(Change("notes", "protocol", place, name, rows, column, was, now, effect=False))
     return out
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.match import Match, Pairs
 from rrp_sheets.compare.rows import WRITTEN
-from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side
+from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side, different
 from rrp_sheets.compare.tokens import as_typed, helpers_in
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model import changed as c
@@ -218,7 +218,7 @@ class ListRow:
     row: int
     meaning: Mapping[str, Hashable]
     said: Mapping[str, str]
-    notes: str = ""
+    remarks: Mapping[str, str] = field(default_factory=dict)
     time: float = 0.0
 
     @property
@@ -287,7 +287,9 @@ def _scene(side: Side) -> list[ListRow]:
             verb, values = rest.pop("verb"), rest.pop("values")
             meaning |= {"time": repr(rest), "does": verb, "value": repr(sorted(values.items()))}
         time = us / 1e6 if us is not None else math.inf
-        lines.append(ListRow(place.sheet, place.row, meaning, _said(cells), side.note(place.sheet, place.row), time))
+        lines.append(
+            ListRow(place.sheet, place.row, meaning, _said(cells), side.remarks_of(place.sheet, place.row), time)
+        )
     return lines
 
 
@@ -309,7 +311,7 @@ def _gestures(side: Side) -> list[ListRow]:
         meaning |= {k: _angle(c.text) for k, c in sorted(row.joints.items())}
         place = row.name.address
         said = _said(cells) | {k: c.text for k, c in row.joints.items()}
-        lines.append(ListRow(place.sheet, place.row, meaning, said, side.note(place.sheet, place.row)))
+        lines.append(ListRow(place.sheet, place.row, meaning, said, side.remarks_of(place.sheet, place.row)))
     return lines
 
 
@@ -363,7 +365,7 @@ def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) ->
         "expect": as_typed(row.expect.text),
     }
     number = row.time.address.row
-    return ListRow(sheet, number, meaning, _said(cells), side.note(sheet, number))
+    return ListRow(sheet, number, meaning, _said(cells), side.remarks_of(sheet, number))
 
 
 def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -464,8 +466,7 @@ def _line(kind: ListKind, a: ListRow, b: ListRow, moved: bool) -> list[Change]:
             out.append(_change(kind, "written", a, b, n, before, after, note=WRITTEN))
     if moved and a.row != b.row:
         out.append(_change(kind, "moved", a, b))
-    if a.notes != b.notes:
-        out.append(_change(kind, "notes", a, b, "notes", a.notes, b.notes))
+    out += [_change(kind, "notes", a, b, *told) for told in different(a.remarks, b.remarks)]
     return out
 
 

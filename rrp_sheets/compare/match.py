@@ -210,8 +210,8 @@ def _same_output(a: RowView, b: RowView, streams: StreamMap) -> None:
 
 
 def _features(row: RowView) -> list[Hashable]:
-    texts = (row.row.inputs_cell.text, row.row.formula.text, row.row.output.text, row.row.notes)
-    return [(i, key(text)) for i, text in enumerate(texts) if text]
+    texts = enumerate((row.row.inputs_cell.text, row.row.formula.text, row.row.output.text))
+    return [(place, key(text)) for place, text in (*texts, *row.row.remarks.items()) if text]
 
 
 def _likeness(a: RowView, b: RowView, streams: StreamMap) -> float:

@@ -9,7 +9,7 @@ from functools import cached_property
 
 from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.match import Match, out_of_order
-from rrp_sheets.compare.side import BehaviourView, RowView, Side, formula_name
+from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
 from rrp_sheets.compare.tokens import meanings, pieces, shape
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import argument_name, key
@@ -112,8 +112,8 @@ class _Pair:
             out.append(self._change(a, b, "moved", effect=bool(late), note=late or _PLACE))
         elif _draws(a) and _draws(b) and (a.row.number, a.sheet) != (b.row.number, b.sheet):
             out.append(self._change(a, b, "moved", effect=False, note=_DRAWS))
-        if a.row.notes != b.row.notes:
-            out.append(self._change(a, b, "notes", "notes", a.row.notes, b.row.notes, effect=False))
+        for column, before, after in different(a.row.remarks, b.row.remarks):
+            out.append(self._change(a, b, "notes", column, before, after, effect=False))
         return out if a.on or b.on else [c.harmless(OFF) for c in out]
 
     def _change(self, a: RowView, b: RowView, kind: str, what: str = "", before: str = "", after: str = "",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -21,6 +21,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.schema import BEHAVIOUR
 
 
 @dataclass
@@ -112,7 +113,7 @@ class Side:
         devices: all streams that are devices, by key: declared ones, and those that rows name.
         used: ids of the streams that rows which are on read or drive.
         helpers: as compiled, by key; only those that formulas call.
-        notes: of sheets other than behaviours, by sheet key and row.
+        remarks: of sheets other than behaviours, by sheet key and row: texts on which the robot does not act.
     """
 
     def __init__(self, reading: Reading, checked: Checked) -> None:
@@ -129,7 +130,7 @@ class Side:
         self.helpers: dict[str, HelperDef] = {}
         for formula in checked.formulas.values() if self.workbook.helpers else ():
             helpers_in(formula.tree, self.helpers)
-        self.notes = self._notes()
+        self.remarks = self._remarks()
 
     def shown(self, stream: str) -> str:
         """Return a stream's name for people; empty for an unnamed one."""
@@ -194,27 +195,35 @@ class Side:
                 views[stream.id] = DeviceView(stream.name, stream.device, stream.device.name, stream.settings)
         return views
 
-    # ---- notes of the other sheets
-    def _notes(self) -> dict[tuple[str, int], str]:
-        notes = {}
+    # ---- remarks of the other sheets
+    def _remarks(self) -> dict[tuple[str, int], dict[str, str]]:
+        found: dict[tuple[str, int], dict[str, str]] = {}
         for sheet in self.reading.sheets:
             recognised = recognise(sheet)
-            column = recognised.columns.get("Notes", 0) if recognised.kind else 0
-            if not column or (recognised.kind and recognised.kind.name == "behaviour"):
+            if recognised.kind is None or recognised.kind is BEHAVIOUR:
                 continue
+            names = {recognised.columns.get(c.name, 0): c.name for c in recognised.kind.columns if not c.effect}
             for (row, at), cell in sheet.cells.items():
-                if at == column and row > recognised.row and cell.text.strip():
-                    notes[key(sheet.name), row] = cell.text.strip()
-        return notes
+                if at in names and row > recognised.row and cell.text.strip():
+                    found.setdefault((key(sheet.name), row), {})[names[at]] = cell.text.strip()
+        return found
 
-    def note(self, sheet: str, row: int) -> str:
-        """Return the notes of a row in a sheet other than a behaviour."""
-        return self.notes.get((key(sheet), row), "")
+    def remarks_of(self, sheet: str, row: int) -> Mapping[str, str]:
+        """Return the remarks of a row in a sheet other than a behaviour, by their column."""
+        return self.remarks.get((key(sheet), row), {})
 
     @cached_property
     def field_names(self) -> bool:
         """True if formulas may see stream names as fields: some combineLatest has no formula."""
         return any(v.connector == "combineLatest" and not v.row.formula for b in self.behaviours for v in b.rows)
+
+
+def different(first: Mapping[str, str], second: Mapping[str, str]) -> Iterator[tuple[str, str, str]]:
+    """Yield the remarks that differ: their column, in small letters, and their texts."""
+    for column in dict.fromkeys([*first, *second]):
+        before, after = first.get(column, ""), second.get(column, "")
+        if before != after:
+            yield column.casefold(), before, after
 
 
 def formula_name(stream: str) -> str:

@@ -17,7 +17,7 @@ BLANK_ROWS = 20  # at least, below the last filled row, so that there is always 
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class GridColumn:
     """A column of a grid: its number in the sheet, its header as it stands there, and our name for it (or empty)."""
 
     number: int
@@ -42,7 +42,7 @@ class Grid:
     name: str
     kind: str
     first: int
-    columns: tuple[Column, ...]
+    columns: tuple[GridColumn, ...]
     rows: list[str] = field(default_factory=list)
     texts: dict[str, dict[int, str]] = field(default_factory=dict)
     authors: dict[tuple[str, int], str] = field(default_factory=dict)
@@ -203,12 +203,12 @@ def make_grid(sheet: RawSheet, found: Recognised, kind: str) -> Grid:
     names = {column: name for name, column in found.columns.items()}
     row = found.row or min((r for r, _ in sheet.cells), default=1)
     headers = sorted((c, cell.typed) for (r, c), cell in sheet.cells.items() if r == row and cell.typed.strip())
-    grid = Grid(sheet.name, kind, row + 1, tuple(Column(c, text.strip(), names.get(c, "")) for c, text in headers))
+    grid = Grid(sheet.name, kind, row + 1, tuple(GridColumn(c, text.strip(), names.get(c, "")) for c, text in headers))
     grid.load(sheet)
     return grid
 
 
-def _lines(sheet: RawSheet, first: int, columns: tuple[Column, ...]) -> Iterator[tuple[int, dict[int, str]]]:
+def _lines(sheet: RawSheet, first: int, columns: tuple[GridColumn, ...]) -> Iterator[tuple[int, dict[int, str]]]:
     known = {c.number for c in columns}
     for number, cells in sheet.rows().items():
         if number >= first:

@@ -14,8 +14,9 @@ from rrp_sheets.model.names import key
 from rrp_sheets.workbook.edits import AddSheet
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.schema import TITLES, is_single
 from rrp_sheets.workbook.sheet_names import free_name
-from rrp_sheets.workbook.template import SINGLE, TITLES, beginning, place_of
+from rrp_sheets.workbook.template import beginning, place_of
 
 
 class SheetEdits:
@@ -58,7 +59,7 @@ class SheetEdits:
         """Add a sheet with the same texts."""
         with self._lock:
             grid = self._sheets().grids.get(sheet)
-            if grid is None or grid.kind in SINGLE:
+            if grid is None or is_single(grid.kind):
                 raise Refused("This sheet cannot be duplicated.", "A workbook has one sheet of that kind.")
             last = max((i for i, row in enumerate(grid.rows) if grid.texts[row]), default=-1)
             width = max(c.number for c in grid.columns)
@@ -91,7 +92,7 @@ def added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[st
     if kind not in TITLES:
         raise Refused("There is no such kind of sheet.", "Reload the page.")
     there = next((grid.name for grid in sheets.grids.values() if grid.kind == kind), "")
-    if kind in SINGLE and there:
+    if is_single(kind) and there:
         raise Refused(f"There is “{there}” already, and a workbook has one sheet of that kind.", "Write into that one.")
     book = sheets.reading.workbook
     if kind == "table" and rows:

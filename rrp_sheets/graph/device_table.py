@@ -19,6 +19,7 @@ from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Device, Workbook
+from rrp_sheets.workbook.schema import DEVICES
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
 
@@ -70,7 +71,7 @@ class DeviceTable:
         for k, uses in filled.items():
             settings = {key(s.name): s.name for _, found in uses for s in found.type.settings.values()}
             free = [name for s, name in settings.items() if not any(s in d.settings for d in devices)]
-            guess = nearest(k, [*free, "Notes"])
+            guess = nearest(k, [*free, *(c.name for c in DEVICES.optional)])
             if guess:
                 meant[k] = key(guess)
                 cell, found = uses[0]

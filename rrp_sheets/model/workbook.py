@@ -20,6 +20,7 @@ class Row:
         inputs_cell: the whole input cell.
         on: False when switched off.
         priority: larger wins; blank is 0.
+        remarks: texts on which the robot does not act, such as the notes, by the standard header of their column.
     """
 
     number: int
@@ -30,7 +31,12 @@ class Row:
     output: Cell
     on: bool = True
     priority: float = 0.0
-    notes: str = ""
+    remarks: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def notes(self) -> str:
+        """The text of the column Notes."""
+        return self.remarks.get("Notes", "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +96,18 @@ class GestureRow:
 
 @dataclass(frozen=True, slots=True)
 class TestRow:
-    """A row of a test sheet; `notes` say in words what it is about."""
+    """A row of a test sheet; `remarks` are as in `Row`."""
 
     time: Cell
     stream: Cell
     send: Cell
     expect: Cell
-    notes: str = ""
+    remarks: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def notes(self) -> str:
+        """The text of the column Notes: what the row is about."""
+        return self.remarks.get("Notes", "")
 
 
 @dataclass(frozen=True, slots=True)

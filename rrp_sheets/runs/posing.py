@@ -21,7 +21,8 @@ from rrp_sheets.model.workbook import GestureRow
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.template import TITLES, beginning, place_of
+from rrp_sheets.workbook.schema import GESTURES
+from rrp_sheets.workbook.template import beginning, place_of
 
 FIRST, BETWEEN = 1.0, 1.0  # s: the first keyframe's time, and between two, unless somebody says otherwise
 PATIENCE_US = 15_000_000  # for the robot to take the pose
@@ -197,7 +198,7 @@ def _edits(
     reading: Reading, robot: Robot, name: str, at: float, joints: Mapping[str, float]
 ) -> tuple[list[Edit], Address, tuple[str, ...]]:
     """Return the edits of the file, the address of the keyframe's row, and the names of the added columns."""
-    found = next(((s, r) for s in reading.sheets if (r := recognise(s)).kind and r.kind.name == "gestures"), None)
+    found = next(((s, r) for s in reading.sheets if (r := recognise(s)).kind is GESTURES), None)
     cells: dict[str, Value] = {"name": name, "time(s)": at, **{key(j): a for j, a in joints.items()}}
     if found is None:
         kinds = {s.name: (r.kind.name if (r := recognise(s)).kind else "") for s in reading.sheets}
@@ -205,7 +206,7 @@ def _edits(
         added = tuple(j for j in joints if j not in header)
         header = [*header[:-1], *added, header[-1]]
         row = [str(cells[key(h)]) if key(h) in cells else "" for h in header]
-        sheet = AddSheet(TITLES["gestures"], [header], before=place_of("gestures", kinds))
+        sheet = AddSheet(GESTURES.title, [header], before=place_of("gestures", kinds))
         fill = [SetCell(sheet.sheet, 2, c, cells[key(h)]) for c, h in enumerate(header, 1) if row[c - 1]]
         return [sheet, *fill], Address(sheet.sheet, 2, 1), ()
     raw, what = found

@@ -9,7 +9,9 @@ from rrp_sheets.model.names import key
 from rrp_sheets.topics.connector_marbles import MARK_US, can_be_run, input_names, marbles, output_name, parts, workbook
 from rrp_sheets.topics.layout import entries, heading, paragraph, titled
 from rrp_sheets.topics.workbooks import checked, grids
+from rrp_sheets.workbook.schema import BEHAVIOUR
 
+_INPUTS, _CONNECTOR, _FORMULA, _OUTPUT = (column.name for column in BEHAVIOUR.required)
 _CELLS = {
     Parameter.FORMULA: "a formula, or the name of a helper",
     Parameter.OPTIONAL_FORMULA: "a formula or the name of a helper; may be blank",
@@ -52,8 +54,8 @@ def one_connector(connector: Connector) -> Iterator[str]:
     """A connector: what it does, what it takes, its sentence and its example."""
     yield heading(f"{connector.name} (connector{', advanced' if connector.advanced else ''})")
     yield paragraph(connector.help)
-    facts = [("Input streams", _count(connector)), ("Formula", _CELLS[connector.parameter])]
-    facts.append(("Output stream", "an actuator" if connector.is_sink else "a new name"))
+    facts = [(_INPUTS, _count(connector)), (_FORMULA, _CELLS[connector.parameter])]
+    facts.append((_OUTPUT, "an actuator" if connector.is_sink else "a new name"))
     synonyms = [s for s in connector.synonyms if key(s) != key(connector.name)]
     if synonyms:
         facts.append(("Also called", ", ".join(synonyms)))
@@ -68,10 +70,7 @@ def one_connector(connector: Connector) -> Iterator[str]:
 def _example(connector: Connector) -> Iterator[str]:
     rows, parameter = parts(connector)
     names = ", ".join(input_names(len(rows)))
-    cells = (
-        ("Input streams", names), ("Connector", connector.name), ("Formula", parameter),
-        ("Output stream", output_name(connector)),
-    )  # fmt: skip
+    cells = ((_INPUTS, names), (_CONNECTOR, connector.name), (_FORMULA, parameter), (_OUTPUT, output_name(connector)))
     yield titled("For example", entries(cell for cell in cells if cell[1]))
     yield titled("In words", paragraph(_sentence(connector), 2))
     title = f"As marbles: one place is {MARK_US // 1000} ms, time goes to the right"

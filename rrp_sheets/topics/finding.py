@@ -8,6 +8,7 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.topics.layout import from_markdown, titled
 from rrp_sheets.topics.workbooks import grids
+from rrp_sheets.workbook.schema import SHEETS, SheetKind
 
 _WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units")
 TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
@@ -32,8 +33,6 @@ def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
         SheetsError: when there is nothing on it, with the nearest name proposed.
     """
     from rrp_sheets.model.names import key
-
-    pass
 
     topic = _SYNONYMS.get(key(name), key(name))
     if topic == "" or topic in TOPICS:
@@ -61,10 +60,16 @@ def _topics() -> dict[str, Callable[[], Iterator[str]]]:
 
 
 def _file(name: str) -> Iterator[str]:
-    from rrp_sheets.topics.layout import from_markdown
+    text = (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")
+    for kind in SHEETS.values() if name == "sheets" else ():
+        text = text.replace(f"{{{kind.name}}}", _columns(kind))
+    return from_markdown(text)
 
-    path = Path(__file__).parent / f"{name}.md"
-    return from_markdown(path.read_text(encoding="utf-8"))
+
+def _columns(kind: SheetKind) -> str:
+    """Return the columns of a kind of sheet; notes, which all sheets may have, are named beside other optional ones."""
+    required, optional = (", ".join(c.name for c in columns) for columns in (kind.required, kind.optional))
+    return f"{required}; {optional}" if len(kind.optional) > 1 else required
 
 
 def _named(name: str) -> Iterator[Iterator[str]]:
@@ -97,8 +102,6 @@ def _unknown(name: str, others: Sequence[str]) -> SheetsError:
     from rrp_sheets.diagnostics import CODES
     from rrp_sheets.formulas.functions import library
     from rrp_sheets.model.names import nearest
-
-    pass
 
     found = list(load_robot().names.values())
     devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
@@ -165,7 +168,6 @@ EXAMPLES = {
 
 def word(name: str) -> Iterator[str]:
     """Yield the meaning of a word of the sheets, with an example where one helps."""
-    path = Path(__file__).parent / f"{name}.md"
-    yield from from_markdown(path.read_text(encoding="utf-8"))
+    yield from _file(name)
     if name in EXAMPLES:
         yield titled("For example", *grids(EXAMPLES[name]), between="\n\n")

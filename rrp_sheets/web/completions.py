@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
 
-from rrp_sheets.checks.protocol import FORGETS, KEEPS, NOT_KEPT
 from rrp_sheets.connectors import Parameter, connectors
 from rrp_sheets.devices import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.devices.scene import BALL_COLOURS
@@ -23,13 +23,9 @@ from rrp_sheets.topics.devices import described
 from rrp_sheets.topics.functions import examples, first_line, usage
 from rrp_sheets.topics.scene_page import TIMES
 from rrp_sheets.web.analysis import Analysis
+from rrp_sheets.workbook.schema import FIELDS
 
 Word = dict[str, str]
-FIELDS = (
-    "Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact", "What happens",
-    "Data kept", "Retention", "Consent", "Withdrawal", "Deletion", "Participants are told",
-    "Robot", "Engine", "Frame rate", "Run", "Seed", "Time limit", "Face memory", "Camera pictures", "Language",
-)  # fmt: skip
 
 
 def vocabulary(look: Analysis) -> dict[str, Any]:
@@ -93,7 +89,8 @@ def _fixed() -> dict[str, Any]:
         "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
         "scenetimes": [{"text": text, "help": line} for text, line in TIMES[:-1]],
         "verbs": [{"text": name} for name in verb_names()],
-        "fields": [{"text": name} for name in FIELDS],
+        "fields": [{"text": field.name} for field in FIELDS.values()],
+        "closed": [name for name, field in FIELDS.items() if field.closed],
     }
 
 
@@ -192,18 +189,9 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
         "expects": [{"text": text, "help": line} for text, line in _EXPECTS],
         "values": {
-            "robot": [{"text": n} for n in robot_names()], "run": behaviours,
-            "engine": [{"text": "frame", "help": "every frame takes all that has come: the same run every time"},
-                       {"text": "event loop", "help": "each value at once, as it comes"}],
-            "framerate": [{"text": n, "help": "frames a second"} for n in ("30", "60", "20", "15")],
-            "seed": [{"text": "0", "help": "a whole number that PICK and the simulator draw by"}],
-            "facememory": [{"text": FORGETS, "help": "what blank means"},
-                           {"text": KEEPS, "help": "for the next runs too, in runs/faces.json"}],
-            "camerapictures": [{"text": KEEPS, "help": "with the record of a run; what blank means"},
-                               {"text": NOT_KEPT, "help": "no picture of the robot's camera is stored"}],
-            "language": [{"text": "English", "help": "of explanations, diagrams and the printed protocol"},
-                         {"text": "日本語", "help": "the same in Japanese"}],
-            "timelimit": [{"text": t} for t in ("30 s", "90 s", "5 min", "10 min")],
+            "robot": [{"text": n} for n in robot_names()],
+            "run": behaviours,
+            **{name: [asdict(choice) for choice in field.choices] for name, field in FIELDS.items() if field.choices},
         },
     }  # fmt: skip
 

@@ -14,6 +14,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.render.sentences import BehaviourText
 from rrp_sheets.web.testing.panel import TestsPanel
+from rrp_sheets.workbook.schema import Column
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,17 +157,16 @@ class Head:
     """Header of a column.
 
     Attributes:
-        kind: the kind of content of its cells.
+        header: as it is spelt in the sheet.
         spellings: the keys of the header and of its synonyms.
-        required: whether every sheet of this kind has the column.
+        column: of the schema.
     """
 
     number: int
     letter: str
     header: str
-    kind: str
     spellings: tuple[str, ...]
-    required: bool
+    column: Column
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.cells import column_letters
 from rrp_sheets.model.names import key
@@ -20,21 +20,8 @@ from rrp_sheets.model.truths import truth_of
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
-from rrp_sheets.workbook.headers import KINDS as SHEET_KINDS
+from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
 
-KINDS = {
-    "behaviour": {
-        "On": "on", "Input streams": "inputs", "Connector": "connector", "Formula": "formula",
-        "Output stream": "output", "Notes": "notes", "Priority": "amount",
-    },
-    "devices": {"Stream": "text", "Device": "device", "Notes": "notes"},
-    "helpers": {"Name": "helper", "Inputs": "parameters", "Formula": "formula", "Notes": "notes"},
-    "scene": {"Time (s)": "amount", "Thing": "actor", "Does": "verb", "Value": "value", "Notes": "notes"},
-    "test": {"Time (ms)": "amount", "Stream": "tested", "Send": "send", "Expect": "expect", "Notes": "notes"},
-    "protocol": {"Field": "fieldname", "Value": "fieldvalue", "Notes": "notes"},
-    "gestures": {"Name": "gesture", "Time (s)": "amount", "Notes": "notes"},
-}  # fmt: skip
-_CODE = ("formula", "send", "expect")
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
 _BODY = 50  # rows; as many as table.js makes them
 Signature = tuple[Any, ...]
@@ -46,7 +33,8 @@ class RowRenderer:
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
         self.has_examples = grid.kind == "behaviour"
-        self.kinds = [self._kind(c) for c in grid.columns]
+        self.sheet = SHEETS.get(grid.kind, OWN)
+        self.kinds = [self._column(c).kind for c in grid.columns]
         self._signatures: dict[str, Signature] = {}
         self._problems: dict[int, list[tuple[int, Diagnostic]]] = {}
         self._examples: Mapping[int, str] = {}
@@ -56,20 +44,16 @@ class RowRenderer:
         self._robot: Robot | None = None
         self._anonymous: frozenset[int] = frozenset()
 
-    def _kind(self, column: Column) -> str:
-        known = KINDS.get(self.grid.kind, {})
-        if column.name:
-            return known.get(column.name, "text")
-        return {"devices": "setting", "gestures": "angle"}.get(self.grid.kind, "text")
+    def _column(self, column: GridColumn) -> Column:
+        return self.sheet.column(column.name) if column.name else self.sheet.other or PLAIN
 
     def heads(self) -> list[Head]:
         """Return the headers, from left to right."""
-        of = next((kind for kind in SHEET_KINDS if kind.name == self.grid.kind), None)
         heads = []
-        for c, k in zip(self.grid.columns, self.kinds, strict=True):
-            spellings = dict.fromkeys([key(c.header), *(of.spellings(c.name) if of and c.name else ())])
-            required = of is not None and c.name in of.required
-            heads.append(Head(c.number, column_letters(c.number), c.header, k, tuple(spellings), required))
+        for c in self.grid.columns:
+            column = self._column(c)
+            spellings = dict.fromkeys([key(c.header), *map(key, (c.name, *column.synonyms) if c.name else ())])
+            heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column))
         return heads
 
     def take(
@@ -144,7 +128,7 @@ class RowRenderer:
             self._marks.get(row),
         )
 
-    def _pairs(self) -> list[tuple[Column, str]]:
+    def _pairs(self) -> list[tuple[GridColumn, str]]:
         return list(zip(self.grid.columns, self.kinds, strict=True))
 
     def _row(self, row: str, number: int) -> str:
@@ -172,7 +156,7 @@ class RowRenderer:
         )
 
     def _cell(
-        self, row: str, number: int, column: Column, kind: str, text: str, problems: list[tuple[int, Diagnostic]]
+        self, row: str, number: int, column: GridColumn, kind: str, text: str, problems: list[tuple[int, Diagnostic]]
     ) -> str:
         looks, more = kind, ""
         if text:
@@ -198,7 +182,7 @@ class RowRenderer:
         inside += _tag(*who) if who else ""
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
-    def _takes(self, row: str, column: Column) -> bool:
+    def _takes(self, row: str, column: GridColumn) -> bool:
         """Return whether the device of a row has the setting of a column; True for an unknown device."""
         place = next((c.number for c, k in self._pairs() if k == "device"), 0)
         found = self._robot.find(self.grid.text(row, place)) if self._robot else None
@@ -220,7 +204,7 @@ class RowRenderer:
             known = connectors().get(text)
             icon = f' data-icon="{known.name}"' if known else ""
             return f'<span class="word"{icon}>{escape(text)}</span>'
-        looks = "formula" if kind in _CODE else "word"
+        looks = "formula" if CELLS[kind].code else "word"
         return f'<span class="{looks}{" lengthy" if len(text) > _LONG else ""}">{escape(text)}</span>'
 
     def _named(self, name: str) -> str:

@@ -2,61 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import clean_name
 from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.schema import SHEETS, Column, SheetKind
 
-
-@dataclass(frozen=True, slots=True)
-class SheetKind:
-    """A kind of sheet: its name in the code, what it is called in messages, its headers with their synonyms.
-
-    Attributes:
-        any_name: a sheet of any name may be of this kind, so a header row that nearly fits is surely meant.
-        open: columns with other headers belong to it too (the settings of devices, the joints of gestures).
-    """
-
-    name: str
-    shown: str
-    required: Mapping[str, tuple[str, ...]]
-    optional: Mapping[str, tuple[str, ...]]
-    any_name: bool = False
-    open: bool = False
-
-    def columns(self) -> dict[str, str]:
-        """Return the standard header for the key of every accepted spelling."""
-        return {
-            key(spelling): header
-            for headers in (self.required, self.optional)
-            for header, synonyms in headers.items()
-            for spelling in (header, *synonyms)
-        }
-
-    def spellings(self, header: str) -> list[str]:
-        """Return the keys of every accepted spelling of a standard header."""
-        return [spelling for spelling, name in self.columns().items() if name == header]
-
-
-_NOTES: Mapping[str, tuple[str, ...]] = {"Notes": ("Comment",)}
-BEHAVIOUR = SheetKind(
-    "behaviour", "a behaviour",
-    {"Input streams": ("Inputs", "Input", "From"), "Connector": ("Operator",),
-     "Formula": ("Parameter", "Parameter formula"), "Output stream": ("Output", "To")},
-    {"On": (), "Priority": (), **_NOTES}, any_name=True,
-)  # fmt: skip
-TEST = SheetKind(
-    "test", "a test", {"Time (ms)": (), "Stream": (), "Send": (), "Expect": ()}, _NOTES, any_name=True
-)  # fmt: skip
-SCENE = SheetKind("scene", "the scene", {"Time (s)": (), "Thing": (), "Does": (), "Value": ()}, _NOTES)
-HELPERS = SheetKind("helpers", "the list of helpers", {"Name": (), "Inputs": (), "Formula": ()}, _NOTES)
-DEVICES = SheetKind("devices", "the list of devices", {"Stream": (), "Device": ()}, _NOTES, open=True)
-GESTURES = SheetKind("gestures", "the list of gestures", {"Name": (), "Time (s)": ()}, _NOTES, open=True)
-PROTOCOL = SheetKind("protocol", "the protocol", {"Field": (), "Value": ()}, _NOTES)
-KINDS = (BEHAVIOUR, TEST, SCENE, HELPERS, DEVICES, GESTURES, PROTOCOL)
+_KINDS = sorted(SHEETS.values(), key=lambda kind: (-len(kind.required), not kind.any_name))
 """Those with more required headers first: a header row that fits several is of the first."""
 
 
@@ -100,11 +55,7 @@ def recognise(sheet: RawSheet) -> Recognised:
     for number, cells in rows:
         headers = {c: clean_name(cell.text) for c, cell in cells.items()}
         keys = {key(h) for h in headers.values()}
-        found.extend(
-            _match(kind, number, headers)
-            for kind in KINDS
-            if all(any(key(s) in keys for s in (h, *synonyms)) for h, synonyms in kind.required.items())
-        )
+        found.extend(_match(kind, number, headers) for kind in _KINDS if all(_has(c, keys) for c in kind.required))
         if found:
             named = [f for f in found if f.kind and f.kind.name == key(sheet.name)]
             return (named or found)[0]
@@ -125,16 +76,15 @@ def _head(sheet: RawSheet) -> dict[int, dict[int, RawCell]]:
 
 
 def _match(kind: SheetKind, row: int, headers: Mapping[int, str]) -> Recognised:
-    known = kind.columns()
     columns: dict[str, int] = {}
     others: dict[int, str] = {}
     twice: dict[int, int] = {}
     seen: dict[str, int] = {}
     for column, header in headers.items():
-        name = known.get(key(header))
+        name = kind.spellings.get(key(header))
         if name is None:
             others[column] = header
-            name = key(header) if kind.open else ""
+            name = key(header) if kind.other else ""
         elif name not in columns:
             columns[name] = column
         if name in seen:
@@ -148,15 +98,18 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
     headers = {c: clean_name(cell.text) for c, cell in cells.items()}
     keys = {key(h): c for c, h in headers.items()}
     found = []
-    for kind in KINDS:
-        missing = [h for h, synonyms in kind.required.items() if not any(key(s) in keys for s in (h, *synonyms))]
+    for kind in _KINDS:
+        missing = [c for c in kind.required if not _has(c, keys)]
         if len(missing) != 1:
             continue
         wanted = missing[0]
-        known = kind.columns()
-        free = [h for h in headers.values() if key(h) not in known]
-        meant = next((n for s in (wanted, *kind.required[wanted]) if (n := nearest(s, free))), None)
+        free = [h for h in headers.values() if key(h) not in kind.spellings]
+        meant = next((n for s in (wanted.name, *wanted.synonyms) if (n := nearest(s, free))), None)
         certain = kind.any_name or key(sheet) == kind.name
         if meant or certain:
-            found.append(NearMiss(kind, wanted, row, keys[key(meant)] if meant else 0, meant or "", certain))
+            found.append(NearMiss(kind, wanted.name, row, keys[key(meant)] if meant else 0, meant or "", certain))
     return found
+
+
+def _has(column: Column, keys: Container[str]) -> bool:
+    return any(key(header) in keys for header in (column.name, *column.synonyms))

@@ -17,6 +17,7 @@ from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.headers import Recognised, recognise
 from rrp_sheets.workbook.package import packed
 from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lists
 from rrp_sheets.workbook.xlsx_parts import escape_literal
 
 _FORBIDDEN = re.compile(r"[\[\]:*?/\\\x00-\x1f]")
@@ -96,7 +97,7 @@ def _streams(
 ) -> str:
     """The range of the first Devices sheet's streams; empty when there is no such sheet."""
     for name, what in recognised.items():
-        if what.kind and what.kind.name == "devices":
+        if what.kind is DEVICES:
             letter, first = column_letters(what.columns["Stream"]), what.row + 1
             last = max(len(sheets[name]), what.row + ROWS)
             quoted = titles[name].replace("'", "''")
@@ -131,113 +132,8 @@ def _make_lists(book: Any, offers: Offers, title: str) -> None:
 FONT = "Arial"  # on every machine, or with a replacement of the same widths
 SIZE = 10
 INK, PALE_INK, RULE = "1F2D3A", "5F6B76", "C9D3DB"
-HEADERS = {  # fill of the header row, and of the tab
-    "behaviour": "D5E5EF",
-    "devices": "DDEBDD",
-    "helpers": "E9E2F0",
-    "scene": "F4E8D3",
-    "gestures": "F4E8D3",
-    "test": "F1DFDF",
-    "protocol": "E3E6E9",
-    "": "ECEFF1",
-}
 MARK, OFF_INK = "FFE9B8", "8A949C"
 ROWS = 200
-
-
-@dataclass(frozen=True, slots=True)
-class ColumnStyle:
-    """A column: width in characters, the drop-down's list, and the prompt shown in its cells."""
-
-    width: float = 16
-    offers: str = ""
-    prompt: str = ""
-
-
-_NOTES = ColumnStyle(32, "", "Anything you want to remember. The robot does not read it.")
-_ANY = ColumnStyle()
-COLUMN_STYLES: dict[str, dict[str, ColumnStyle]] = {
-    "behaviour": {
-        "Input streams": ColumnStyle(22, "Streams", "What this row listens to: a sensor, or the output of another row. "
-                                     "Several are separated by commas. Blank: the output of the row above."),
-        "Connector": ColumnStyle(15, "Connectors", "What this row does with the input: map calculates, filter lets "
-                                 "pass, subscribe lets the robot act."),
-        "Formula": ColumnStyle(36, "", "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
-                               "stream's name is left out: Red ball is redBall. No = is needed."),
-        "Output stream": ColumnStyle(20, "Streams", "A new name for the result; for subscribe the actuator that acts. "
-                                     "Blank: the next row takes it."),
-        "Notes": _NOTES,
-        "On": ColumnStyle(8, "On or off", "FALSE switches this row off. Blank is on."),
-        "Priority": ColumnStyle(9, "", "A number: the larger one wins when two rows want the same part of the robot. "
-                                "Blank is 0."),
-    },
-    "devices": {
-        "Stream": ColumnStyle(24, "", "The name you give this sensor or actuator; behaviours use it."),
-        "Device": ColumnStyle(24, "All devices", "Which sensor or actuator of the robot it is."),
-        "Text": ColumnStyle(38, "", "What the robot says."),
-        "Notes": _NOTES,
-    },
-    "helpers": {
-        "Name": ColumnStyle(24, "", "The helper's name; write it into the Formula of a row."),
-        "Inputs": ColumnStyle(24, "", "Names for what the helper calculates with, separated by commas. Blank: a "
-                              "constant."),
-        "Formula": ColumnStyle(46, "", "The calculation, with the names of Inputs."),
-        "Notes": _NOTES,
-    },
-    "scene": {
-        "Time (s)": ColumnStyle(14, "", "Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
-        "Thing": ColumnStyle(18, "Thing", "Who or what: Red ball, Blue cup, Table, Person or a name, Light, "
-                             "Operator, …"),
-        "Does": ColumnStyle(18, "Does", "What happens: appears, moves, says, touches, …"),
-        "Value": ColumnStyle(34, "", "Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
-        "Notes": _NOTES,
-    },
-    "gestures": {
-        "Name": ColumnStyle(20, "", "The gesture's name, the same in all its rows."),
-        "Time (s)": ColumnStyle(10, "", "When the joints are there, in seconds from the gesture's beginning."),
-        "Notes": _NOTES,
-    },
-    "test": {
-        "Time (ms)": ColumnStyle(12, "", "Milliseconds after the start."),
-        "Stream": ColumnStyle(24, "Streams", "The stream that gets the value, or that is looked at."),
-        "Send": ColumnStyle(28, "", "What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
-        "Expect": ColumnStyle(28, "", "What must come out: a value, any, or nothing."),
-        "Notes": _NOTES,
-    },
-    "protocol": {
-        "Field": ColumnStyle(24, "", "The name of a field; you may add your own."),
-        "Value": ColumnStyle(90, "", ""),
-    },
-}  # fmt: skip
-
-
-FIELDS: dict[str, tuple[tuple[str, ...], str]] = {
-    "engine": (("frame", "event loop"), "frame: every frame takes all that has come. event loop: each value at once."),
-    "facememory": (("ends with the run", "kept"), "How long the robot remembers faces."),
-    "camerapictures": (("kept", "not kept"), "Whether pictures of the robot's camera are kept with a run's record."),
-    "language": (("English", "日本語"), "In which the workbook is explained, drawn and printed. Blank: English."),
-}
-"""Fields of the Protocol sheet, by key, that say one of a few things: these, and a prompt."""
-
-
-def column_style(kind: str, header: str, choices: frozenset[str] = frozenset()) -> ColumnStyle:
-    """The look of a column; columns of the user's own, and settings, have a plain one.
-
-    Args:
-        kind: of the sheet; empty for the user's own.
-        header: the standard header, or as spelt.
-        choices: titles of lists that may be offered for a setting.
-    """
-    known = COLUMN_STYLES.get(kind, {}).get(header)
-    if known:
-        return known
-    if kind == "gestures":
-        return ColumnStyle(
-            15, "", f"{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. Blank: on its way."
-        )
-    if kind == "devices":
-        return ColumnStyle(18, header if header in choices else "", f"The setting {header}; blank is the usual one.")
-    return _ANY
 
 
 _LISTS = re.compile(r"Lists(?: for drop-downs(?: \d+)?)?")
@@ -267,7 +163,7 @@ class Offers:
             "Sensors": self.sensors,
             "Actuators": self.actuators,
             "All devices": tuple(dict.fromkeys(self.sensors + self.actuators)),
-            "On or off": ("TRUE", "FALSE"),
+            **fixed_lists(),
             **{title: tuple(names) for title, names in self.choices.items()},
         }
         return {title: names for title, names in lists.items() if names}
@@ -285,7 +181,7 @@ class Offers:
         """
         lists = self.lists()
         titles = [text.strip() for text in rows[0]] if rows else []
-        if not _LISTS.fullmatch(name) or "On or off" not in titles or not lists.keys() >= set(titles):
+        if not _LISTS.fullmatch(name) or fixed_lists().keys().isdisjoint(titles) or not lists.keys() >= set(titles):
             return False
         known = [{key(entry) for entry in lists[title]} for title in titles]
         return all(
@@ -304,12 +200,12 @@ class SheetMaker:
 
     def __init__(self, sheet: Any, rows: Sequence[Sequence[str]], what: Recognised, lists: Mapping[str, str]) -> None:
         self.sheet, self.rows, self.what, self.lists = sheet, rows, what, lists
-        self.kind = what.kind.name if what.kind else ""
         self.header = what.row or next((n for n, row in enumerate(rows, 1) if any(row)), 1)
         self.width = max((len(row) for row in rows), default=1) or 1
-        self.prose = not self.kind and self.width == 1 and any(len(t) > 40 for row in rows for t in row)
+        self.prose = what.kind is None and self.width == 1 and any(len(t) > 40 for row in rows for t in row)
         self.last = max(len(rows), self.header + (ROWS if not self.prose else 0))
-        self.names = {c: n for n, c in what.columns.items()} | dict(what.others)
+        headers = {c: n for n, c in what.columns.items()} | dict(what.others)
+        self.columns = {c: (what.kind or OWN).column(headers.get(c, "")) for c in range(1, self.width + 1)}
 
     def make(self) -> None:
         """Fill and style the sheet."""
@@ -334,7 +230,7 @@ class SheetMaker:
         notes = Font(name=FONT, size=SIZE, color=PALE_INK)
         head = Font(name=FONT, size=SIZE, bold=True, color=INK)
         title = Font(name=FONT, size=16, bold=True, color=INK)
-        colour = HEADERS.get(self.kind, HEADERS[""])
+        colour = (self.what.kind or OWN).colour
         fill = PatternFill("solid", fgColor=colour)
         line = Border(bottom=Side("medium", color="8FA3B2"))
         self.sheet.sheet_properties.tabColor = colour
@@ -346,7 +242,7 @@ class SheetMaker:
             for column in range(1, self.width + 1):
                 cell = self.sheet.cell(number, column)
                 _set_text(cell, texts[column - 1] if column <= len(texts) else "")
-                plain = notes if self.names.get(column) == "Notes" else body
+                plain = notes if self.columns[column].cells.as_typed else body
                 if self.prose:
                     font = self._prose_font(number, title, head, body)
                 else:
@@ -385,15 +281,13 @@ class SheetMaker:
             part.size, part.font = 8, FONT
 
     def _set_columns(self) -> None:
-        offered = frozenset(self.lists)
-        for column in range(1, self.width + 1):
-            letter, header = column_letters(column), self.names.get(column, "")
-            look = column_style(self.kind, header, offered)
-            longest = max((len(r[column - 1]) for r in self.rows if len(r) >= column), default=0)
-            width = look.width if self.kind and header else min(max(look.width, longest + 2), 60)
+        for number, column in self.columns.items():
+            letter = column_letters(number)
+            longest = max((len(r[number - 1]) for r in self.rows if len(r) >= number), default=0)
+            width = column.width if self.what.kind and column.name else min(max(column.width, longest + 2), 60)
             self.sheet.column_dimensions[letter].width = width
             cells = f"{letter}{self.header + 1}:{letter}{self.last}"
-            add_prompt(self.sheet, cells, header, look, self.lists)
+            add_prompt(self.sheet, cells, column.name, column.prompt, self.lists.get(column.offers))
 
     def _set_heights(self) -> None:
         """Make room for wrapped texts. Not every program does it on opening; all of them do after an edit."""
@@ -412,27 +306,23 @@ class SheetMaker:
             self.sheet.row_dimensions[number].height = 18
 
     def _add_marks(self) -> None:
-        first, last, row = "A", column_letters(self.width), self.header + 1
-        columns = {n: column_letters(c) for n, c in self.what.columns.items()}
-        if self.kind == "behaviour":
-            inputs, output, connector = (columns[n] for n in ("Input streams", "Output stream", "Connector"))
-            names = [f"${output}${row}:${output}${self.last}"]
-            names += [self.lists[n] for n in ("Streams", "Sensors") if n in self.lists]
-            add_name_marks(self.sheet, f"{inputs}{row}:{inputs}{self.last}", f"${inputs}{row}", names)
-            known = [self.lists["Connectors"]] if "Connectors" in self.lists else []
-            add_name_marks(self.sheet, f"{connector}{row}:{connector}{self.last}", f"${connector}{row}", known)
-        if self.kind == "devices" and "All devices" in self.lists:
-            device = columns["Device"]
-            cells = f"{device}{row}:{device}{self.last}"
-            add_name_marks(self.sheet, cells, f"${device}{row}", [self.lists["All devices"]])
-        if self.kind == "protocol":
+        kind, row = self.what.kind, self.header + 1
+        letters = {n: column_letters(c) for n, c in self.what.columns.items()}
+        for column in kind.columns if kind else ():
+            if column.known and (letter := letters.get(column.name)):
+                ranges = {n: f"${at}${row}:${at}${self.last}" for n, at in letters.items()}
+                known = [place for n in column.known if (place := ranges.get(n) or self.lists.get(n))]
+                add_name_marks(self.sheet, f"{letter}{row}:{letter}{self.last}", f"${letter}{row}", known)
+        if kind is PROTOCOL:
             for number, fields in enumerate(self.rows[self.header :], row):
                 name = fields[self.what.columns["Field"] - 1] if fields else ""
-                choices, prompt = FIELDS.get(key(name), ((), ""))
-                if choices:
-                    add_choices(self.sheet, f"{columns['Value']}{number}", name, choices, prompt)
-        on = columns.get("On", "") if self.kind == "behaviour" else ""
-        add_row_marks(self.sheet, TableRange(first, last, row, self.last), on)
+                found = FIELDS.get(key(name))
+                if found and found.closed and found.choices:
+                    words = f'"{",".join(found.words)}"'
+                    add_prompt(self.sheet, f"{letters['Value']}{number}", name, found.prompt, words)
+        on = next((letters[c.name] for c in self.columns.values() if c.kind == "on"), "")
+        last = column_letters(self.width)
+        add_row_marks(self.sheet, f"A{row}:{last}{self.last}", last, on)
 
 
 def _set_text(cell: Any, text: str) -> None:
@@ -451,68 +341,48 @@ def _set_text(cell: Any, text: str) -> None:
 _PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
 
 
-def add_prompt(sheet: Any, cells: str, title: str, look: ColumnStyle, lists: Mapping[str, str]) -> None:
-    """Give a column its prompt, and its drop-down when there is a list for it.
+def add_prompt(sheet: Any, cells: str, title: str, prompt: str, entries: str | None) -> None:
+    """Give cells a prompt, a drop-down, or both.
 
     Args:
         sheet: of openpyxl.
         cells: such as `A2:A201`.
-        title: the column's header.
-        look: the column's style.
-        lists: the defined names of the lists by title.
+        title: of the prompt.
+        prompt: empty for none.
+        entries: of the drop-down: the defined name of a list, or words in quotes with commas between them.
     """
     from openpyxl.worksheet.datavalidation import DataValidation
 
-    name = lists.get(look.offers, "")
-    if not name and not look.prompt:
+    if not entries and not prompt:
         return
     # With no type there is a prompt only. showErrorMessage stays off: what is not on the list may be typed.
-    rule = DataValidation(type="list" if name else None, formula1=name or None, allow_blank=True)
+    rule = DataValidation(type="list" if entries else None, formula1=entries or None, allow_blank=True)
     rule.showErrorMessage = False
-    if look.prompt:
+    if prompt:
         rule.showInputMessage = True
-        rule.promptTitle = title[:_PROMPT_TITLE_LENGTH]
-        rule.prompt = look.prompt[:_PROMPT_LENGTH]
+        rule.promptTitle, rule.prompt = title[:_PROMPT_TITLE_LENGTH], prompt[:_PROMPT_LENGTH]
     rule.add(cells)
     sheet.add_data_validation(rule)
 
 
-def add_choices(sheet: Any, cell: str, title: str, choices: Sequence[str], prompt: str) -> None:
-    """Give one cell a drop-down of a few words (without commas in them), and a prompt."""
-    from openpyxl.worksheet.datavalidation import DataValidation
-
-    rule = DataValidation(type="list", formula1='"' + ",".join(choices) + '"', allow_blank=True)
-    rule.showErrorMessage = False
-    rule.showInputMessage, rule.promptTitle, rule.prompt = True, title[:_PROMPT_TITLE_LENGTH], prompt[:_PROMPT_LENGTH]
-    rule.add(cell)
-    sheet.add_data_validation(rule)
-
-
-@dataclass(frozen=True, slots=True)
-class TableRange:
-    """The rows of a table: letters of its first and last column, numbers of its first and last row."""
-
-    first: str
-    last: str
-    top: int
-    bottom: int
-
-    def __str__(self) -> str:
-        return f"{self.first}{self.top}:{self.last}{self.bottom}"
-
-
-def add_row_marks(sheet: Any, block: TableRange, on: str = "") -> None:
+def add_row_marks(sheet: Any, cells: str, last: str, on: str = "") -> None:
     """A hairline under every filled row; comment rows and rows switched off are pale.
 
     Lines are conditional because lines under blank rows would be printed, page after page.
+
+    Args:
+        sheet: of openpyxl.
+        cells: all rows, such as `A2:F201`.
+        last: the letters of the last column.
+        on: the letters of the column that switches rows off, if there is one.
     """
     from openpyxl.formatting.rule import Rule
     from openpyxl.styles import Border, Font, Side
     from openpyxl.styles.differential import DifferentialStyle
 
-    cells, first, row = str(block), block.first, block.top
+    row = cells[1 : cells.index(":")]
     pale = Font(color=OFF_INK, italic=True)
-    tests = [f'LEFT(${first}{row},1)="#"']
+    tests = [f'LEFT($A{row},1)="#"']
     if on:
         tests.append(f'AND(LEN(${on}{row})>0,ISNUMBER(SEARCH(","&${on}{row}&",",",FALSE,no,off,0,")))')
     for test in tests:
@@ -520,7 +390,7 @@ def add_row_marks(sheet: Any, block: TableRange, on: str = "") -> None:
             cells, Rule(type="expression", formula=[test], dxf=DifferentialStyle(font=pale))
         )
     line = Border(bottom=Side("thin", color=RULE))
-    filled = f"COUNTA(${first}{row}:${block.last}{row})>0"
+    filled = f"COUNTA($A{row}:${last}{row})>0"
     sheet.conditional_formatting.add(
         cells, Rule(type="expression", formula=[filled], dxf=DifferentialStyle(border=line))
     )

@@ -14,8 +14,9 @@ from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.headers import BEHAVIOUR, NearMiss, Recognised, recognise
+from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
+from rrp_sheets.workbook.schema import BEHAVIOUR
 from rrp_sheets.workbook.sheet_readers import (
     OwnTable,
     is_named,
@@ -229,7 +230,7 @@ class Reader:
             limit = f"{limits.TEXT_CHARACTERS:,}, with the sheets before it,"
             raise unreadable("FILE013", sheet=sheet.name, what="too many letters", limit=limit)
         self.sheets.append(sheet)
-        table = OwnTable(sheet, recognised, self.report)
+        table = OwnTable(sheet, recognised, recognised.kind, self.report)
         self._report_findings(sheet.name)
         table.report_merged()
         self._add(recognised, table)
@@ -303,11 +304,11 @@ def to_rows(sheets: Iterable[RawSheet]) -> dict[str, list[list[str]]]:
     found: dict[str, list[list[str]]] = {}
     for sheet in sheets:
         what = recognise(sheet)
-        column = what.columns.get("Formula", 0)
+        ours = {n for name, n in what.columns.items() if what.kind and what.kind.column(name).cells.from_excel}
         rows: list[list[str]] = []
         for number, cells in sheet.rows().items():
             rows.extend([] for _ in range(number - len(rows) - 1))
-            texts = {c: _text(cell, c == column) for c, cell in cells.items()}
+            texts = {c: _text(cell, c in ours) for c, cell in cells.items()}
             rows.append([texts.get(c, "") for c in range(1, max(cells) + 1)])
         found.setdefault(sheet.name, rows)
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
@@ -15,17 +15,10 @@ from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Row, SceneRow, TestRow, TestSheet
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.cleaning import (
-    ERROR_VALUES,
-    clean_fields,
-    clean_formula,
-    clean_name,
-    clean_prose,
-    clean_spaces,
-    from_excel,
-)
+from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.raw import Kind, Range, RawCell, RawSheet
+from rrp_sheets.workbook.schema import PLAIN, SheetKind
 
 _SEPARATORS = re.compile(r"[,、，\n]")
 _BLANK = RawCell("")
@@ -46,15 +39,18 @@ class OwnTable:
     Args:
         sheet: as the backend gave it, whole.
         recognised: where its headers are.
+        kind: as it was recognised.
         report: where findings go.
     """
 
-    def __init__(self, sheet: RawSheet, recognised: Recognised, report: Report) -> None:
+    def __init__(self, sheet: RawSheet, recognised: Recognised, kind: SheetKind, report: Report) -> None:
         self.sheet, self.report = sheet, report
-        self.header_row = recognised.row
-        self.columns, self.others = recognised.columns, recognised.others
-        self.ours = {*self.columns.values(), *(self.others if recognised.kind and recognised.kind.open else ())}
-        self._notes = self.columns.get("Notes", 0)
+        self.header_row, self.columns, self.others = recognised.row, recognised.columns, recognised.others
+        self.ours = {*self.columns.values(), *(self.others if kind.other else ())}
+        self._optional = {self.columns.get(c.name, 0) for c in kind.optional}
+        self._remarks = [c.name for c in kind.columns if not c.effect and c.name in self.columns]
+        named = {**{column: name for name, column in self.columns.items()}, **self.others}
+        self._cells = {column: kind.column(header).cells for column, header in named.items()}
         headers = sheet.cells
         for column, first in recognised.twice.items():
             text = clean_spaces(headers[self.header_row, column].text)
@@ -72,10 +68,16 @@ class OwnTable:
 
     def lines(self) -> Iterator[FilledRow]:
         """The rows below the header that say something: not blank, no comment, more than notes."""
-        says = self.ours - {self._notes, self.columns.get("On", 0), self.columns.get("Priority", 0)}
+        says = self.ours - self._optional
         for number, cells in self.sheet.rows().items():
             if number > self.header_row and not self._is_comment(cells) and self._filled(cells, says):
                 yield FilledRow(number, cells)
+
+    def shown_lines(self) -> list[FilledRow]:
+        """The same rows; warns of hidden ones."""
+        lines = list(self.lines())
+        self.report_hidden({line.number: line for line in lines})
+        return lines
 
     def comments(self) -> Iterator[FilledRow]:
         """The comment rows below the header."""
@@ -96,37 +98,36 @@ class OwnTable:
                     return text.startswith("#") and cell.kind is Kind.TEXT and not is_error_value(text)
         return False
 
-    def name(self, line: FilledRow, header: str) -> Cell:
-        """A cell that holds a name."""
-        return self._cell(line, self.columns.get(header, 0), clean_name)
+    def cell(self, line: FilledRow, header: str | int) -> Cell:
+        """A cell of a column, cleaned as its kind wants.
 
-    duration = name
-    """A cell that holds a time or a duration is cleaned like a name."""
+        Args:
+            line: the row.
+            header: the standard one; the column's number when it has a header of its own.
+        """
+        column = self.columns.get(header, 0) if isinstance(header, str) else header
+        address = self.address(line.number, column or 1)
+        raw, cells = line.cells.get(column, _BLANK), self._cells.get(column, PLAIN.cells)
+        if cells.as_typed:
+            return Cell(cells.clean(raw.text), address, raw.typed)
+        if raw.formula and (cells.from_excel or raw.kind is Kind.ERROR or not raw.text):  # typed with = by habit
+            return self._checked(cells.clean(from_excel(raw.formula)), raw.typed, address)
+        if raw.kind in (Kind.DATE, Kind.TIME):
+            if raw.kind is Kind.TIME or not cells.dates:
+                self.add("SHEET006", address, value=raw.text)
+            return Cell(raw.text, address, raw.typed)
+        return self._checked(cells.clean(raw.text), raw.typed, address)
 
-    def formula(self, line: FilledRow, header: str) -> Cell:
-        """A cell that holds a formula; one that the spreadsheet program took for its own is read all the same."""
-        column = self.columns.get(header, 0)
-        cell = line.cells.get(column, _BLANK)
-        if cell.formula:
-            original = cell.typed
-            return self._checked(clean_formula(from_excel(cell.formula)), original, self.address(line.number, column))
-        return self._cell(line, column, clean_formula)
+    def needed(self, line: FilledRow, header: str, what: str) -> Cell:
+        """A cell that must not be blank, and what to call it if it is."""
+        cell = self.cell(line, header)
+        if not cell:
+            self.add("SHEET013", cell.address, what=what)
+        return cell
 
-    def prose(self, line: FilledRow, header: str) -> Cell:
-        """A cell that holds a text for people."""
-        return self._cell(line, self.columns.get(header, 0), clean_prose)
-
-    def fields(self, line: FilledRow, header: str) -> Cell:
-        """A cell that holds a value to send or to expect."""
-        return self._cell(line, self.columns.get(header, 0), clean_fields)
-
-    def other(self, line: FilledRow, column: int) -> Cell:
-        """A cell of a column with a header of its own: a device's setting, a gesture's joint."""
-        return self._cell(line, column, clean_prose)
-
-    def notes(self, line: FilledRow) -> str:
-        """The row's notes, as typed."""
-        return line.cells.get(self._notes, _BLANK).text.strip()
+    def remarks(self, line: FilledRow) -> dict[str, str]:
+        """The texts of the columns on which the robot does not act, by the standard header."""
+        return {header: text for header in self._remarks if (text := self.cell(line, header).text)}
 
     def names(self, cell: Cell) -> tuple[Cell, ...]:
         """The names in a cell, separated by commas or line breaks."""
@@ -134,16 +135,6 @@ class OwnTable:
         if len(parts) > limits.NAMES:
             self.add("SHEET021", cell.address, count=len(parts), limit=limits.NAMES)
         return tuple(Cell(name, cell.address, cell.original) for name in parts[: limits.NAMES])
-
-    def _cell(self, line: FilledRow, column: int, clean: Callable[[str], str]) -> Cell:
-        address = self.address(line.number, column) if column else Address(self.sheet.name, line.number, 1)
-        raw = line.cells.get(column, _BLANK) if column else _BLANK
-        if raw.kind in (Kind.DATE, Kind.TIME):
-            self.add("SHEET006", address, value=raw.text)
-            return Cell(raw.text, address, raw.typed)
-        if raw.formula and (raw.kind is Kind.ERROR or not raw.text):
-            return self._checked(clean(from_excel(raw.formula)), raw.typed, address)  # typed with = by habit
-        return self._checked(clean(raw.text), raw.typed, address)
 
     def _checked(self, text: str, original: str, address: Address) -> Cell:
         if len(text) > limits.CELL_CHARACTERS:
@@ -261,22 +252,22 @@ def _report_buried(table: OwnTable, line: FilledRow) -> None:
 
 
 def _behaviour_row(table: OwnTable, line: FilledRow) -> Row:
-    inputs = table.name(line, "Input streams")
+    inputs = table.cell(line, "Input streams")
     return Row(
         number=line.number,
         inputs=table.names(inputs),
         inputs_cell=inputs,
-        connector=table.name(line, "Connector"),
-        formula=table.formula(line, "Formula"),
-        output=table.name(line, "Output stream"),
+        connector=table.cell(line, "Connector"),
+        formula=table.cell(line, "Formula"),
+        output=table.cell(line, "Output stream"),
         on=_is_on(table, line),
         priority=_priority(table, line),
-        notes=table.notes(line),
+        remarks=table.remarks(line),
     )
 
 
 def _is_on(table: OwnTable, line: FilledRow) -> bool:
-    cell = table.name(line, "On")
+    cell = table.cell(line, "On")
     on = truth_of(cell.text)
     if on is None and cell:
         table.add("SHEET011", cell.address, value=cell.text)
@@ -284,7 +275,7 @@ def _is_on(table: OwnTable, line: FilledRow) -> bool:
 
 
 def _priority(table: OwnTable, line: FilledRow) -> float:
-    cell = table.name(line, "Priority")
+    cell = table.cell(line, "Priority")
     if not cell:
         return 0.0
     try:
@@ -299,11 +290,9 @@ def _priority(table: OwnTable, line: FilledRow) -> float:
 
 def read_helpers(table: OwnTable) -> tuple[Helper, ...]:
     """The rows of a Helpers sheet."""
-    lines = list(table.lines())
-    table.report_hidden({line.number: line for line in lines})
     return tuple(
-        Helper(table.name(line, "Name"), table.names(table.name(line, "Inputs")), table.formula(line, "Formula"))
-        for line in lines
+        Helper(table.cell(line, "Name"), table.names(table.cell(line, "Inputs")), table.cell(line, "Formula"))
+        for line in table.shown_lines()
     )
 
 
@@ -312,82 +301,50 @@ def read_devices(table: OwnTable) -> tuple[Device, ...]:
     keys = header_keys(table)
     headers = {k: table.others[c] for c, k in keys.items()}
     devices = []
-    lines = list(table.lines())
-    for line in lines:
-        settings = {keys[c]: table.other(line, c) for c in sorted(keys)}
-        device = Device(table.name(line, "Stream"), table.name(line, "Device"), settings, headers)
-        devices.append(device)
-    table.report_hidden({line.number: line for line in lines})
+    for line in table.shown_lines():
+        settings = {keys[c]: table.cell(line, c) for c in sorted(keys)}
+        devices.append(Device(table.cell(line, "Stream"), table.cell(line, "Device"), settings, headers))
     return tuple(devices)
 
 
 def read_scene(table: OwnTable) -> tuple[SceneRow, ...]:
     """The rows of a Scene sheet; their words are understood later."""
-    lines = list(table.lines())
-    table.report_hidden({line.number: line for line in lines})
-    return tuple(
-        SceneRow(
-            table.duration(line, "Time (s)"), table.name(line, "Thing"), table.name(line, "Does"),
-            table.prose(line, "Value"),
-        )
-        for line in lines
-    )  # fmt: skip
+    headers = ("Time (s)", "Thing", "Does", "Value")
+    return tuple(SceneRow(*(table.cell(line, header) for header in headers)) for line in table.shown_lines())
 
 
 def read_test(table: OwnTable) -> TestSheet:
     """The rows of a test sheet. Send and Expect are written like formulas (`zone="Head"`) or as plain texts."""
-    lines = list(table.lines())
-    table.report_hidden({line.number: line for line in lines})
-    return TestSheet(table.sheet.name, tuple(_test_row(table, line) for line in lines))
-
-
-def _test_row(table: OwnTable, line: FilledRow) -> TestRow:
-    time, stream = table.duration(line, "Time (ms)"), table.name(line, "Stream")
-    for cell, what in ((time, "time"), (stream, "stream")):
-        if not cell:
-            table.add("SHEET013", cell.address, what=what)
-    return TestRow(time, stream, table.fields(line, "Send"), table.fields(line, "Expect"), table.notes(line))
+    rows = (
+        TestRow(table.needed(line, "Time (ms)", "time"), table.needed(line, "Stream", "stream"),
+                table.cell(line, "Send"), table.cell(line, "Expect"), table.remarks(line))
+        for line in table.shown_lines()
+    )  # fmt: skip
+    return TestSheet(table.sheet.name, tuple(rows))
 
 
 def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
     """The keyframes of a Gestures sheet; a blank joint is not among a keyframe's joints."""
     keys = header_keys(table)
-    lines = list(table.lines())
-    table.report_hidden({line.number: line for line in lines})
     headers = {keys[c]: table.others[c].strip() for c in sorted(keys)}
     rows = []
-    for line in lines:
-        name, time = table.name(line, "Name"), table.duration(line, "Time (s)")
-        for cell, what in ((name, "name"), (time, "time")):
-            if not cell:
-                table.add("SHEET013", cell.address, what=what)
-        joints = {keys[c]: table.other(line, c) for c in sorted(keys) if c in line.cells}
+    for line in table.shown_lines():
+        name, time = table.needed(line, "Name", "name"), table.needed(line, "Time (s)", "time")
+        joints = {keys[c]: table.cell(line, c) for c in sorted(keys) if c in line.cells}
         rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}, headers))
     return tuple(rows)
 
 
 def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str]) -> None:
     """Add the fields of a Protocol sheet to `fields` (cells by key) and `names` (as spelt); dates may be values."""
-    lines = list(table.lines())
-    table.report_hidden({line.number: line for line in lines})
-    for line in lines:
-        name = table.name(line, "Field")
-        value = _value(table, line, table.columns)
+    for line in table.shown_lines():
+        name = table.needed(line, "Field", "field name")
+        value = table.cell(line, "Value")
         k = key(name.text)
-        if not name:
-            table.add("SHEET013", name.address, what="field name")
-        elif k in fields:
+        if name and k in fields:
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
-        else:
+        elif name:
             fields[k], names[k] = value, name.text
-
-
-def _value(table: OwnTable, line: FilledRow, columns: Mapping[str, int]) -> Cell:
-    column = columns["Value"]
-    raw = line.cells.get(column)
-    if raw is not None and raw.kind is Kind.DATE:  # the date of an approval, say, is meant as a date
-        return Cell(raw.text, table.address(line.number, column), raw.typed)
-    return table.prose(line, "Value")
 
 
 _TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^“”]*”|(?<!\w)'(?:[^']|'')*')""")

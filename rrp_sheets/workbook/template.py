@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.maker import Offers, make_workbook
+from rrp_sheets.workbook.schema import BEHAVIOUR, DEVICES, HELPERS, PROTOCOL, SCENE, SHEETS, TEST, TITLES, SheetKind
 
 _READ_ME = (
     "Your robot's protocol",
@@ -38,35 +39,28 @@ _READ_ME = (
 )
 
 _TRACKING = (
-    ("Input streams", "Connector", "Formula", "Output stream", "On", "Notes"),
-    ("Red ball", "map", "redBall.distance", "Distance", "", "how far the ball is from the robot, in metres"),
-    ("Distance", "filter", "distance < reach", "Near", "", "reach is a number in the sheet Helpers"),
-    ("Near", "subscribe", "", "Head tracker", "", "the head follows the ball"),
+    ("Red ball", "map", "redBall.distance", "Distance", "how far the ball is from the robot, in metres"),
+    ("Distance", "filter", "distance < reach", "Near", "reach is a number in the sheet Helpers"),
+    ("Near", "subscribe", "", "Head tracker", "the head follows the ball"),
 )
+_SETTINGS = ("Mode", "Text")
 _DEVICES = (
-    ("Stream", "Device", "Mode", "Text", "Notes"),
     ("Red ball", "Red ball", "", "", "a red ball in the picture of the robot's camera"),
     ("Head tracker", "Tracker", "Head", "", "follows with the head only"),
 )
-_HELPERS = (
-    ("Name", "Inputs", "Formula", "Notes"),
-    ("Reach", "", "0.5", "metres: nearer than this the head follows the ball"),
-)
+_HELPERS = (("Reach", "", "0.5", "metres: nearer than this the head follows the ball"),)
 _SCENE = (
-    ("Time (s)", "Thing", "Does", "Value", "Notes"),
     ("1", "Red ball", "appears", "at 1, 0, 0.4", "metres from the robot: forward, left, up"),
     ("3", "Red ball", "moves", "to 0.4, 0.1, 0.4 in 3 s", "comes near"),
     ("9", "Red ball", "disappears", "", ""),
 )
 _CHECK = (
-    ("Time (ms)", "Stream", "Send", "Expect", "Notes"),
     ("0", "Red ball", "distance=0.8", "", "too far away"),
     ("100", "Near", "", "nothing", ""),
     ("1000", "Red ball", "distance=0.3", "", ""),
     ("1000", "Near", "", "0.3", ""),
 )
 _PROTOCOL = (
-    ("Field", "Value"),
     ("Title", "My first protocol"),
     ("Authors", ""),
     ("Version", "0.1"),
@@ -94,11 +88,18 @@ _PROTOCOL = (
 def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
     """The rows of the guided template by sheet name."""
     protocol = [(f, robot if f == "Robot" else v) for f, v in _PROTOCOL]
-    sheets = {
-        "Read me": [(line,) for line in _READ_ME], "Tracking": _TRACKING, "Devices": _DEVICES, "Helpers": _HELPERS,
-        "Scene": _SCENE, "Check": _CHECK, "Protocol": protocol,
+    return {
+        "Read me": [[line] for line in _READ_ME], "Tracking": _filled(BEHAVIOUR, _TRACKING),
+        "Devices": _filled(DEVICES, _DEVICES, _SETTINGS), "Helpers": _filled(HELPERS, _HELPERS),
+        "Scene": _filled(SCENE, _SCENE), "Check": _filled(TEST, _CHECK), "Protocol": _filled(PROTOCOL, protocol),
     }  # fmt: skip
-    return {name: [list(row) for row in rows] for name, rows in sheets.items()}
+
+
+def _filled(kind: SheetKind, rows: Sequence[Sequence[str]], others: Sequence[str] = ()) -> list[list[str]]:
+    """Header and rows of a new sheet; what stands behind the required columns and the others is the notes."""
+    header = kind.header(others)
+    filled = [*(c.name for c in kind.required), *others, "Notes"]
+    return [header, *([dict(zip(filled, row, strict=False)).get(h, "") for h in header] for row in rows)]
 
 
 def empty_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
@@ -143,13 +144,6 @@ def refuse_name(path: Path) -> None:
         )
 
 
-TITLES = {
-    "behaviour": "Behaviour", "devices": "Devices", "helpers": "Helpers", "scene": "Scene", "gestures": "Gestures",
-    "test": "Test", "protocol": "Protocol", "table": "Table",
-}  # fmt: skip
-"""Name of each kind; the order is that of the sheets in a new workbook."""
-SINGLE = frozenset(("devices", "helpers", "scene", "gestures", "protocol"))
-"""Kinds of which a workbook has one."""
 _JOINTS = (
     "HeadYaw", "HeadPitch", "RShoulderPitch", "RShoulderRoll", "RElbowYaw", "RElbowRoll", "RWristYaw", "RHand",
     "LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll", "LWristYaw", "LHand",
@@ -162,15 +156,11 @@ def beginning(kind: str, robot: str = "nao") -> list[list[str]]:
     >>> beginning("test")
     [['Time (ms)', 'Stream', 'Send', 'Expect', 'Notes']]
     """
-    if kind == "gestures":
-        return [["Name", "Time (s)", *_JOINTS, "Notes"]]
     if kind == "table":
         return [["Name", "Value"]]
-    sheets = {**template_sheets(robot), "Protocol": empty_sheets(robot)["Protocol"]}
-    rows = sheets[{"behaviour": "Tracking", "test": "Check"}.get(kind, TITLES[kind])]
-    if kind == "protocol":
-        return [[field, "" if field == "Run" else value] for field, value in rows]
-    return [list(rows[0])]
+    others = {"devices": _SETTINGS, "gestures": _JOINTS}.get(kind, ())
+    rows = empty_sheets(robot)["Protocol"][1:] if kind == "protocol" else []
+    return [SHEETS[kind].header(others), *([field, "" if field == "Run" else value] for field, value in rows)]
 
 
 def place_of(kind: str, sheets: Mapping[str, str]) -> str:

@@ -17,7 +17,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
-from rrp_sheets.model.workbook import Behaviour
+from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend
 from rrp_sheets.render.measure import clean, typeset
 from rrp_sheets.render.pack import acts, front, people, senses
@@ -276,7 +276,7 @@ def _part(
     rows = tuple(
         TableRow(
             r.number, clean(source.listed_cells(r.inputs)), clean(r.connector.text), r.formula.text.strip(),
-            clean(r.output.text), r.on, f"{r.priority:g}" if r.priority else "", clean(r.notes),
+            clean(r.output.text), r.on, f"{r.priority:g}" if r.priority else "", clean(_remarks(r)),
             marks.get(r.number, ""), groups.get(r.number, ""),
         )
         for r in behaviour.rows
@@ -285,6 +285,11 @@ def _part(
     return BehaviourPart(
         said.name, *_lists(source, said), paragraph, source.words.sentences([*notes, *why]), figures, sentences, rows
     )
+
+
+def _remarks(row: Row) -> str:
+    """Return the notes of a row, and before them the texts of other columns that are for people."""
+    return " · ".join(text if name == "Notes" else f"{name}: {text}" for name, text in row.remarks.items())
 
 
 def _lists(source: Source, said: BehaviourText) -> tuple[str, str]:

@@ -18,7 +18,7 @@ from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.devices.scene_words import KINDS, verbs_of
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
-from rrp_sheets.documents.grid import Column, Grid
+from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.documents.steps import Cells, RestoreRows
 from rrp_sheets.documents.workfile import hindrance
 from rrp_sheets.errors import SheetsError
@@ -385,7 +385,7 @@ def own_grid(document: Document, name: str) -> Grid:
     """Load the texts of a sheet of the user's own, up to the limits of rows and columns."""
     sheet = next(s for s in document.reading.sheets if s.name == name)
     width = min(max((column for _, column in sheet.cells), default=1), MOST_COLUMNS)
-    grid = Grid(name, "own", 1, tuple(Column(number, "") for number in range(1, width + 1)))
+    grid = Grid(name, "own", 1, tuple(GridColumn(number, "") for number in range(1, width + 1)))
     grid.load(sheet)
     del grid.rows[MOST_OWN_ROWS:]
     return grid

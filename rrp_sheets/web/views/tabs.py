@@ -12,7 +12,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import Addable, SheetTabs, Tab, show
 from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
-from rrp_sheets.workbook.template import SINGLE, TITLES
+from rrp_sheets.workbook.schema import TITLES, is_single
 
 blueprint = Blueprint("tabs", __name__)
 MOST_NAMED = 12  # places that are told before a sheet is deleted
@@ -124,5 +124,5 @@ def _addable(kinds: dict[str, str]) -> list[Addable]:
     return [
         Addable(kind, title, _HELP[kind], proposed_name(kind, kinds))
         for kind, title in TITLES.items()
-        if kind not in SINGLE or kind not in there
+        if not is_single(kind) or kind not in there
     ]

@@ -13,7 +13,7 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.workbook import limits, maker
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch import sheet_list as listed
@@ -23,6 +23,7 @@ from rrp_sheets.workbook.patch.sheet_list import SHEETS, change, cut, paste
 from rrp_sheets.workbook.patch.sheet_restore import bring_sheet, delete_sheet
 from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes
 from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.schema import DEVICES, list_titles
 from rrp_sheets.workbook.sheet_names import sheet_name
 
 _SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
@@ -128,9 +129,7 @@ class NewSheet:
 
 def lists_of(names: Sequence[str]) -> dict[str, str]:
     """The lists for drop-downs that a workbook has, by the title that the looks of a column know them by."""
-    titles = {c.offers for columns in maker.COLUMN_STYLES.values() for c in columns.values() if c.offers}
-    titles |= {"Sensors", "Actuators"}
-    by_name = {list_name(title): title for title in titles}
+    by_name = {list_name(title): title for title in list_titles()}
     return {title: name for name, title in by_name.items() if name in names}
 
 
@@ -157,7 +156,7 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
         xml, styles = made.read("xl/worksheets/sheet1.xml"), made.read("xl/styles.xml")
     header = what.row or maker.header
     streams = ""
-    if what.kind and what.kind.name == "devices":
+    if what.kind is DEVICES:
         from rrp_sheets.model.cells import column_letters
 
         letter = column_letters(what.columns["Stream"])

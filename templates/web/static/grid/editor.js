@@ -126,7 +126,8 @@ export class Editor {
     this.grow();
     this.context.typing();
     const row = this.table.row(this.rowId);
-    const where = { kind: this.kind(this.k), name: this.table.name(this.k), row, table: this.table };
+    const choices = JSON.parse(this.table.headers[this.k].dataset.choices ?? "[]");
+    const where = { kind: this.kind(this.k), name: this.table.name(this.k), choices, row, table: this.table };
     const before = this.field.value.slice(0, this.field.selectionStart);
     this.found = this.field.selectionStart === this.field.selectionEnd && typed !== null
       ? suggest(this.context.vocabulary(), where, before, this.field.value)
@@ -273,9 +274,9 @@ export function suggest(words, where, before, text) {
   const other = inCell(words, where, before, text);
   if (other) return other;
   const choices = {
-    connector: words.connectors, device: words.devices, on: [{ text: "TRUE" }, { text: "FALSE", help: "skips the row" }],
-    output: isSubscribe(where) ? words.actuators : [], fieldname: words.fields, tested: [...words.streams, ...words.dones],
-  }[kind] ?? [];
+    connector: words.connectors, device: words.devices, output: isSubscribe(where) ? words.actuators : [],
+    fieldname: words.fields, tested: [...words.streams, ...words.dones],
+  }[kind] ?? where.choices;
   return pick(choices, text, 0, true, kind === "device");
 }
 
@@ -387,7 +388,6 @@ function streams(words, where) {
 
 // What cells that hold no formula may hold: by the column, and by what stands beside them in the row.
 
-const CHOSEN = ["robot", "engine", "facememory", "language"]; // fields that take nothing but one of these
 
 /** Suggestions for a cell of the Devices, Scene, test or Protocol sheets; null for another kind of cell. */
 export function inCell(words, where, before, text) {
@@ -400,7 +400,7 @@ export function inCell(words, where, before, text) {
   if (kind === "amount" && where.table.kind === "scene") return free(times(words), text);
   if (kind === "fieldvalue") {
     const field = key(named(where, "fieldname"));
-    return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, CHOSEN.includes(field));
+    return field === "run" ? after(words.values.run, before) : free(words.values?.[field] ?? [], text, words.closed?.includes(field));
   }
   if (kind === "send" || kind === "expect") return sent(words, where, before);
   return null;

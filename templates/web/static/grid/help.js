@@ -107,18 +107,16 @@ export function help(grid) {
     const k = grid.selection.head.k;
     const text = grid.editor.isOpen ? grid.editor.field.value : grid.table.value(cell);
     const codes = [...cell.querySelectorAll("[data-code]")].map((m) => m.dataset.code);
-    const { kind } = grid.table.headers[k].dataset;
+    const { kind, helpTopic } = grid.table.headers[k].dataset;
     const where = { row, table: grid.table };
     const names = text.split(/[,\n]/).map((name) => name.trim()).filter(Boolean);
     const about = {
-      inputs: () => [...names.map(device), "devices"], output: () => [...names.map(device), "devices"],
-      connector: () => [text, "connectors"].filter(Boolean).slice(0, text ? 1 : 2),
-      formula: () => [...helpers(text), ...functions(text), ...inputs(where).map(device).filter(Boolean), "formulas"].slice(0, 3),
-      on: () => ["keys"], notes: () => ["keys"], device: () => [text, "devices"], setting: () => [grid.selection.sibling("device"), "devices"],
-      actor: () => ["scene"], verb: () => ["scene"], value: () => ["scene"], tested: () => ["tests"], send: () => ["tests"], expect: () => ["tests"],
-      fieldname: () => ["protocol"], fieldvalue: () => ["protocol"], amount: () => [grid.table.name(k) === "Priority" ? "priority" : grid.table.kind === "scene" ? "scene" : "tests"],
-      helper: () => [...helpers(text), "helpers"],
-    }[kind]?.() ?? [];
+      inputs: () => [...names.map(device), helpTopic], output: () => [...names.map(device), helpTopic],
+      connector: () => [text || helpTopic],
+      formula: () => [...helpers(text), ...functions(text), ...inputs(where).map(device).filter(Boolean), helpTopic].slice(0, 3),
+      device: () => [text, helpTopic], setting: () => [grid.selection.sibling("device"), helpTopic],
+      helper: () => [...helpers(text), helpTopic],
+    }[kind]?.() ?? [helpTopic];
     const words = new Set(text.match(/[\p{L}_]+/gu));
     const comment = row.classList.contains("comment") && text.trimStart().startsWith("#"); // help on what it speaks of
     if (comment) return [...(grid.words.connectors ?? []).map((c) => c.text).filter((name) => words.has(name)), "glossary"].slice(0, 4);

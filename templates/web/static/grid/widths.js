@@ -1,10 +1,6 @@
 // The widths of the columns: dragged at the edge of a header, by Alt+Left and Alt+Right, or fitted by a double click; the
 // browser remembers them for each sheet. And the width of the sheet beside its panels.
 
-const WIDE = {
-  on: 40, inputs: 136, connector: 144, formula: 232, output: 136, example: 104, notes: 240, amount: 88, helper: 120, parameters: 136, device: 152,
-  setting: 112, actor: 120, verb: 104, value: 224, tested: 136, send: 192, expect: 224, fieldname: 160, fieldvalue: 320, text: 152,
-};
 const LEAST = 36;
 const MOST = 900;
 const STEP = 8;
@@ -38,8 +34,7 @@ export class Columns {
 
   /** The width that a column has by its kind; never less than its header's words need. */
   usual(i) {
-    const wide = WIDE[this.heads[i].dataset.kind ?? "example"] ?? 136;
-    return Math.max(wide, Math.ceil(this.measure(this.heads[i], this.nameOf(i))) + 18);
+    return Math.max(Number(this.heads[i].dataset.pixels), Math.ceil(this.measure(this.heads[i], this.nameOf(i))) + 18);
   }
 
   /** Room for the numbers of the rows. */

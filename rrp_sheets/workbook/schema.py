@@ -1,0 +1,295 @@
+"""Columns of every kind of sheet: one table for reader, templates, styles, grid, completions, help and comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import chain
+
+from rrp_sheets.model.names import key
+from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
+
+
+@dataclass(frozen=True, slots=True)
+class CellKind:
+    """Kind of the cells of a column.
+
+    Attributes:
+        name: the class of the cells in the grid, whose script chooses suggestions by it.
+        pixels: width of the column in the grid.
+        clean: folds what makes no difference.
+        code: a formula or the like, shown in a fixed-width font.
+        from_excel: what the spreadsheet program took for its own formula is the text.
+        dates: a date is meant as a date.
+        as_typed: for people only, so nothing about it is reported.
+    """
+
+    name: str
+    pixels: int
+    clean: Callable[[str], str] = clean_name
+    code: bool = False
+    from_excel: bool = False
+    dates: bool = False
+    as_typed: bool = False
+
+
+CELLS = {
+    kind.name: kind
+    for kind in (
+        CellKind("on", 40), CellKind("inputs", 136), CellKind("connector", 144), CellKind("output", 136),
+        CellKind("formula", 232, clean_formula, code=True, from_excel=True),
+        CellKind("notes", 240, str.strip, as_typed=True), CellKind("amount", 88), CellKind("text", 152),
+        CellKind("helper", 120), CellKind("parameters", 136),
+        CellKind("device", 152), CellKind("setting", 112, clean_prose),
+        CellKind("actor", 120), CellKind("verb", 104), CellKind("value", 224, clean_prose),
+        CellKind("gesture", 136), CellKind("angle", 136, clean_prose),
+        CellKind("tested", 136), CellKind("send", 192, clean_fields, code=True),
+        CellKind("expect", 224, clean_fields, code=True),
+        CellKind("fieldname", 160), CellKind("fieldvalue", 320, clean_prose, dates=True),
+    )
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class CellChoice:
+    """A word that a cell may hold, with a line of help."""
+
+    text: str
+    help: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a kind of sheet.
+
+    Attributes:
+        name: the standard header.
+        kind: a key of `CELLS`.
+        width: in characters, in a new workbook.
+        prompt: shown in the cells by spreadsheet programs.
+        synonyms: other accepted headers.
+        help: the topic that F1 shows.
+        offers: title of the drop-down's list.
+        choices: entries of that list, when they are always the same.
+        known: lists, or columns of the sheet, that hold the known names; a name in none of them is marked.
+        required: a sheet without it is not of this kind; only what stands in such columns makes a row.
+        offered: new sheets have it.
+        effect: the robot acts on it; otherwise a changed cell leaves the behaviour the same.
+    """
+
+    name: str
+    kind: str = "text"
+    width: float = 16
+    prompt: str = ""
+    synonyms: tuple[str, ...] = ()
+    help: str = ""
+    offers: str = ""
+    choices: tuple[CellChoice, ...] = ()
+    known: tuple[str, ...] = ()
+    required: bool = True
+    offered: bool = True
+    effect: bool = True
+
+    @property
+    def cells(self) -> CellKind:
+        """The kind of its cells."""
+        return CELLS[self.kind]
+
+
+PLAIN = Column("", required=False)
+"""A column of the user's own."""
+
+
+@dataclass(frozen=True)
+class SheetKind:
+    """Columns and titles that make a sheet one of a kind.
+
+    Attributes:
+        name: in the code.
+        title: name of a new sheet.
+        shown: as messages call it.
+        colour: of the header row and the tab.
+        columns: in the order of a new sheet.
+        any_name: a sheet of any name may be of this kind, so a header row that nearly fits is surely meant.
+        other: pattern of the columns with headers of their own that belong to it too (the settings of devices, the
+            joints of gestures), with `{header}` in its texts.
+        usual: those of them that have a look of their own.
+    """
+
+    name: str
+    title: str
+    shown: str
+    colour: str
+    columns: tuple[Column, ...]
+    any_name: bool = False
+    other: Column | None = None
+    usual: tuple[Column, ...] = ()
+
+    @cached_property
+    def required(self) -> tuple[Column, ...]:
+        """The columns that every sheet of this kind has."""
+        return tuple(c for c in self.columns if c.required)
+
+    @cached_property
+    def optional(self) -> tuple[Column, ...]:
+        """The columns that may be missing."""
+        return tuple(c for c in self.columns if not c.required)
+
+    @cached_property
+    def spellings(self) -> dict[str, str]:
+        """The standard header for the key of every accepted spelling."""
+        return {key(spelling): c.name for c in self.columns for spelling in (c.name, *c.synonyms)}
+
+    def column(self, header: str) -> Column:
+        """Return the column of a standard header, or of a header of its own."""
+        known = next((c for c in (*self.columns, *self.usual) if c.name == header), None)
+        if known is not None or self.other is None or not header:
+            return known or replace(PLAIN, name=header)
+        prompt, offers = (text.format(header=header) for text in (self.other.prompt, self.other.offers))
+        return replace(self.other, name=header, prompt=prompt, offers=offers)
+
+    def header(self, others: Sequence[str] = ()) -> list[str]:
+        """Return the header row of a new sheet with some headers of its own."""
+        return [*(c.name for c in self.required), *others, *(c.name for c in self.optional if c.offered)]
+
+
+_NOTES = Column(
+    "Notes", "notes", 32, "Anything you want to remember. The robot does not read it.", synonyms=("Comment",),
+    help="keys", required=False, effect=False,
+)  # fmt: skip
+BEHAVIOUR = SheetKind("behaviour", "Behaviour", "a behaviour", "D5E5EF", (
+    Column("Input streams", "inputs", 22, "What this row listens to: a sensor, or the output of another row. "
+           "Several are separated by commas. Blank: the output of the row above.",
+           ("Inputs", "Input", "From"), "devices", "Streams", known=("Output stream", "Streams", "Sensors")),
+    Column("Connector", "connector", 15, "What this row does with the input: map calculates, filter lets "
+           "pass, subscribe lets the robot act.", ("Operator",), "connectors", "Connectors", known=("Connectors",)),
+    Column("Formula", "formula", 36, "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
+           "stream's name is left out: Red ball is redBall. No = is needed.", ("Parameter", "Parameter formula"),
+           "formulas"),
+    Column("Output stream", "output", 20, "A new name for the result; for subscribe the actuator that acts. "
+           "Blank: the next row takes it.", ("Output", "To"), "devices", "Streams"),
+    Column("On", "on", 8, "FALSE switches this row off. Blank is on.", help="keys", offers="On or off",
+           choices=(CellChoice("TRUE"), CellChoice("FALSE", "skips the row")), required=False),
+    _NOTES,
+    Column("Priority", "amount", 9, "A number: the larger one wins when two rows want the same part of the robot. "
+           "Blank is 0.", help="priority", required=False, offered=False),
+), any_name=True)  # fmt: skip
+DEVICES = SheetKind("devices", "Devices", "the list of devices", "DDEBDD", (
+    Column("Stream", "text", 24, "The name you give this sensor or actuator; behaviours use it."),
+    Column("Device", "device", 24, "Which sensor or actuator of the robot it is.", help="devices", offers="All devices",
+           known=("All devices",)),
+    _NOTES,
+), other=Column("", "setting", 18, "The setting {header}; blank is the usual one.", help="devices", offers="{header}",
+                required=False),
+   usual=(Column("Text", "setting", 38, "What the robot says.", help="devices"),))  # fmt: skip
+HELPERS = SheetKind("helpers", "Helpers", "the list of helpers", "E9E2F0", (
+    Column("Name", "helper", 24, "The helper's name; write it into the Formula of a row.", help="helpers"),
+    Column("Inputs", "parameters", 24, "Names for what the helper calculates with, separated by commas. Blank: a "
+           "constant."),
+    Column("Formula", "formula", 46, "The calculation, with the names of Inputs.", help="formulas"),
+    _NOTES,
+))  # fmt: skip
+SCENE = SheetKind("scene", "Scene", "the scene", "F4E8D3", (
+    Column("Time (s)", "amount", 14, "Seconds after the start, the row above (+ 2) or an event: Ask done + 2",
+           help="scene"),
+    Column("Thing", "actor", 18, "Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …",
+           help="scene", offers="Thing"),
+    Column("Does", "verb", 18, "What happens: appears, moves, says, touches, …", help="scene", offers="Does"),
+    Column("Value", "value", 34, "Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up.",
+           help="scene"),
+    _NOTES,
+))  # fmt: skip
+GESTURES = SheetKind("gestures", "Gestures", "the list of gestures", "F4E8D3", (
+    Column("Name", "gesture", 20, "The gesture's name, the same in all its rows."),
+    Column("Time (s)", "amount", 10, "When the joints are there, in seconds from the gesture's beginning."),
+    _NOTES,
+), other=Column("", "angle", 15, "{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. "
+                "Blank: on its way.", required=False))  # fmt: skip
+TEST = SheetKind("test", "Test", "a test", "F1DFDF", (
+    Column("Time (ms)", "amount", 12, "Milliseconds after the start.", help="tests"),
+    Column("Stream", "tested", 24, "The stream that gets the value, or that is looked at.", help="tests",
+           offers="Streams"),
+    Column("Send", "send", 28, "What arrives: a value, or the fields of a sensor: distance=0.3; x=0", help="tests"),
+    Column("Expect", "expect", 28, "What must come out: a value, any, or nothing.", help="tests"),
+    _NOTES,
+), any_name=True)  # fmt: skip
+PROTOCOL = SheetKind("protocol", "Protocol", "the protocol", "E3E6E9", (
+    Column("Field", "fieldname", 24, "The name of a field; you may add your own.", help="protocol"),
+    Column("Value", "fieldvalue", 90, help="protocol"),
+    replace(_NOTES, offered=False),
+))  # fmt: skip
+
+OWN = SheetKind("table", "Table", "a table", "ECEFF1", ())
+"""A sheet of the user's own, which formulas may name as a table."""
+SHEETS = {kind.name: kind for kind in (BEHAVIOUR, DEVICES, HELPERS, SCENE, GESTURES, TEST, PROTOCOL)}
+"""The kinds of sheets by name, in the order of a new workbook."""
+TITLES = {kind.name: kind.title for kind in (*SHEETS.values(), OWN)}
+"""Name of a new sheet of each kind."""
+
+
+def is_single(kind: str) -> bool:
+    """Return whether a workbook has one sheet of a kind."""
+    return kind in SHEETS and not SHEETS[kind].any_name
+
+
+def fixed_lists() -> dict[str, tuple[str, ...]]:
+    """Return the lists for drop-downs that are the same in all workbooks, by title."""
+    columns = chain.from_iterable(kind.columns for kind in SHEETS.values())
+    return {c.offers: tuple(choice.text for choice in c.choices) for c in columns if c.choices}
+
+
+def list_titles() -> set[str]:
+    """Return the titles of all lists that columns offer, or whose names they know."""
+    columns = chain.from_iterable(kind.columns for kind in SHEETS.values())
+    return {title for c in columns for title in (c.offers, *c.known) if title}
+
+
+@dataclass(frozen=True, slots=True)
+class ProtocolField:
+    """A field of the Protocol sheet.
+
+    Attributes:
+        name: as it is written.
+        choices: values that are suggested.
+        closed: other values are mistakes.
+        prompt: shown by spreadsheet programs, beside the drop-down of a closed field.
+    """
+
+    name: str
+    choices: tuple[CellChoice, ...] = ()
+    closed: bool = False
+    prompt: str = ""
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The choices without their help."""
+        return tuple(choice.text for choice in self.choices)
+
+
+FIELDS = {
+    key(field.name): field
+    for field in (
+        *map(ProtocolField, ("Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact",
+                     "What happens", "Data kept", "Retention", "Consent", "Withdrawal", "Deletion",
+                     "Participants are told")),
+        ProtocolField("Robot", closed=True),
+        ProtocolField("Engine", (CellChoice("frame", "every frame takes all that has come: the same run every time"),
+                         CellChoice("event loop", "each value at once, as it comes")), closed=True,
+              prompt="frame: every frame takes all that has come. event loop: each value at once."),
+        ProtocolField("Frame rate", tuple(CellChoice(n, "frames a second") for n in ("30", "60", "20", "15"))),
+        ProtocolField("Run"),
+        ProtocolField("Seed", (CellChoice("0", "a whole number that PICK and the simulator draw by"),)),
+        ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min")))),
+        ProtocolField("Face memory", (CellChoice("ends with the run", "what blank means"),
+                              CellChoice("kept", "for the next runs too, in runs/faces.json")), closed=True,
+              prompt="How long the robot remembers faces."),
+        ProtocolField("Camera pictures", (CellChoice("kept", "with the record of a run; what blank means"),
+                                  CellChoice("not kept", "no picture of the robot's camera is stored")), closed=True,
+              prompt="Whether pictures of the robot's camera are kept with a run's record."),
+        ProtocolField("Language", (CellChoice("English", "of explanations, diagrams and the printed protocol"),
+                           CellChoice("日本語", "the same in Japanese")), closed=True,
+              prompt="In which the workbook is explained, drawn and printed. Blank: English."),
+    )
+}  # fmt: skip
+"""The fields of the Protocol sheet by key, in the order in which they are suggested."""
