@@ -8,14 +8,13 @@ from pathlib import Path
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.sim.camera import Image
+from rrp_sheets.sim.camera import Pixels
 from rrp_sheets.sim.face_memory import FaceMemory
-from rrp_sheets.sim.face_models import Features
-from rrp_sheets.sim.figures import CLOTHES, CompoundShape
-from rrp_sheets.sim.heads import FACES, Heads
+from rrp_sheets.sim.faces import Features
 from rrp_sheets.sim.messages import Spec
-from rrp_sheets.sim.people import body
+from rrp_sheets.sim.people import FACES, Heads, body
 from rrp_sheets.sim.portraits import studied
+from rrp_sheets.sim.shapes import CLOTHES, CompoundShape
 from rrp_sheets.sim.world import SimWorld
 
 FACE = DeviceUse("face", "Face", "FaceDetection", {"rate": 2})
@@ -54,7 +53,7 @@ class Studio:
 
     def picture(
         self, person: int | None, far: float, aside: float = 0.0, turned: float = 0.0, light: float = 1.0
-    ) -> Image:
+    ) -> Pixels:
         """What the robot sees of a person: `far` (m) from the camera, `aside` and `turned` away (degrees)."""
         for figure in self._figures:
             figure.place(NOWHERE)
@@ -65,7 +64,7 @@ class Studio:
             self._figures[person].place(place, math.atan2(-y, -x) + math.radians(turned))
         return self.world.sight._fine.look(self.world.body.camera(), light)
 
-    def numbers(self, picture: Image) -> Features | None:
+    def numbers(self, picture: Pixels) -> Features | None:
         """The only face of a picture in numbers; None without exactly one."""
         faces = self.models.find(picture)
         return self.models.features(picture, faces[0]) if len(faces) == 1 else None

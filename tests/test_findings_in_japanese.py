@@ -26,8 +26,8 @@ from rrp_sheets.diagnostics.page import completed, load_page
 from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.workbook import Address
 from rrp_sheets.printing import gather
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles

@@ -12,7 +12,7 @@ from test_run import rrp
 
 from rrp_sheets import api
 from rrp_sheets.diagnostics.fix import Replace
-from rrp_sheets.model.cells import Address
+from rrp_sheets.model.workbook import Address
 from rrp_sheets.resources import bundled
 
 COLUMNS = "| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n"

@@ -12,8 +12,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.graph.build import build_graph
-from rrp_sheets.model.cells import Address, Cell
-from rrp_sheets.model.workbook import Behaviour, Device, Row, Workbook
+from rrp_sheets.model.workbook import Address, Behaviour, Cell, Device, Row, Workbook
 
 DEVICES = """
 ## Devices

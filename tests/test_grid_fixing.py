@@ -11,7 +11,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.journal import Journal
-from rrp_sheets.model.cells import Address
+from rrp_sheets.model.workbook import Address
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.views.sheet import make_fix
 from rrp_sheets.workbook import read

@@ -14,7 +14,7 @@ from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.spoken import words_of
+from rrp_sheets.devices.catalogue import words_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.printing import gather

@@ -21,7 +21,7 @@ from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.runs.lookback import answer
 from rrp_sheets.runs.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.sim import recording
-from rrp_sheets.sim.film_file import FilmFile, write_strip
+from rrp_sheets.sim.film import FilmFile, write_strip
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.recording import Pictures
 from rrp_sheets.sim.world import SimWorld

@@ -13,8 +13,8 @@ from hypothesis import example as also
 from hypothesis import strategies as st
 from play import check, example, rows
 
-from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.runs.marbles import trace_scores
 from rrp_sheets.runs.records.tidy import tidy

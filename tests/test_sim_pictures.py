@@ -16,8 +16,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.resources import vendored
 from rrp_sheets.sim.camera import Shot
-from rrp_sheets.sim.film import EVERY, MOST, Film
-from rrp_sheets.sim.film_file import choose, font_of
+from rrp_sheets.sim.film import EVERY, MOST, Film, choose, font_of
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 
@@ -37,7 +36,7 @@ def test_japanese_captions_are_letters_and_not_boxes() -> None:
 
 
 def test_without_the_fetched_font_there_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.sim.film_file.vendored", lambda *parts: vendored("nowhere", *parts))
+    monkeypatch.setattr("rrp_sheets.sim.film.vendored", lambda *parts: vendored("nowhere", *parts))
     font = font_of(20)
     assert isinstance(font, (ImageFont.FreeTypeFont, ImageFont.ImageFont))
     assert font.getlength("Hello") > 20

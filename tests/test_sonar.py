@@ -17,7 +17,7 @@ from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.sensors import FARTHEST, NEAREST, Beam, cone
-from rrp_sheets.sim.solids import Cylinder, Solid, SolidBox, Sphere
+from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere
 from rrp_sheets.sim.world import SimWorld
 
 SIDES = {"left": "Left", "right": "Right", "both": ""}

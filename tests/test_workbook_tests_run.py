@@ -15,14 +15,13 @@ from hypothesis import strategies as st
 from tested import TRACKING, held, sheet
 
 from rrp_sheets import api
-from rrp_sheets.checks.expecting import half_of_last_digit
-from rrp_sheets.checks.parts import fields, in_quotes, literal
+from rrp_sheets.checks.test_cells import fields, half_of_last_digit, in_quotes, literal
 from rrp_sheets.cli.test import command
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.judge import _Lane, equal
-from rrp_sheets.testing.junit import junit
+from rrp_sheets.testing.result_text import junit
 from rrp_sheets.testing.run import run_case
 
 FOLDER = bundled("workbooks")

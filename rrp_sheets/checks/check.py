@@ -15,9 +15,9 @@ from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot, robot_names
 from rrp_sheets.devices.gesture_sheet import parse_gestures
+from rrp_sheets.devices.media_files import SUFFIX, BadSoundError, is_plain, look_at
 from rrp_sheets.devices.own_robot import own_robot
 from rrp_sheets.devices.scene import check_presses, parse_scene
-from rrp_sheets.devices.sound_files import SUFFIX, BadSoundError, is_plain, look_at
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.fix import Fix, Replace
 from rrp_sheets.diagnostics.phrase import Phrase
@@ -28,10 +28,9 @@ from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.graph.device_table import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.graph.names import DONE_DEVICE
-from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction
-from rrp_sheets.model.workbook import SceneRow, Workbook
+from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
 
 
 @dataclass(frozen=True)
@@ -273,3 +272,17 @@ def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Repo
         return replace(fix, safe=not near - {key(edit.new)})
 
     report.judge_fixes(judge)
+
+
+def row_examples(checked: Checked) -> dict[str, Fact]:
+    """Return the fact about each row's output, by the row's ref (`Tracking!4`), in the order of the sheets.
+
+    Rows without an example are missing: those that are off or wrong, and those of which nothing can be said.
+    """
+    found: dict[str, Fact] = {}
+    for behaviour in checked.graph.behaviours:
+        for step in behaviour.steps:
+            fact = checked.facts.get(step.ref if step.connector.is_sink else step.output)
+            if step.row.on and fact is not None and fact.has_example:
+                found[step.ref] = fact
+    return found

@@ -10,8 +10,8 @@ from pathlib import Path
 from rrp_sheets.checks.check import Checked
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address
 from rrp_sheets.workbook.editing import Edit, InsertRows, SetCell, edit, read_sheets
 
 MOST_ROUNDS = 100

@@ -31,11 +31,10 @@ from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.problems import together
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.graph.build import after_needs
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.model.workbook import Address, Cell, Workbook
 
 MOST_TIMESTAMPS = 10
 

@@ -6,20 +6,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from rrp_sheets.checks.expecting import Expectation, Place, read_expect
-from rrp_sheets.checks.sending import Sending, read_send
+from rrp_sheets.checks.test_cells import Expectation, Place, Sending, read_expect, read_send
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import listed
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.values import RecordType
-from rrp_sheets.model.workbook import TestRow, TestSheet, Workbook
+from rrp_sheets.model.workbook import Address, Cell, TestRow, TestSheet, Workbook
 
 LONGEST_US = 24 * 3_600_000_000  # a day: longer is surely a typing mistake
 MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]

@@ -101,7 +101,7 @@ def command(
 
 def _examples(checked: Checked) -> dict[str, Any]:
     """Return the value that each row gives for the examples of its inputs, by sheet and row."""
-    from rrp_sheets.checks.shown import row_examples
+    from rrp_sheets.checks.check import row_examples
     from rrp_sheets.model.values import show, to_json
 
     return {

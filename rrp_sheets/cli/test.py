@@ -57,7 +57,7 @@ def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None)
     else:
         _show(report)
     if junit is not None:
-        from rrp_sheets.testing.junit import junit as as_junit
+        from rrp_sheets.testing.result_text import junit as as_junit
 
         write_atomically(junit, as_junit(report))
     if marbles is not None and report.cases:

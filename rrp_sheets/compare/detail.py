@@ -14,11 +14,10 @@ from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side, di
 from rrp_sheets.compare.tokens import as_typed, helpers_in
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model import changed as c
-from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream, ComparableText, Link, same
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import TestRow
+from rrp_sheets.model.workbook import Cell, TestRow
 from rrp_sheets.workbook.cleaning import clean_name
 
 _SHOWN = frozenset(("changed", "on", "off"))  # kinds that make a row a changed one

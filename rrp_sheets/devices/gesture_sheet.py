@@ -11,10 +11,9 @@ from rrp_sheets.devices.gestures import Gesture, Keyframe, parse_angle
 from rrp_sheets.devices.trajectory import Planner, joint_limits
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import Report
-from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.workbook import GestureRow
+from rrp_sheets.model.workbook import Cell, GestureRow
 
 LONGEST = 120.0  # s, of one gesture
 MOST = 200  # keyframes of a gesture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rrp_sheets.model.cells import Address
+from rrp_sheets.model.workbook import Address
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,8 @@ from rrp_sheets.diagnostics.languages import places_in, told
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import proposed
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address
 
 Detail = str | int | float | None
 """Value of a detail: what the user typed, a number, or a `Phrase` of the program; all can be written as JSON."""

@@ -8,9 +8,8 @@ from collections.abc import Callable, Iterator, Sequence
 from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token, tokenize
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.model.workbook import Address, Cell, Workbook
 from rrp_sheets.workbook.sheet_readers import words
 
 Texts = Callable[[Address], str]

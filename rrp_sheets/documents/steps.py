@@ -10,8 +10,8 @@ from rrp_sheets.documents.grid import Grid
 from rrp_sheets.documents.row_changes import CellText, Changed, Clash, Refused, SheetChange
 from rrp_sheets.documents.sheet_references import renamed_cells, run_cell, run_names
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import (
     AddSheet,

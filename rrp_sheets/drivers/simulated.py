@@ -21,7 +21,7 @@ from rrp_sheets.sim.messages import Outcome, Spec
 from rrp_sheets.sim.process import SimProcess
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
-    from rrp_sheets.sim.camera import Image
+    from rrp_sheets.sim.camera import Pixels
 
 
 class SimulatedWorld(World):
@@ -128,11 +128,11 @@ class SimulatedWorld(World):
         """Return the world for a display, with the robot's camera picture if wanted."""
         return self._process.show(picture)
 
-    def look(self) -> Image:
+    def look(self) -> Pixels:
         """Return the present picture of the head camera: (240, 320, 3), 0 to 255."""
         return self._process.look()
 
-    def watch(self) -> Image:
+    def watch(self) -> Pixels:
         """Return a present picture of the robot from outside: (320, 560, 3), 0 to 255."""
         return self._process.watch()
 

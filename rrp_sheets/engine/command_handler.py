@@ -22,12 +22,11 @@ from rrp_sheets.engine.run_events import OperatorEvent, PauseEvent, RefusalEvent
 from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.exchange import DeviceUse, OperatorAction
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import show, to_json
-from rrp_sheets.model.workbook import SceneRow
+from rrp_sheets.model.workbook import Address, Cell, SceneRow
 
 _BY_HAND = ("SCENE005", "SCENE009", "SCENE010")
 """Codes of findings that depend on the things that are in the room by now, and not on the row alone."""

@@ -8,8 +8,8 @@ from collections.abc import Callable, Collection, Sequence
 from rrp_sheets.engine.command_handler import CommandHandler
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.pacing import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.ports import Arrivals, World
+from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.scene_actions import SceneAction

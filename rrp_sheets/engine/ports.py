@@ -13,8 +13,7 @@ from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
     from rrp_sheets.engine.engine import Engine
-    from rrp_sheets.engine.pacing import SnapshotThrottle
-    from rrp_sheets.engine.realtime import EventQueue
+    from rrp_sheets.engine.realtime import EventQueue, SnapshotThrottle
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,10 +19,9 @@ from rrp_sheets.engine.command_handler import CommandHandler
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.frame_runner import STANDING
-from rrp_sheets.engine.pacing import SnapshotThrottle
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.engine.ports import Actuator, LiveWorld, Sensor
-from rrp_sheets.engine.realtime import EventQueue, QueuedEvent
+from rrp_sheets.engine.realtime import EventQueue, QueuedEvent, SnapshotThrottle
 from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.facts import sensor_fact
-from rrp_sheets.checks.sending import Given, Sending, read_send
+from rrp_sheets.checks.test_cells import Given, Sending, read_send
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.engine import Engine
@@ -13,10 +13,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping
+from rrp_sheets.model.workbook import Address, Cell
 
 OPEN_KINDS = (StreamKind.SENSOR, StreamKind.DONE)
 _HERE = Address("Send")

@@ -8,9 +8,8 @@ from enum import Enum
 
 from rrp_sheets.connectors.spec import Connector
 from rrp_sheets.devices import FoundDevice
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.values import Value
-from rrp_sheets.model.workbook import Row
+from rrp_sheets.model.workbook import Address, Row
 
 
 class StreamKind(Enum):

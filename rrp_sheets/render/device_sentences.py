@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping
 
 from rrp_sheets.devices import FoundDevice
-from rrp_sheets.devices.spoken import DeviceWords
+from rrp_sheets.devices.catalogue import DeviceWords
 from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key

@@ -88,7 +88,7 @@ def read_and_check(path: Path) -> tuple[Reading, Checked]:
 
 def _examples(checked: Checked) -> dict[str, str]:
     """Return an example of each row's value as shown, by the row's ref; in brackets if a filter would stop it."""
-    from rrp_sheets.checks.shown import row_examples
+    from rrp_sheets.checks.check import row_examples
 
     found = {}
     for ref, fact in row_examples(checked).items():

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.check import folder_of
+from rrp_sheets.devices.media_files import BadSoundError, look_at
 from rrp_sheets.devices.own_robot import FOLDER, files_of
-from rrp_sheets.devices.sound_files import BadSoundError, look_at
 from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder

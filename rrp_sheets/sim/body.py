@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.trajectory import joint_limits
+from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.motion import Glide
 
 STEP = 1 / 240  # s, of the physics
@@ -241,3 +242,23 @@ class Body:
 
     def _matrix(self, quaternion: Any) -> Vector:
         return np.array(self._b.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
+
+
+class Eyes:
+    """Both eyes: a colour and a brightness."""
+
+    def __init__(self, body: Body) -> None:
+        self._body = body
+        self.colour: RGB = (1.0, 1.0, 1.0)
+        self.brightness = 1.0
+        self.show()
+
+    @property
+    def shining(self) -> RGB:
+        """Colour of the eyes as it is seen: dimmed by the brightness."""
+        red, green, blue = (round(c * self.brightness, 4) for c in self.colour)
+        return red, green, blue
+
+    def show(self) -> None:
+        """Apply colour and brightness to the robot's model."""
+        self._body.shine(*self.shining)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from rrp_sheets.sim.body import Pose, Vector
 
-Image = NDArray[np.uint8]
+Pixels = NDArray[np.uint8]
 NEAR, FAR = 0.03, 12.0  # m
 AHEAD, ASIDE = (-1.5, -0.6, 2.6), (0.1, -1.8, 2.5)
 """Directions of the light: for the robot's own pictures from behind it, so that faces before it are lit; for the
@@ -60,7 +60,7 @@ class Lens:
         return rays
 
 
-def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> tuple[Image, Image]:
+def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> tuple[Pixels, Pixels]:
     """Render the bodies as seen from `pose`: the picture (height, width, 3), and 1 where there is nothing."""
     ahead = pose.position + pose.rotation[:, 0]
     view = bullet.computeViewMatrix(pose.position.tolist(), ahead.tolist(), pose.rotation[:, 2].tolist())
@@ -76,7 +76,7 @@ def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> t
     return np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB), dtype=np.uint8), empty
 
 
-def _colours(read: Any) -> Image:
+def _colours(read: Any) -> Pixels:
     """Return the colour values, which PyBullet gives as an array, or as a tuple when built without NumPy.
 
     The fastest way from a tuple of ints below 256 to an array: an eighth of the time of `np.asarray`.
@@ -136,7 +136,7 @@ class Eye:
         self.lens = lens
         self._rays = lens.rays(2)  # half as fine: the room has no detail
 
-    def look(self, pose: Pose, light: float = 1.0) -> Image:
+    def look(self, pose: Pose, light: float = 1.0) -> Pixels:
         """The picture from `pose`, (height, width, 3); `light` is how bright the room is, 0 to 1."""
         picture, empty = photograph(self._b, pose, self.lens, AHEAD)
         size = (self.lens.width, self.lens.height)
@@ -144,12 +144,12 @@ class Eye:
         return dimmed(np.asarray(cv2.copyTo(behind, empty, picture), dtype=np.uint8), light)
 
 
-def dimmed(picture: Image, light: float) -> Image:
+def dimmed(picture: Pixels, light: float) -> Pixels:
     """The picture with that part of its light, 0 to 1."""
     return picture if light >= 1 else np.asarray(cv2.convertScaleAbs(picture, alpha=max(light, 0.0)), dtype=np.uint8)
 
 
-def jpeg(picture: Image) -> bytes:
+def jpeg(picture: Pixels) -> bytes:
     """Return a picture as a JPEG file, for a display."""
     _, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
     return bytes(data)
@@ -171,8 +171,8 @@ class Shot:
     """
 
     us: int
-    outside: Image
-    inside: Image | None
+    outside: Pixels
+    inside: Pixels | None
     saying: str
     eyes: tuple[float, float, float]
     sees: str
@@ -211,7 +211,7 @@ class FilmCamera:
         self._room = room(self.pose, self.lens.rays()).astype(np.uint8)
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
-    def shoot(self, shadows: Sequence[tuple[float, float, float, float]], light: float = 1.0) -> Image:
+    def shoot(self, shadows: Sequence[tuple[float, float, float, float]], light: float = 1.0) -> Pixels:
         """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness); `light` as for the robot.
 
         The film stays visible in the dark.

@@ -16,7 +16,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.private import folder_above, opener
 
 if TYPE_CHECKING:
-    from rrp_sheets.sim.face_models import Features
+    from rrp_sheets.sim.faces import Features
 
 NUMBERS = 128  # of a face
 MOST_PERSONS = 500  # kept in a file

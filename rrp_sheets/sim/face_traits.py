@@ -83,3 +83,53 @@ def outline(traits: Traits, height: float) -> float:
         (_CHEEKS - _MOUTH) / (1 + _CHEEKS)
     )
     return float(traits.width * (1 - down**power) ** traits.chin)
+
+
+PEOPLE: tuple[Traits, ...] = (
+    Traits(  # a girl with freckles
+        skin=(0.95, 0.78, 0.68), hair=(0.42, 0.27, 0.15), iris=(0.36, 0.25, 0.16), lips=(0.8, 0.45, 0.42),
+        width=0.72, jaw=0.56, chin=0.62, eyes=(0.29, -0.035, 0.175, 0.07, -0.02), brows=(0.22, 0.03, 0.055, -0.03),
+        nose=(-0.36, 0.165, 0.591), mouth=(-0.5, 0.28, 0.025, 0.085, 0.044), style="tail", hairline=0.338,
+        fringe=0.04, freckles=0.8, rosy=0.9,
+    ),
+    Traits(  # a boy
+        skin=(0.42, 0.28, 0.2), hair=(0.08, 0.06, 0.06), iris=(0.16, 0.09, 0.06), lips=(0.52, 0.26, 0.25),
+        width=0.84, jaw=0.56, chin=0.62, eyes=(0.38, -0.06, 0.185, 0.1, -0.009), brows=(0.134, 0.027, 0.055, -0.022),
+        nose=(-0.255, 0.158, 0.601), mouth=(-0.5, 0.19, 0.06, 0.062, 0.018), hairline=0.605, fringe=0.0, rosy=0.1,
+    ),
+    Traits(  # a girl with a bob
+        skin=(0.86, 0.66, 0.5), hair=(0.07, 0.06, 0.07), iris=(0.13, 0.08, 0.05), lips=(0.75, 0.42, 0.38),
+        width=0.752, jaw=0.56, chin=0.49, eyes=(0.38, -0.056, 0.161, 0.066, 0.04), brows=(0.22, 0.017, 0.029, 0.008),
+        nose=(-0.284, 0.095, 0.46), mouth=(-0.56, 0.248, 0.06, 0.076, 0.018), style="bob", hairline=0.3, rosy=0.4,
+    ),
+    Traits(  # a woman with long fair hair
+        skin=(0.97, 0.83, 0.75), hair=(0.86, 0.7, 0.42), iris=(0.35, 0.52, 0.66), lips=(0.82, 0.48, 0.46),
+        width=0.731, jaw=0.56, chin=0.62, eyes=(0.367, 0.055, 0.135, 0.062, -0.02),
+        brows=(0.151, 0.017, 0.037, 0.006), nose=(-0.263, 0.165, 0.854), mouth=(-0.5, 0.28, 0.049, 0.042, 0.06),
+        style="long", hairline=0.62, parting=0.12, rosy=0.5,
+    ),
+    Traits(  # a man with a beard
+        skin=(0.8, 0.62, 0.45), hair=(0.14, 0.1, 0.08), iris=(0.25, 0.16, 0.09), lips=(0.66, 0.38, 0.34), width=0.84,
+        jaw=0.56, chin=0.495, eyes=(0.334, 0.08, 0.137, 0.058, -0.02), brows=(0.12, 0.045, 0.034, -0.018),
+        nose=(-0.274, 0.09, 1.195), mouth=(-0.57, 0.19, 0.033, 0.076, 0.054), hairline=0.484, parting=-0.06,
+        beard=0.85, moustache=0.9, lines=0.3, rosy=0.0,
+    ),
+    Traits(  # an old woman with glasses
+        skin=(0.95, 0.78, 0.68), hair=(0.72, 0.71, 0.7), iris=(0.4, 0.48, 0.52), lips=(0.72, 0.45, 0.43),
+        width=0.742, jaw=0.59, chin=0.62, eyes=(0.298, 0.08, 0.185, 0.085, -0.02), brows=(0.22, 0.017, 0.01, -0.007),
+        nose=(-0.359, 0.165, 0.883), mouth=(-0.536, 0.244, 0.025, 0.074, 0.018), style="curly", hairline=0.416,
+        fringe=0.03, glasses="round", lines=1.0, rosy=0.4,
+    ),
+    Traits(  # a young woman
+        skin=(0.6, 0.42, 0.3), hair=(0.1, 0.07, 0.06), iris=(0.2, 0.12, 0.07), lips=(0.62, 0.32, 0.32), width=0.723,
+        jaw=0.662, chin=0.62, eyes=(0.364, 0.08, 0.185, 0.058, 0.04), brows=(0.127, 0.031, 0.055, 0.008),
+        nose=(-0.36, 0.165, 1.11), mouth=(-0.5, 0.191, 0.06, 0.079, 0.041), style="curly", hairline=0.512,
+        fringe=0.04, rosy=0.2,
+    ),
+    Traits(  # a bald man with glasses
+        skin=(0.97, 0.83, 0.75), hair=(0.55, 0.26, 0.12), iris=(0.38, 0.46, 0.36), lips=(0.78, 0.5, 0.46),
+        width=0.823, jaw=0.709, chin=0.48, eyes=(0.301, -0.004, 0.16, 0.058, 0.0), brows=(0.164, 0.033, 0.01, 0.006),
+        nose=(-0.31, 0.14, 1.0), mouth=(-0.557, 0.27, 0.03, 0.038, 0.02), style="bald", hairline=0.62,
+        glasses="square", beard=0.45, lines=0.5, rosy=0.5,
+    ),
+)  # fmt: skip

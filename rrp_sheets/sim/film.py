@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import threading
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PIL import GifImagePlugin, Image, ImageDraw, ImageFont
 
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Record, Value
-from rrp_sheets.sim.camera import FilmCamera, Image, Shot
+from rrp_sheets.resources import vendored
+from rrp_sheets.sim.camera import FilmCamera, Pixels, Shot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.motion import Point
 from rrp_sheets.sim.stage import FRONT
 
 if TYPE_CHECKING:
-    from rrp_sheets.sim.film_file import FilmWriter
     from rrp_sheets.sim.world import SimWorld
+
 
 SIZE = (560, 320)  # pixels
 EVERY = 80  # physics steps between two pictures: 3 a second
@@ -128,7 +139,7 @@ class Film:
         upper = [j.name for j in body.robot.joints.values() if chains[j.chain] != "legs" and j.unit]
         return min(max((abs(body.position(j) - body.start[j]) for j in upper), default=0.0) / FAR, 1.0) ** 2
 
-    def shoot(self) -> Image:
+    def shoot(self) -> Pixels:
         """Take a picture of the robot from outside."""
         self._world.stage.place()
         x, y, _ = (float(c) for c in self._world.body.torso().position)
@@ -165,7 +176,7 @@ class Film:
 
 
 def _writer(out: Path, title: str) -> FilmWriter:
-    from rrp_sheets.sim.film_file import FilmWriter  # loads Pillow, which a run without a film does not need
+    pass  # loads Pillow, which a run without a film does not need
 
     return FilmWriter(out, title)
 
@@ -212,3 +223,337 @@ def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
     far = math.hypot(x, y)
     shrink = min(1.0, INTERESTING / far) if far else 1.0
     return x * shrink, y * shrink, min(max(z, 0.0), HIGHEST)
+
+
+FRAME_MS = 333  # ms, of a film picture
+SAME = 255  # the palette's place for what stays as it was; palettes have fewer colours
+OFF, MOST_OFF = 40, 0.0005  # a colour is wrong by so much (of 255); of so many pixels, the film needs other colours
+MOST_SAMPLES = 6  # pictures that a palette is made from
+STRIP_EVERY = 5.0  # s (wall clock) between two strips at least; the last one is written when the robot rests
+STRIP_SHARE = 20  # and so many times as long as the last one took, so that strips cost little on a busy machine
+_END = b";"
+
+
+@dataclass(frozen=True, eq=False)
+class _Picture:
+    pixels: NDArray[np.uint8]  # places in the palette
+    palette: bytes
+
+
+class FilmFile:
+    """An animated GIF that is whole after each picture: three a second, with clock, what the robot sees and says.
+
+    A palette serves until a picture has other colours: the background then stays the same to the pixel and costs
+    nothing.
+
+    Args:
+        path: of the file, which is made with the first picture.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._pictures: dict[int, _Picture] = {}  # by the shot's time
+        self._size = (0, 0)
+        self._palette = Image.new("P", (1, 1))
+        self._samples: list[NDArray[np.uint8]] = []
+        self._last: _Picture | None = None
+
+    def add(self, shot: Shot) -> None:
+        """Append a picture. Raises OSError when it cannot be written."""
+        frame = film_frame(shot)
+        self._size = frame.size
+        packed = self._packed(frame) if self._samples else None
+        if packed is None or _is_off(frame, packed):
+            self._samples = [*self._samples[-MOST_SAMPLES + 1 :], np.asarray(frame)]
+            self._palette = palette_of(self._samples)
+            packed = self._packed(frame)
+        picture = _Picture(np.asarray(packed), bytes(packed.getpalette("RGB") or ()))
+        self._pictures[shot.us] = picture
+        if self._last is None:
+            self._path.write_bytes(self._header() + _encoded(picture, None) + _END)
+        else:
+            with self._path.open("r+b") as file:
+                file.seek(-len(_END), 2)
+                file.write(_encoded(picture, self._last) + _END)
+        self._last = picture
+
+    def keep(self, shots: Sequence[Shot]) -> None:
+        """Drop all other pictures. Raises OSError when it cannot be written."""
+        self._pictures = {shot.us: self._pictures[shot.us] for shot in shots if shot.us in self._pictures}
+        half = self._path.with_suffix(".part")
+        before = None
+        try:
+            with half.open("wb") as file:
+                file.write(self._header())
+                for picture in self._pictures.values():
+                    file.write(_encoded(picture, before))
+                    before = picture
+                file.write(_END)
+            half.replace(self._path)
+        finally:
+            half.unlink(missing_ok=True)
+        self._last = before
+
+    def _packed(self, frame: Image.Image) -> Image.Image:
+        return frame.quantize(palette=self._palette, dither=Image.Dither.NONE)
+
+    def _header(self) -> bytes:
+        """Return the file's header: no global palette, and an endless loop."""
+        width, height = (side.to_bytes(2, "little") for side in self._size)
+        return b"GIF89a" + width + height + b"\x70\0\0!\xff\x0bNETSCAPE2.0\x03\x01\0\0\0"
+
+
+def _is_off(frame: Image.Image, packed: Image.Image) -> bool:
+    """Return whether a picture has colours that its palette does not have."""
+    wrong = cv2.absdiff(np.asarray(frame), np.asarray(packed.convert("RGB"))) > OFF
+    return bool((wrong[..., 0] | wrong[..., 1] | wrong[..., 2]).mean() > MOST_OFF)
+
+
+def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
+    """Return a picture as a block of a GIF; pixels that stay as they were are left out."""
+    pixels, (left, top) = picture.pixels, (0, 0)
+    if before is not None and before.palette == picture.palette:
+        changed = pixels != before.pixels
+        rows, columns = np.flatnonzero(changed.any(axis=1)), np.flatnonzero(changed.any(axis=0))
+        top, bottom = (int(rows[0]), int(rows[-1]) + 1) if len(rows) else (0, 1)
+        left, right = (int(columns[0]), int(columns[-1]) + 1) if len(columns) else (0, 1)
+        part = np.s_[top:bottom, left:right]
+        pixels = np.where(changed[part], pixels[part], np.uint8(SAME))
+    image = Image.fromarray(pixels)
+    image.putpalette(picture.palette)
+    return b"".join(
+        GifImagePlugin.getdata(
+            image, (left, top), include_color_table=True, duration=FRAME_MS, disposal=1, transparency=SAME
+        )
+    )
+
+
+class FilmWriter:
+    """Writes `film.gif` and `strip.png` into a run's folder, shot by shot, on a thread.
+
+    Args:
+        folder: of the run.
+        title: shown on the strip.
+    """
+
+    def __init__(self, folder: Path, title: str) -> None:
+        self._film, self._strip = folder / "film.gif", folder / "strip.png"
+        self._title = title
+        self._file = FilmFile(self._film)
+        self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._error: Exception | None = None
+        self._strip_at = time.monotonic() + STRIP_EVERY
+        self._strip_waits = False
+        self._thread = threading.Thread(target=self._write, name="film", daemon=True)
+        self._thread.start()
+
+    def add(self, shots: Sequence[Shot], *, thinned: bool) -> None:
+        """Write the last of these shots; when they were thinned, the film keeps only these.
+
+        Args:
+            shots: all so far.
+            thinned: whether there were more before.
+        """
+        now = list(shots)
+        if thinned:
+            self._work.put(partial(self._file.keep, now))
+        else:
+            self._work.put(partial(self._file.add, now[-1]))
+        if time.monotonic() >= self._strip_at and not self._strip_waits:
+            self._strip_waits = True
+            self._work.put(partial(self._write_strip, now))
+
+    def finish(self, shots: Sequence[Shot]) -> None:
+        """Write the rest and wait for it. Raises OSError after removing the incomplete files."""
+        self._work.put(partial(self._write_strip, list(shots)))
+        self._work.put(None)
+        self._thread.join()
+        if self._error is not None:
+            self._film.unlink(missing_ok=True)
+            self._strip.unlink(missing_ok=True)
+            raise self._error
+
+    def _write_strip(self, shots: Sequence[Shot]) -> None:
+        half, began = self._strip.with_suffix(".part.png"), time.monotonic()
+        try:
+            write_strip(half, shots, self._title)
+            half.replace(self._strip)
+        finally:
+            half.unlink(missing_ok=True)
+            self._strip_at = time.monotonic() + max(STRIP_EVERY, STRIP_SHARE * (time.monotonic() - began))
+            self._strip_waits = False
+
+    def _write(self) -> None:
+        while (work := self._work.get()) is not None:
+            if self._error is None:
+                try:
+                    work()
+                except Exception as error:  # a full disk, say: the run goes on, and at its end this is raised
+                    self._error = error
+
+
+INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
+MOMENTS = 6
+COLOURS = 224  # of the film's palette
+BAR = 34  # pixels, below the film's picture
+INSET = (128, 96)  # pixels, of what the robot sees, in the film
+LABEL = 18  # pixels, above it
+TILE = (364, 208)  # pixels, of the strip's pictures from outside
+EYE = (176, 132)  # pixels, of what the robot saw, in the strip
+GAP, MARGIN = 16, 28
+LONGEST = 200  # letters of a caption that are looked at: a long speech would take seconds to measure
+NBSP = "\N{NO-BREAK SPACE}"
+NEAREST = 0.3  # of a sixth of the run: two moments are not nearer, unless the run is very short
+SPREAD, NOVEL = 2.0, 2.0  # what being far from the others, and unlike them, is worth beside what happens
+PALER, CHANGED = 40, 0.04  # a pixel has changed by so much (of 255); so many of them are another picture
+Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
+
+
+@cache
+def font_of(size: int, bold: bool = False) -> Font:
+    """Return the bundled font, which has Japanese, Greek and Cyrillic letters; else one with Latin letters only."""
+    path = vendored("fonts", f"NotoSansJP-{'Bold' if bold else 'Regular'}.ttf")
+    return ImageFont.truetype(path, size) if path.is_file() else ImageFont.load_default(size)
+
+
+def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
+    """Return one palette for all pictures: the background then stays the same to the pixel and costs nothing.
+
+    What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
+    """
+    pixels = np.concatenate([p.reshape(-1, 3) for p in pictures])
+    red, green, blue = (pixels[:, k].astype(np.intp) >> 3 for k in range(3))
+    codes = red << 10 | green << 5 | blue
+    counts = np.bincount(codes)
+    used = np.flatnonzero(counts)
+    first = np.empty_like(counts)
+    first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1)  # of several, what is written last stays: the first pixel
+    sample = np.repeat(pixels[first[used]], np.ceil(counts[used] ** 0.4).astype(int), axis=0)
+    return Image.fromarray(sample[None]).quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+
+
+def film_frame(shot: Shot) -> Image.Image:
+    """Draw a picture of the film: the robot, what it sees, the clock, and what it says."""
+    font, small = font_of(15), font_of(12)
+    outside = Image.fromarray(shot.outside)
+    frame = Image.new("RGB", (outside.width, outside.height + BAR), PAPER)
+    frame.paste(outside, (0, 0))
+    draw = ImageDraw.Draw(frame)
+    if shot.inside is not None:
+        left = 10 if shot.from_left else outside.width - INSET[0] - 10  # where the robot is not
+        top = outside.height - INSET[1] - 10
+        draw.rectangle((left - 3, top - LABEL, left + INSET[0] + 2, top + INSET[1] + 2), fill=PAPER, outline=EDGE)
+        frame.paste(Image.fromarray(shot.inside).resize(INSET, Image.Resampling.BILINEAR), (left, top))
+        draw.text((left + INSET[0] // 2, top - LABEL // 2), "what the robot sees", INK, small, anchor="mm")
+    middle = outside.height + BAR // 2
+    draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
+    _dot(draw, 78, middle, 8, shot.eyes)
+    words = f"“{shot.saying}”" if shot.saying else shot.sees.replace(NBSP, " ")
+    text = _shorten(draw, words, font, outside.width - 110)
+    draw.text((98, middle), text, INK if shot.saying else FAINT, font, anchor="lm")
+    return frame
+
+
+def write_strip(path: Path, shots: Sequence[Shot], title: str = "") -> None:
+    """Write six moments side by side: the robot from outside, what it saw, and what it said."""
+    chosen = choose(shots)
+    big, font, small = font_of(26, bold=True), font_of(20), font_of(16)
+    head = MARGIN + (44 if title else 0)
+    width = 2 * MARGIN + len(chosen) * TILE[0] + (len(chosen) - 1) * GAP
+    height = head + 34 + TILE[1] + 12 + EYE[1] + MARGIN
+    strip = Image.new("RGB", (width, height), PAPER)
+    draw = ImageDraw.Draw(strip)
+    if title:
+        draw.text((MARGIN, MARGIN - 12), _shorten(draw, title, big, width - 2 * MARGIN), INK, big)
+    for k, shot in enumerate(chosen):
+        _tile(strip, shot, (MARGIN + k * (TILE[0] + GAP), head), font, small)
+    strip.save(path)  # the best compression takes four times as long, for a twentieth less
+
+
+def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, small: Font) -> None:
+    left, top = place
+    draw = ImageDraw.Draw(strip)
+    draw.text((left, top - 4), f"{shot.us / 1e6:.1f} s", INK, font)
+    top += 34
+    strip.paste(Image.fromarray(shot.outside).resize(TILE, Image.Resampling.LANCZOS), (left, top))
+    draw.rectangle((left, top, left + TILE[0] - 1, top + TILE[1] - 1), outline=EDGE)
+    top += TILE[1] + 12
+    seen = EYE[0] + 12 if shot.inside is not None else 0
+    if shot.inside is not None:
+        strip.paste(Image.fromarray(shot.inside).resize(EYE, Image.Resampling.LANCZOS), (left, top))
+        draw.rectangle((left, top, left + EYE[0] - 1, top + EYE[1] - 1), outline=EDGE)
+    x, room = left + seen, TILE[0] - seen
+    _dot(draw, x + 9, top + 10, 9, shot.eyes)
+    draw.text((x + 26, top + 10), "eyes", FAINT, small, anchor="lm")
+    lines = [(line, FAINT) for line in _wrap(draw, f"sees {shot.sees}", small, room, 2)] if shot.sees else []
+    if shot.saying:
+        lines += [(line, INK) for line in _wrap(draw, f"“{shot.saying}”", small, room, 5 - len(lines))]
+    for k, (line, colour) in enumerate(lines):
+        draw.text((x, top + 28 + 21 * k), line, colour, small)
+
+
+def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
+    """Choose moments where something changes, spread over the run, no two nearly the same if that is possible.
+
+    One by one, the moment is taken that adds most by what happens in it, its distance in time from the chosen ones, and
+    its difference from them.
+    """
+    chosen = list[Shot]()
+    part = max((shots[-1].us - shots[0].us) / count, 1.0) if shots else 1.0
+    rest = [(shot, 1.0) for shot in shots]  # and how unlike those chosen it is: each pair is compared once only
+    while rest and len(chosen) < count:
+        best = max(range(len(rest)), key=lambda k: (_gain(*rest[k], chosen, part), -rest[k][0].us))
+        shot, _ = rest.pop(best)
+        chosen.append(shot)
+        rest = [(other, min(unlike, _unlike(other, shot))) for other, unlike in rest]
+    return sorted(chosen, key=lambda shot: shot.us)
+
+
+def _gain(shot: Shot, unlike: float, chosen: Sequence[Shot], part: float) -> float:
+    """Return how much a moment adds to those chosen; `part` is a sixth of the run, in microseconds."""
+    apart = min((abs(shot.us - other.us) for other in chosen), default=part) / part
+    crowded = 10.0 if apart < NEAREST else 0.0
+    return shot.weight + SPREAD * min(apart, 1.0) + NOVEL * unlike - crowded
+
+
+def _unlike(shot: Shot, other: Shot) -> float:
+    """Return the difference of two moments in look and speech: 0 the same, 1 clearly different."""
+    if (shot.saying, shot.eyes) != (other.saying, other.eyes):
+        return 1.0
+    pairs = [(shot.outside, other.outside)]
+    if shot.inside is not None and other.inside is not None:
+        pairs.append((shot.inside, other.inside))
+    changed = [float((np.abs(a[::4, ::4].astype(np.int16) - b[::4, ::4]).max(axis=2) > PALER).mean()) for a, b in pairs]
+    return min(1.0, max(changed) / CHANGED)
+
+
+def _dot(draw: ImageDraw.ImageDraw, x: int, y: int, radius: int, rgb: tuple[float, float, float]) -> None:
+    red, green, blue = (round(255 * c) for c in rgb)
+    draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=(red, green, blue), outline=FAINT)
+
+
+def _wrap(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int, most: int) -> list[str]:
+    lines = [""]
+    for word in text[:LONGEST].split(" "):
+        longer = f"{lines[-1]} {word}".strip()
+        if draw.textlength(longer, font) <= room:
+            lines[-1] = longer
+            continue
+        if lines[-1]:
+            lines.append("")
+        for letter in word:  # Japanese has no spaces: what does not fit is broken anywhere
+            if lines[-1] and draw.textlength(lines[-1] + letter, font) > room:
+                lines.append("")
+            lines[-1] += letter
+    if len(lines) > most:
+        lines = [*lines[: most - 1], " ".join(lines[most - 1 :])]
+    return [_shorten(draw, line.replace(NBSP, " "), font, room) for line in lines]
+
+
+def _shorten(draw: ImageDraw.ImageDraw, text: str, font: Font, room: int) -> str:
+    if len(text) <= LONGEST and draw.textlength(text, font) <= room:
+        return text
+    text = text[:LONGEST]
+    while text and draw.textlength(text + "…", font) > room:
+        text = text[:-1]
+    return text.rstrip() + "…"

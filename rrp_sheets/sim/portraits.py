@@ -15,11 +15,10 @@ from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.sim.camera import Image
+from rrp_sheets.sim.camera import Pixels
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.face_models import DetectedFace, FaceModels, Features
-from rrp_sheets.sim.face_people import PEOPLE
-from rrp_sheets.sim.face_traits import Traits, outline
+from rrp_sheets.sim.face_traits import PEOPLE, Traits, outline
+from rrp_sheets.sim.faces import DetectedFace, FaceModels, Features
 
 FORMATS = ("PNG", "JPEG")
 MOST_BYTES = 10_000_000
@@ -49,13 +48,13 @@ class Portrait:
     """
 
     name: str
-    picture: Image
+    picture: Pixels
     outline: Callable[[float], float]
     skin: RGB
     hair: RGB
     style: str
 
-    def cut_out(self, size: int) -> Image:
+    def cut_out(self, size: int) -> Pixels:
         """Return the head as seen from the front before a pale wall, its height `size` pixels."""
         heights = np.linspace(1, -1, SIDE + 2)[1:-1]
         half = np.array([self.outline(float(h)) for h in heights])
@@ -79,7 +78,7 @@ def drawn(face: int) -> Portrait:
     )  # fmt: skip
 
 
-def png(picture: Image) -> bytes:
+def png(picture: Pixels) -> bytes:
     """Return a picture as a PNG file."""
     _, data = cv2.imencode(".png", np.ascontiguousarray(picture[:, :, ::-1]))
     return bytes(data)
@@ -109,7 +108,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
     return Portrait(path.name, _faded(square, skin, hair), lambda h: outline(_ANYBODY, h), skin, hair, "short")
 
 
-def read_picture(path: Path) -> Image:
+def read_picture(path: Path) -> Pixels:
     """Read a PNG or JPEG file as (height, width, 3), red first, turned as its camera says.
 
     Raises:
@@ -135,7 +134,7 @@ def read_picture(path: Path) -> Image:
         raise SheetsError(f"The picture “{name}” cannot be read: {why}.", REMEDY) from None
 
 
-def _upright_as_taken(opened: Any) -> Image:
+def _upright_as_taken(opened: Any) -> Pixels:
     from PIL import ImageOps
 
     turned = ImageOps.exif_transpose(opened)
@@ -146,7 +145,7 @@ def _upright_as_taken(opened: Any) -> Image:
     return np.asarray(turned.convert("RGB"), dtype=np.uint8)
 
 
-def _upright(picture: Image, face: DetectedFace) -> Image:
+def _upright(picture: Pixels, face: DetectedFace) -> Pixels:
     """Turn, move and scale the face so that eyes and mouth are where a portrait has them."""
     middle, half = (SIDE - 1) / 2, SIDE / 2
     to = np.array([(middle + half * x, middle - half * y) for x, y in _PLACES])
@@ -167,7 +166,7 @@ def _upright(picture: Image, face: DetectedFace) -> Image:
     )
 
 
-def _faded(picture: Image, skin: RGB, hair: RGB) -> Image:
+def _faded(picture: Pixels, skin: RGB, hair: RGB) -> Pixels:
     """Blend the picture's background into skin and hair towards the outline, as it lies on the head's sides."""
     along = (np.arange(SIDE) + 0.5) / SIDE * 2 - 1
     half = np.array([max(outline(_ANYBODY, -float(y)), 1e-3) for y in along])
@@ -178,7 +177,7 @@ def _faded(picture: Image, skin: RGB, hair: RGB) -> Image:
     return np.asarray(picture * (1 - mask) + colour * mask, dtype=np.uint8)
 
 
-def _colour_of(patch: Image) -> RGB:
+def _colour_of(patch: Pixels) -> RGB:
     red, green, blue = (float(c) / 255 for c in np.median(patch.reshape(-1, 3), axis=0))
     return red, green, blue
 

@@ -24,7 +24,7 @@ from rrp_sheets.workers.transport import MessageReader, encode
 from rrp_sheets.workers.worker_process import Task, WorkerProcess, ready
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
-    from rrp_sheets.sim.camera import Image
+    from rrp_sheets.sim.camera import Pixels
 
 ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
 # Pictures and sound need more memory than its starter may have.
@@ -229,11 +229,11 @@ class SimProcess:
         shown: WorldSnapshot = self._ask("show", picture)
         return shown
 
-    def look(self) -> Image:
+    def look(self) -> Pixels:
         """Return the present picture of the head camera, (240, 320, 3)."""
         return _image(self._ask("look"))
 
-    def watch(self) -> Image:
+    def watch(self) -> Pixels:
         """Return a present picture of the robot from outside, (320, 560, 3)."""
         return _image(self._ask("watch"))
 
@@ -298,7 +298,7 @@ class SimProcess:
         return answer
 
 
-def _image(picture: Picture) -> Image:
+def _image(picture: Picture) -> Pixels:
     import numpy as np
 
     return np.frombuffer(picture.pixels, np.uint8).reshape(picture.shape)

@@ -14,7 +14,7 @@ from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.body import Body, Pose, Vector
-from rrp_sheets.sim.camera import Eye, Image
+from rrp_sheets.sim.camera import Eye, Pixels
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.hearing import Hearing
@@ -104,10 +104,10 @@ class Sight:
     def __init__(self, eye: Eye, fine: Eye, body: Body, stage: Stage) -> None:
         self._eye, self._fine, self._body, self._stage = eye, fine, body, stage
         self.us = -1
-        self.picture: Image | None = None
+        self.picture: Pixels | None = None
         self._pose: Pose | None = None
         self._detector: Detector | None = None
-        self._latest: tuple[int, Image] | None = None
+        self._latest: tuple[int, Pixels] | None = None
 
     def pose(self) -> Pose:
         """Return the present pose of the camera."""
@@ -115,7 +115,7 @@ class Sight:
         assert self._pose is not None
         return self._pose
 
-    def look(self) -> Image:
+    def look(self) -> Pixels:
         """Return the picture of this instant."""
         self._refresh()
         if self.picture is None:
@@ -124,12 +124,12 @@ class Sight:
             self._latest = self.us, self.picture
         return self.picture
 
-    def look_closely(self) -> Image:
+    def look_closely(self) -> Pixels:
         """Take a finer picture, for faces."""
         self._stage.place()
         return self._fine.look(self.pose(), self._stage.light)
 
-    def recent(self, stale_us: int) -> Image:
+    def recent(self, stale_us: int) -> Pixels:
         """Return the newest picture if it is not older than `stale_us`, else a new one: for displays and records."""
         if self._latest is not None and self._stage.us - self._latest[0] <= stale_us:
             return self._latest[1]

@@ -35,7 +35,7 @@ from rrp_sheets.workers.liveness import SharedCell
 from rrp_sheets.workers.transport import MessageReader, encode
 
 if TYPE_CHECKING:
-    from rrp_sheets.sim.camera import Image
+    from rrp_sheets.sim.camera import Pixels
     from rrp_sheets.sim.world import SimWorld
 
 
@@ -154,7 +154,7 @@ class _Server:
         }  # fmt: skip
 
 
-def _picture(image: Image) -> Picture:
+def _picture(image: Pixels) -> Picture:
     return Picture(image.shape, image.tobytes())
 
 

@@ -10,13 +10,12 @@ from typing import Any
 from rrp_sheets.model.names import key
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim import figures
+from rrp_sheets.sim import shapes
 from rrp_sheets.sim.colours import BALL_COLOURS, RGB, parse_colour
 from rrp_sheets.sim.face_traits import HEAD
-from rrp_sheets.sim.heads import Heads, Looks
 from rrp_sheets.sim.motion import Circle, LinePath, Point, Still
-from rrp_sheets.sim.people import body, is_seated
-from rrp_sheets.sim.solids import Cylinder, Solid, SolidBox, Sphere
+from rrp_sheets.sim.people import Heads, Looks, body, is_seated
+from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere
 
 BESIDE = 0.4  # m, between persons who are seen at the same time
 FRONT: Point = (1.0, 0.0, 0.62)  # where a person who "is seen" has the face: in view without moving the head
@@ -146,7 +145,7 @@ class Stage:
         self._disappear(action)
         if kind == "ball":
             radius, colour = float(values["size"]) / 2, str(values["colour"])
-            figure = figures.ball(self._b, colour, radius)
+            figure = shapes.ball(self._b, colour, radius)
             self.balls[name] = Ball(action.thing, figure, radius, Still(at), colour)
         else:
             at = self._upon(at, values)
@@ -170,8 +169,8 @@ class Stage:
         number = self._looks.number(action)
         posture, picture = str(values.get("posture") or ""), str(values.get("picture") or "")
         portrait = self._heads.portrait(self._looks.face(number), picture)
-        figure = figures.CompoundShape(self._b)
-        clothes = figures.CLOTHES[(number - 1) % len(figures.CLOTHES)]
+        figure = shapes.CompoundShape(self._b)
+        clothes = shapes.CLOTHES[(number - 1) % len(shapes.CLOTHES)]
         body(self._b, figure, clothes, portrait.skin, at[2], posture)
         self._heads.add(figure, portrait, at[2])
         person = ScenePerson(
@@ -250,7 +249,7 @@ class Ball:
     """A ball in the world."""
 
     name: str
-    figure: figures.CompoundShape
+    figure: shapes.CompoundShape
     radius: float
     path: Path
     colour: str = ""
@@ -278,7 +277,7 @@ class ScenePerson:
     name: str
     number: int
     known: str
-    figure: figures.CompoundShape
+    figure: shapes.CompoundShape
     path: Path
     height: float
     looks: bool = True
@@ -335,7 +334,7 @@ class Prop:
 
     name: str
     kind: str
-    figure: figures.CompoundShape
+    figure: shapes.CompoundShape
     path: Still | LinePath | Circle
     size: Size
     turned: float = 0.0
@@ -367,7 +366,7 @@ def make_prop(bullet: Any, name: str, kind: str, values: Any, at: Point) -> Prop
     """Create a cup, box, table or wall as its row of the Scene sheet says."""
     colour = str(values.get("colour") or "")
     size = _size(kind, values.get("size"))
-    figure = figures.CompoundShape(bullet)
+    figure = shapes.CompoundShape(bullet)
     _DRAWN[kind](bullet, figure, size, colour)
     return Prop(name, kind, figure, Still(at), size, float(values.get("turned") or 0.0), colour)
 
@@ -387,21 +386,21 @@ def _corners(deep: float, wide: float) -> list[tuple[float, float]]:
     return [(side * x, other * y) for side in (1, -1) for other in (1, -1)]
 
 
-def _cup(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
+def _cup(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
     """Add a beaker: open at the top, wider there than below, without a handle."""
     radius, high = size[1] / 2, size[2]
     outline = [
         (0.0, 0.0), (radius * 0.72, 0.0), (radius * 0.76, high * 0.04), (radius, high), (radius * 0.93, high),
         (radius * 0.68, high * 0.08), (0.0, high * 0.08),
     ]  # fmt: skip
-    figure.add(figures.turned(bullet, outline, _rgb(colour, (0.95, 0.95, 0.93))), (0, 0, 0))
+    figure.add(shapes.turned(bullet, outline, _rgb(colour, (0.95, 0.95, 0.93))), (0, 0, 0))
 
 
-def _box(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
+def _box(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
     figure.add(block(bullet, size, _rgb(colour, CARDBOARD)), (0, 0, size[2] / 2))
 
 
-def _table(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
+def _table(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
     deep, wide, high = size
     figure.add(block(bullet, (deep, wide, TOP_THICK), WOOD), (0, 0, high - TOP_THICK / 2))
     under = high - TOP_THICK
@@ -409,7 +408,7 @@ def _table(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) 
         figure.add(block(bullet, (LEG, LEG, under), _darker(WOOD)), (x, y, under / 2))
 
 
-def _wall(bullet: Any, figure: figures.CompoundShape, size: Size, colour: str) -> None:
+def _wall(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
     figure.add(block(bullet, size, PLASTER), (0, 0, size[2] / 2))
 
 
@@ -434,7 +433,7 @@ def block(bullet: Any, size: Sequence[float], colour: RGB) -> int:
                 normals.append(normal)
             order = (0, 1, 2, 0, 2, 3) if side > 0 else (0, 2, 1, 0, 3, 2)
             faces += [first + i for i in order]
-    return figures.mesh(bullet, points, faces, normals, colour)
+    return shapes.mesh(bullet, points, faces, normals, colour)
 
 
 def _rgb(colour: str, otherwise: RGB) -> RGB:

@@ -10,7 +10,7 @@ from typing import Any
 
 import cv2
 
-from rrp_sheets.sim.camera import Image, Lens
+from rrp_sheets.sim.camera import Lens, Pixels
 from rrp_sheets.sim.colours import RGB
 
 Band = tuple[int, int]
@@ -43,7 +43,7 @@ class Spot:
 class Detector:
     """Looks for colours in one picture; the picture is converted once for all of them."""
 
-    def __init__(self, picture: Image, lens: Lens) -> None:
+    def __init__(self, picture: Pixels, lens: Lens) -> None:
         self._hsv = cv2.cvtColor(picture, cv2.COLOR_RGB2HSV)
         self._lens = lens
         self._balls: dict[str, Spot | None] = {}

@@ -21,15 +21,14 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, Body
-from rrp_sheets.sim.camera import Eye, Image, Lens, jpeg
-from rrp_sheets.sim.face_models import FaceModels
-from rrp_sheets.sim.faces import Faces
+from rrp_sheets.sim.camera import Eye, Lens, Pixels, jpeg
+from rrp_sheets.sim.faces import FaceModels, Faces
 from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
-from rrp_sheets.sim.heads import Heads, Looks
 from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.messages import Outcome, Spec
+from rrp_sheets.sim.people import Heads, Looks
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.recording import Recording
 from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, tidy
@@ -192,7 +191,7 @@ class SimWorld:
             driving=self.arbiter.driving(), looks=self.stage.looks(), light=self.stage.light, noise=self.stage.noise,
         )  # fmt: skip
 
-    def watch(self) -> Image:
+    def watch(self) -> Pixels:
         """Return a picture of the robot from outside."""
         if self._film is None:
             self._film = Film(self._b, self, self._spec, None)

@@ -8,15 +8,14 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.expecting import Expectation
+from rrp_sheets.checks.test_cells import Expectation
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.model.values import Failure, Record, Value, show
-from rrp_sheets.testing.frames import TOLERANCE, Frames
-from rrp_sheets.testing.results import Event, Fault, RowResult
+from rrp_sheets.testing.results import TOLERANCE, Event, Fault, Frames, RowResult
 
 __all__ = ["Holds", "equal", "make_holds"]
 

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Behaviour, Workbook
+from rrp_sheets.model.workbook import Address, Behaviour, Workbook
 from rrp_sheets.workbook import Reading
 
 _ROUNDS = 8  # of leaving out what has errors; each may bring others to light

@@ -16,9 +16,8 @@ from rrp_sheets.engine.value_injector import Sender, ended_now, sensed_now
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.values import Failure, Value
-from rrp_sheets.testing.frames import TOLERANCE, Frames
 from rrp_sheets.testing.judge import judge, seconds
-from rrp_sheets.testing.results import CaseResult, Event, Fault, RowResult
+from rrp_sheets.testing.results import TOLERANCE, CaseResult, Event, Fault, Frames, RowResult
 
 
 @dataclass(frozen=True)

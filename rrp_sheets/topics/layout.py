@@ -7,7 +7,7 @@ import textwrap
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 
-from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.workbook import column_letters
 
 WIDTH = 88
 _TERM = 26  # the widest column of terms; a longer term stands on a line of its own

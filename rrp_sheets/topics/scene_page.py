@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.scene_order import MOST_THINGS, WAITING_US
+from rrp_sheets.devices.scene import MOST_THINGS, WAITING_US
 from rrp_sheets.devices.scene_words import COLOURS, KINDS, ThingKind
 from rrp_sheets.topics.layout import columns, entries, grid, heading, paragraph, titled
 

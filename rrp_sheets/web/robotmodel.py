@@ -14,8 +14,7 @@ from rrp_sheets.devices.scene_words import BALL_SIZE
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
-from rrp_sheets.sim.face_people import PEOPLE
-from rrp_sheets.sim.face_traits import BACK, FRONT, HAIR, HEAD, NOSE, RINGS, outline
+from rrp_sheets.sim.face_traits import BACK, FRONT, HAIR, HEAD, NOSE, PEOPLE, RINGS, outline
 
 _GREY = (0.6, 0.6, 0.6)
 _THUMBS = {"LThumbJoint": "LHand", "RThumbJoint": "RHand"}  # as the simulator does: the hand's motor moves both

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.workbook import column_letters
 
 Value = str | float | bool | None
 """A text, a number, a truth value, or nothing."""

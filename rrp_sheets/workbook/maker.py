@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.cells import column_letters
 from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.headers import Recognised, recognise

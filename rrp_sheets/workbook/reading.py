@@ -10,9 +10,19 @@ from pathlib import Path
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.phrase import Phrase
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Behaviour, Device, GestureRow, Helper, Protocol, SceneRow, TestSheet, Workbook
+from rrp_sheets.model.workbook import (
+    Address,
+    Behaviour,
+    Cell,
+    Device,
+    GestureRow,
+    Helper,
+    Protocol,
+    SceneRow,
+    TestSheet,
+    Workbook,
+)
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable

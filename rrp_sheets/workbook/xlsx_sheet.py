@@ -264,7 +264,7 @@ def _date_text(value: float, kind: Kind, mac_epoch: bool) -> tuple[str, Kind]:
 
 
 def _letters(column: int) -> str:
-    from rrp_sheets.model.cells import column_letters
+    from rrp_sheets.model.workbook import column_letters
 
     return column_letters(column)
 

@@ -3,7 +3,7 @@
 An object is a list of its class's name and its fields; the type hints say what is in them. A stream's value, of any
 type, keeps its own: a record its kind and its fields, a tuple its being one.
 
->>> from rrp_sheets.model.cells import Address
+>>> from rrp_sheets.model.workbook import Address
 >>> pack(Address("Greet", 4, 2)), unpack(Address, ["Address", "Greet", 4, 2])
 (['Address', 'Greet', 4, 2], Address(sheet='Greet', row=4, column=2))
 """

@@ -17,7 +17,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.sim.camera import FilmCamera
-from rrp_sheets.sim.film_file import font_of
+from rrp_sheets.sim.film import font_of
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import STEPS_A_SECOND, SimWorld
 

@@ -13,8 +13,8 @@ from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
-from rrp_sheets.model.cells import Address
 from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.workbook import Address
 
 _RARE = frozenset({"once", "timeout"})
 _TIMES = frozenset({"t", "timestamp"})

@@ -10,7 +10,7 @@ from typing import Literal
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.devices import Setting
-from rrp_sheets.devices.spoken import DeviceWords
+from rrp_sheets.devices.catalogue import DeviceWords
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError

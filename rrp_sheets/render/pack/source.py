@@ -20,9 +20,9 @@ from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.graph import Graph, Step, Stream, StreamKind
-from rrp_sheets.model.cells import Cell
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.model.workbook import Cell
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Ref
 from rrp_sheets.render.sentences import Rows

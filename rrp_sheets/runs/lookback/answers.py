@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.checks.check import robot_of
-from rrp_sheets.checks.shown import row_examples
+from rrp_sheets.checks.check import robot_of, row_examples
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import Robot, load_robot
 from rrp_sheets.diagnostics import Report

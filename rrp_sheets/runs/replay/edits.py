@@ -15,9 +15,8 @@ from rrp_sheets.engine.live_edits import compare, helper_text
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Step
-from rrp_sheets.model.cells import Address, Cell
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Behaviour, Helper, Row, Workbook
+from rrp_sheets.model.workbook import Address, Behaviour, Cell, Helper, Row, Workbook
 from rrp_sheets.runs.replay.report import in_words
 
 _HELPERS = "Helpers!"

@@ -7,13 +7,11 @@ from collections.abc import Callable, Mapping
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.actuators.base import Parts, SimActuator
-from rrp_sheets.sim.actuators.eyes import EyeBrightness, EyeColor, EyeLedColor
 from rrp_sheets.sim.actuators.keyframed import GestureActuator, Posture
-from rrp_sheets.sim.actuators.lamps import Eyes
-from rrp_sheets.sim.actuators.moving import SetJointPosition, Track
-from rrp_sheets.sim.actuators.other import Later, PrintActuator, RememberFace
+from rrp_sheets.sim.actuators.moving import SetJointPosition, Track, Walk
+from rrp_sheets.sim.actuators.other import EyeBrightness, EyeColor, EyeLedColor, Later, PrintActuator, RememberFace
 from rrp_sheets.sim.actuators.speech import PlaySound, SayInput, SayParameter
-from rrp_sheets.sim.actuators.walk import Walk
+from rrp_sheets.sim.body import Eyes
 
 __all__ = ["ACTUATORS", "Eyes", "Parts", "SimActuator", "make_actuator"]
 

@@ -15,10 +15,9 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.render.marble_diagram import Bar, Lane, Marble, MarbleDiagram
 from rrp_sheets.topics.connector_marbles import example_score, short
-from rrp_sheets.topics.finding import text_on
+from rrp_sheets.topics.finding import HelpEntry, all_names, known, near, search, text_on
 from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
-from rrp_sheets.topics.search import HelpEntry, all_names, known, near, search
 from rrp_sheets.web.completions import of_help
 from rrp_sheets.web.requests import workbook_or_404
 

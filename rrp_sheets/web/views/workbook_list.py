@@ -11,8 +11,8 @@ from pathlib import Path
 from flask import Blueprint, Response, request, send_file, url_for
 
 from rrp_sheets import api
-from rrp_sheets.devices.scene_pictures import SUFFIXES as PICTURES
-from rrp_sheets.devices.sound_files import SUFFIX as SOUND
+from rrp_sheets.devices.media_files import SUFFIX as SOUND
+from rrp_sheets.devices.media_files import SUFFIXES as PICTURES
 from rrp_sheets.documents.tutorial import begin, latest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.private import private_folder

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, Value
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.references import note

@@ -11,7 +11,7 @@ from dataclasses import replace
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.cell_edits import sheet_tables
 from rrp_sheets.workbook.patch.package_edit import PackageEdit

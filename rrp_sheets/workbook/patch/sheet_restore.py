@@ -13,7 +13,7 @@ from typing import Any
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.workbook.edits import BringSheet, DeleteSheet
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit

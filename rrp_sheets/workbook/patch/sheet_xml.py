@@ -9,7 +9,7 @@ from itertools import islice
 
 from lxml import etree
 
-from rrp_sheets.model.cells import column_letters
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.workbook.edits import Value
 from rrp_sheets.workbook.patch.values import content
 from rrp_sheets.workbook.patch.xml_part import (

@@ -157,7 +157,7 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
     header = what.row or maker.header
     streams = ""
     if what.kind is DEVICES:
-        from rrp_sheets.model.cells import column_letters
+        from rrp_sheets.model.workbook import column_letters
 
         letter = column_letters(what.columns["Stream"])
         streams = f"${letter}${header + 1}:${letter}${maker.last}"

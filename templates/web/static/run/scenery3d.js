@@ -108,7 +108,7 @@ void main() {
 }`;
 
 // What stands around the robot: balls, cups, boxes, tables, walls, people. They look like those of a run's film
-// (rrp_sheets/sim/figures.py, things.py, people.py). Lengths in metres.
+// (rrp_sheets/sim/shapes.py, things.py, people.py). Lengths in metres.
 
 const WOOD = [0.8, 0.68, 0.52];
 const LEG = [0.64, 0.54, 0.42];
@@ -305,7 +305,7 @@ function matt(colour) {
   return new THREE.MeshStandardMaterial({ color: new THREE.Color().setRGB(...colour, THREE.SRGBColorSpace), roughness: 0.9 });
 }
 
-// The heads of people, as rrp_sheets/sim/heads.py makes them: a shape with a drawn face on its front, and hair.
+// The heads of people, as rrp_sheets/sim/people.py makes them: a shape with a drawn face on its front, and hair.
 // The origin is the middle of the face, which looks along x.
 
 const AROUND = 32;
