@@ -1,4 +1,7 @@
-"""The check of a whole workbook: graph, formulas, scene, devices' words and sounds, protocol, tests, and proposals."""
+"""The check of a whole workbook: graph, formulas, scene, devices' words and sounds, protocol, tests, and proposals.
+
+It also gives the example values that are shown beside the rows.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Facts about streams before the run: an example, what is known about the values, and how often they come."""
+"""Facts about streams before the run: an example, bounds and possible values, and how often they come."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reads the parts of the cells Send and Expect of a test: plain values, values of fields, and formulas."""
+"""Reads the cells Send and Expect of a test row: values, conditions, formulas, fields, `any` and `nothing`."""
 
 from __future__ import annotations
 

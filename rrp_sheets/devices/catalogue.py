@@ -1,4 +1,4 @@
-"""Robot catalogues, read from `robots/<name>/robot.toml`: a robot with its joints, its devices and their settings.
+"""Robot catalogues, read from `robots/<name>/robot.toml`: a robot with its joints, devices, settings and words.
 
 The catalogue drives drop-downs, checks, help and the ethics summary; drivers look their devices up in it.
 """

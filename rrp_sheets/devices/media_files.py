@@ -1,4 +1,4 @@
-"""Pictures that a scene names: faces of persons, as files beside the workbook."""
+"""Pictures of faces and sounds beside the workbook: looked at when it is checked, and again when it runs."""
 
 from __future__ import annotations
 

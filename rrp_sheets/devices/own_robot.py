@@ -1,7 +1,7 @@
 """Reads and checks a robot's catalogue that comes with a workbook, in `robots/<name>/` beside it, as in a bundle.
 
 It may come from anyone, and the simulator's libraries read some of its files. So it is checked before anything uses it:
-its tables are compared with those of the program's own robot, its shape may only have the parts that our own have, and
+its tables are compared with those of the program's own robot, its URDF may only have our own's elements, and
 its files can only name files with plain names in that folder.
 """
 

@@ -1,4 +1,4 @@
-"""Reads the Scene sheet: times, things, verbs and values of its rows. Their words are in `scene_words`."""
+"""Reads the Scene sheet: times, things, verbs, values and order of its rows. Their words are in `scene_words`."""
 
 from __future__ import annotations
 

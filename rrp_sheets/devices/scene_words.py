@@ -1,4 +1,4 @@
-"""The words of the Scene sheet: kinds of things, their verbs and the parts of a Value cell; and the drawing of ranges.
+"""The words of the Scene sheet: kinds of things, their verbs, the parts of a Value cell, and numbers with their ranges.
 
 These tables are all there is: the parser reads by them, `rrp-sheets help scene` prints them, the grid and the templates
 offer them, and a test plays every example.

@@ -1,4 +1,4 @@
-"""The event loop's queue, and the adapter of a world in lockstep, which a thread moves on with the wall clock."""
+"""Real time: pacing of frames, the event loop's queue, and the adapter of a world in lockstep, moved on by a thread."""
 
 from __future__ import annotations
 

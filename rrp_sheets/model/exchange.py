@@ -1,4 +1,4 @@
-"""Plain data that passes between the engine and a robot's world, whichever it is."""
+"""Plain data that passes between the engine and a robot's world, whichever it is, and the actions of a scene."""
 
 from __future__ import annotations
 

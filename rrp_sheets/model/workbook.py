@@ -1,4 +1,4 @@
-"""Contents of a workbook as dataclasses, built by the format backends and read by everything else."""
+"""Contents of a workbook as dataclasses, cells included, built by the format backends and read by everything else."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """The simulated world, which runs in a process of its own and is the only part that imports pybullet and cv2.
 
 `process` starts and controls that process, `child` is its program, `messages` are exchanged with it, and `world` holds
-everything together. `body`, `stance`, `gait` and `falling` are the robot; `keyframes`, `motion` and `pointing` move it.
-`stage` with `figures`, `people`, `heads`, `paths`, `solids` and `looks` is the scene; `portraits`, `face_people` and
-`face_traits` are its faces. `camera` and `vision` are the robot's sight, `faces` with `face_models` and `face_memory`
+everything together. `body`, `stance`, `gait` and `falling` are the robot; `keyframes` and `motion` move it.
+`stage` with `people` and `shapes` is the scene; `portraits` and `face_traits` are its faces. `camera` and `vision` are
+the robot's sight, `faces` with `face_memory`
 its recognition of persons, `talk` and `hearing` speech of people and its recognition, `signals` presses and touches.
 `sensors` and `actuators` are the devices, `arbitration` decides between commands, and `tracker`, `voice`, `espeak`,
-`sounds` and `colours` serve the actuators. `film` with `film_file` and `recording` are the record of the run.
+`sounds` and `colours` serve the actuators. `film` and `recording` are the record of the run.
 """

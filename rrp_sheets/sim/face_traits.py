@@ -1,4 +1,7 @@
-"""Traits of a drawn face, in numbers, and the shape of a head. Light to import: the browser's view uses it too."""
+"""Traits of a drawn face, in numbers, the shape of a head, and the people who are drawn, who do not exist.
+
+Light to import: the browser's view uses it too.
+"""
 
 from __future__ import annotations
 

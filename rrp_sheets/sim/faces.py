@@ -1,6 +1,6 @@
 """Faces in the head camera's pictures: finding them, following them between pictures, and recognising them.
 
-Nothing here knows the scene. A face that comes into view is a new track; its numbers (see `face_models`) are compared
+Nothing here knows the scene. A face that comes into view is a new track; its numbers (see `FaceModels`) are compared
 with those of everybody whom the robot remembers, until it is clear that it is one of them or none.
 """
 

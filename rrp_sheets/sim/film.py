@@ -1,4 +1,7 @@
-"""Films the run: a few pictures a second of the robot from outside, with what it sees and says at that moment."""
+"""Films the run: a few pictures a second of the robot from outside, with what it sees and says at that moment.
+
+It writes `film.gif` and `strip.png` during the run; this module chooses their moments, draws and encodes them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Bodies of persons, seated on the floor or standing; `heads` adds the head.
+"""Bodies of persons, seated on the floor or standing, and their heads: a face picture on a shape, and hair.
 
 A body looks along the figure's x. Its measures follow from the height of the face alone.
 """
@@ -238,7 +238,7 @@ def _normals(points: Sequence[Sequence[float]], corners: Sequence[tuple[int, int
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-FACES = 8  # drawn faces, see `face_people`
+FACES = 8  # drawn faces, see `face_traits`
 CHILDREN, ADULTS = (0, 1, 2), (3, 4, 5, 6, 7)
 _GROWN = ("adult", "therapist", "parent", "visitor")
 """Beginnings of the names of persons who are grown up; `Child` is none, and anybody else may be either."""

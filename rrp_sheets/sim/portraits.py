@@ -69,7 +69,7 @@ class Portrait:
 
 
 def drawn(face: int) -> Portrait:
-    """Return one of the drawn faces, by its place among `face_people.PEOPLE`; beyond their number they repeat."""
+    """Return one of the drawn faces, by its place among `face_traits.PEOPLE`; beyond their number they repeat."""
     place = face % len(PEOPLE)
     traits = PEOPLE[place]
     return Portrait(

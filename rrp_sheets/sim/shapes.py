@@ -1,4 +1,4 @@
-"""Solid shapes of things, with the distance of a point from one and the places where rays hit one.
+"""Shapes of things and persons: solids, with the distance of a point and the places where rays hit, and what is seen.
 
 Plain geometry beside the physics: things never push the robot, and moving one costs nothing until a distance is needed.
 """

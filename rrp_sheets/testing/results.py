@@ -1,4 +1,4 @@
-"""Results of tests: events, failed formulas, and the result of each row and each test sheet."""
+"""Results of tests: events, failed formulas, the result of each row and each test sheet, and times in frames."""
 
 from __future__ import annotations
 

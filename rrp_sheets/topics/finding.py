@@ -1,4 +1,4 @@
-"""Finds the help on a topic, on a word of the sheets, or on the name of a connector, function, device or finding."""
+"""Finds and lists help: on a topic, a word of the sheets, or the name of a connector, function, device or finding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Actuators that follow what sensors detect, and that move joints to angles."""
+"""Actuators that follow what sensors detect, move joints to angles, and walk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Actuators that move nothing: printing, remembering faces, and devices that are not simulated yet."""
+"""Actuators that move nothing: eyes, printing, remembering faces, and devices that are not simulated yet."""
 
 from __future__ import annotations
 
