@@ -12,8 +12,7 @@ from tempfile import TemporaryDirectory
 
 from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
-from rrp_sheets.model.exchange import Command, DeviceUse
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 
 SECONDS, RATE = 20, 30
 

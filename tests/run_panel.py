@@ -10,7 +10,7 @@ import cv2
 from chromium import let_in
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -16,13 +16,12 @@ from PIL import Image
 from portraits import FACE, photographs
 
 from rrp_sheets import api
-from rrp_sheets.cli.faces import command
 from rrp_sheets.cli.main import group
+from rrp_sheets.cli.recordings import faces_command
 from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
-from rrp_sheets.model.exchange import Command, DeviceUse
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs import face_files as kept_faces
 from rrp_sheets.sim import faces
@@ -183,13 +182,13 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
             world.stop()
     assert kept_faces.kept(tmp_path) == ["Guest 1"]
     assert kept.stat().st_mode & 0o077 == 0, "nobody else may read it"
-    told = CliRunner().invoke(command, [str(tmp_path)])
+    told = CliRunner().invoke(faces_command, [str(tmp_path)])
     assert told.output == "Guest 1\n"
     with pytest.raises(SheetsError, match="Nobody called “Anna” is remembered"):
         kept_faces.forget(tmp_path, "Anna")
     assert CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output == "Guest 1 is wiped.\n"
     assert not kept.exists()
-    assert CliRunner().invoke(command, [str(tmp_path)]).output == "No faces are kept here.\n"
+    assert CliRunner().invoke(faces_command, [str(tmp_path)]).output == "No faces are kept here.\n"
 
 
 def test_two_runs_at_once_keep_the_faces_of_both_and_what_is_wiped_stays_wiped(tmp_path: Path) -> None:

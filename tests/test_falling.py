@@ -12,7 +12,7 @@ import numpy as np
 from motion import RED, ROBOT, Robot, use
 
 from rrp_sheets import api
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.resources import bundled
 
 BALL = SceneAction(0, "Red ball", "appear", {"at": (0.8, 0.3, 0.45), "size": 0.06, "colour": "red"})

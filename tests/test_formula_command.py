@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rrp_sheets import api
-from rrp_sheets.cli.formula import command
+from rrp_sheets.cli.formula import formula_command
 from rrp_sheets.formulas.trial import answer_line
 
 
 def formula(*arguments, lines=None):
-    return CliRunner().invoke(command, list(arguments), input=lines)
+    return CliRunner().invoke(formula_command, list(arguments), input=lines)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from rrp_sheets.workbook import read
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
-from rrp_sheets.cli.pose import command
+from rrp_sheets.cli.pose import pose_command
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
@@ -133,7 +133,7 @@ def test_hostile_angles_are_findings(text):
 
 
 def pose(path, *words):
-    done = CliRunner().invoke(command, [str(path), *words])
+    done = CliRunner().invoke(pose_command, [str(path), *words])
     if done.exception and not isinstance(done.exception, SystemExit):
         raise done.exception
     return done.output
@@ -208,7 +208,7 @@ def test_what_is_wrong_is_told_with_what_to_write(words, message, tmp_path):
 
 
 def test_the_help_of_the_command(golden):
-    golden("pose-help.txt", CliRunner().invoke(command, ["--help"], prog_name="rrp-sheets pose").output)
+    golden("pose-help.txt", CliRunner().invoke(pose_command, ["--help"], prog_name="rrp-sheets pose").output)
 
 
 def test_a_time_that_is_none(tmp_path):

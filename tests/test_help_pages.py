@@ -15,7 +15,7 @@ from play import Played, check, example, rows
 from test_hostile_files import REFUSED
 
 from rrp_sheets import api
-from rrp_sheets.cli.formula import command as formula_command
+from rrp_sheets.cli.formula import formula_command
 from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.catalogue import PAGES

@@ -12,7 +12,7 @@ from PIL import Image
 from play import check, example, play, rows
 
 from rrp_sheets import api, topics
-from rrp_sheets.cli.help import command
+from rrp_sheets.cli.help import help_command
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
@@ -41,7 +41,7 @@ DEVICES = sorted({found.name for found in load_robot().names.values()})
 
 
 def help_on(*topic: str) -> str:
-    done = CliRunner().invoke(command, topic)
+    done = CliRunner().invoke(help_command, topic)
     assert done.exit_code == 0, done.exception
     return done.output
 
@@ -96,7 +96,7 @@ def test_other_words_for_a_topic(word, topic):
     ],
 )
 def test_an_unknown_topic_proposes_the_nearest(typo, meant):
-    done = CliRunner().invoke(command, [typo])
+    done = CliRunner().invoke(help_command, [typo])
     assert isinstance(done.exception, SheetsError) and f"Did you mean {meant}" in done.exception.remedy
 
 

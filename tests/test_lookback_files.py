@@ -16,8 +16,7 @@ from test_lookback import BOOK, ask
 from rrp_sheets import api
 from rrp_sheets.devices import load_robot
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.runs.lookback import answer
 from rrp_sheets.runs.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.sim import recording

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rrp_sheets import api
-from rrp_sheets.cli.marbles import command
+from rrp_sheets.cli.show import marbles_command
 from rrp_sheets.connectors import connectors
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
@@ -322,14 +322,14 @@ def test_a_file_that_is_no_trace_is_refused_or_drawn_and_never_breaks(trace, lin
         (trace / "protocol.xlsx").unlink()
     with (trace / "trace.jsonl").open("a", encoding="utf-8") as file:
         file.write(line + "\n")
-    result = CliRunner().invoke(command, [str(trace)])
+    result = CliRunner().invoke(marbles_command, [str(trace)])
     assert result.exception is None or isinstance(result.exception, SheetsError), result.exception
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png", ".txt"])
 def test_formats(trace, tmp_path, suffix):
     target = tmp_path / f"marbles{suffix}"
-    result = CliRunner().invoke(command, [str(trace), "-o", str(target), "--from", "0.5s", "--to", "1.5 s"])
+    result = CliRunner().invoke(marbles_command, [str(trace), "-o", str(target), "--from", "0.5s", "--to", "1.5 s"])
     assert result.exit_code == 0, result.output
     start = {".svg": b"<svg", ".pdf": b"%PDF", ".png": b"\x89PNG", ".txt": b"T"}[suffix]
     assert target.read_bytes().startswith(start)
@@ -337,7 +337,9 @@ def test_formats(trace, tmp_path, suffix):
 
 def test_streams_and_times_are_chosen(trace):
     out = (
-        CliRunner().invoke(command, [str(trace), "--streams", "inverse, Say", "--from", "0.9s", "--to", "1.4s"]).output
+        CliRunner()
+        .invoke(marbles_command, [str(trace), "--streams", "inverse, Say", "--from", "0.9s", "--to", "1.4s"])
+        .output
     )
     signs = re.findall(r"^[□○▣◇·] (\w+)", out, re.MULTILINE)
     assert signs == ["Inverse", "Say"]
@@ -353,18 +355,18 @@ def test_streams_and_times_are_chosen(trace):
     ],
 )
 def test_what_cannot_be_drawn_is_said(trace, arguments, words):
-    result = CliRunner().invoke(command, [str(trace), *arguments])
+    result = CliRunner().invoke(marbles_command, [str(trace), *arguments])
     assert isinstance(result.exception, SheetsError)
     assert words in str(result.exception)
 
 
 def test_a_time_that_is_none(trace):
-    result = CliRunner().invoke(command, [str(trace), "--from", "noon"])
+    result = CliRunner().invoke(marbles_command, [str(trace), "--from", "noon"])
     assert result.exit_code == 2 and "not a time" in result.output
 
 
 def test_marbles_of_a_workbook_are_those_of_its_tests(tmp_path):
-    out = CliRunner().invoke(command, [str(bundled("workbooks") / "simple-tracking.xlsx")]).stdout
+    out = CliRunner().invoke(marbles_command, [str(bundled("workbooks") / "simple-tracking.xlsx")]).stdout
     assert out.startswith("Test: Tracking\n")
     assert "▣ Head tracker" in out
 
@@ -372,7 +374,7 @@ def test_marbles_of_a_workbook_are_those_of_its_tests(tmp_path):
 def test_a_workbook_without_tests_says_so(tmp_path):
     path = tmp_path / "book.md"
     path.write_text(play.rows(ROWS), encoding="utf-8")
-    result = CliRunner().invoke(command, [str(path)])
+    result = CliRunner().invoke(marbles_command, [str(path)])
     assert result.exit_code == 1 and "no tests" in result.output
 
 

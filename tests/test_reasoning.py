@@ -7,8 +7,8 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rrp_sheets.checks.abstract_values import ANY, NUMBER, TEXT, AbstractValue, kind_of_value
 from rrp_sheets.checks.dataflow import can_hold, cases
+from rrp_sheets.checks.facts import ANY, NUMBER, TEXT, AbstractValue, kind_of_value
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from play import example, rows
 
 from rrp_sheets import api
-from rrp_sheets.cli.replay import command
+from rrp_sheets.cli.recordings import replay_command
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.runs.replay.output import write
@@ -215,11 +215,11 @@ def test_the_command_needs_neither_simulator_nor_camera(session, tmp_path):
 
 
 def test_the_command_says_the_same_in_words_and_what_is_wrong(session, tmp_path):
-    done = CliRunner().invoke(command, [str(session.result.folder)])
+    done = CliRunner().invoke(replay_command, [str(session.result.folder)])
     assert done.exit_code == 0 and done.output.startswith("The same: ")
-    nowhere = CliRunner().invoke(command, [str(tmp_path / "nowhere")])
+    nowhere = CliRunner().invoke(replay_command, [str(tmp_path / "nowhere")])
     assert isinstance(nowhere.exception, UnreadableFile) and "There is no trace" in nowhere.exception.message
-    odd = CliRunner().invoke(command, [str(session.result.folder), "-o", "x.docx"])
+    odd = CliRunner().invoke(replay_command, [str(session.result.folder), "-o", "x.docx"])
     assert odd.exit_code == 2 and "The name of OUT ends with .xlsx" in odd.output
 
 

@@ -15,7 +15,7 @@ from play import check, example, rows
 
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.runs.marbles import trace_scores
 from rrp_sheets.runs.records.tidy import tidy
 from rrp_sheets.runs.run_process import Watchdog

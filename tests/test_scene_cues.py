@@ -6,7 +6,7 @@ import pytest
 from test_run_control import BOOK, FRAME, Run, Script, wish
 
 from rrp_sheets.engine.scene import SceneTriggers
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import SceneAction
 
 S = 1_000_000
 ROWS = {

@@ -13,7 +13,7 @@ from rrp_sheets import api
 from rrp_sheets.devices.scene import parse_scene, scene_end_us
 from rrp_sheets.devices.scene_words import KINDS, draw_scene
 from rrp_sheets.diagnostics.report import Report
-from rrp_sheets.model.scene_actions import RandomRange, SceneAction
+from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 
 UNDERSTOOD = [

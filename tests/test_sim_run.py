@@ -20,8 +20,7 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.devices.scene import parse_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction
 from rrp_sheets.model.values import to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 

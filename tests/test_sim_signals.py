@@ -14,8 +14,7 @@ from test_sim_run import RATE, RED, ROBOT, play, scene_of
 
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.drivers.simulated import SimulatedWorld
-from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.model.values import Record
 
 

@@ -13,8 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rrp_sheets.devices import load_robot
-from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.sensors import FARTHEST, NEAREST, Beam, cone
 from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere

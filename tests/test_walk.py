@@ -11,7 +11,7 @@ pytest.importorskip("cv2")
 import numpy as np
 from motion import RED, Robot, use
 
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import SceneAction
 
 WALK = use("walk", "Walk")
 

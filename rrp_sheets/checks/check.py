@@ -31,8 +31,8 @@ from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.graph.device_table import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.graph.names import DONE_DEVICE
+from rrp_sheets.model.exchange import ROW_ABOVE, SceneAction
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
-from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction
 from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
 
 

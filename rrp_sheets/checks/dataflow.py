@@ -12,8 +12,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from rrp_sheets.checks.abstract_values import ANY, NUMBER, UNKNOWN, AbstractValue, exactly
-from rrp_sheets.checks.facts import Fact
+from rrp_sheets.checks.facts import ANY, NUMBER, UNKNOWN, AbstractValue, Fact, exactly
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import Formula, HelperDef, Table
 from rrp_sheets.formulas.nodes import Pick

@@ -8,19 +8,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from rrp_sheets.checks.abstract_values import (
+from rrp_sheets.checks.facts import (
     ANY,
     BLANK,
+    EVENT,
     NUMBER,
     RECORD,
+    TIMER,
     UNKNOWN,
     AbstractValue,
+    Fact,
+    Rate,
     either,
     exactly,
+    fastest,
     kind_of_value,
     not_blank,
+    slower,
 )
-from rrp_sheets.checks.facts import EVENT, TIMER, Fact, Rate, fastest, slower
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.connectors.combine_latest import together
 from rrp_sheets.connectors.timestamp import TIMED

@@ -7,9 +7,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.abstract_values import NUMBER, TEXT, TRUTH
 from rrp_sheets.checks.examples import Examples, Trouble
-from rrp_sheets.checks.facts import Fact, sensor_fact
+from rrp_sheets.checks.facts import NUMBER, TEXT, TRUTH, Fact, sensor_fact
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from rrp_sheets.checks.abstract_values import (
+from rrp_sheets.checks.facts import (
     ANY,
     BLANK,
     LIST,

@@ -48,7 +48,7 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
 @click.option("--fix", "mended", type=click.Path(path_type=Path), help="write a corrected copy, and say what changed")
 @click.option("--apply", "chosen", type=_Choice(), multiple=True,
               help="with --fix: also a fix that needs your choice, such as LINT002:throttle")  # fmt: skip
-def command(
+def check_command(
     file: Path, as_json: bool, language: str | None, out: Path | None, mended: Path | None,
     chosen: tuple[tuple[str, str], ...],
 ) -> None:  # fmt: skip

@@ -38,7 +38,7 @@ _STYLES: dict[str, dict[str, Any]] = {
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the file (.html or .svg) instead of printing it")
 @click.option("-q", "--quiet", is_flag=True, help="leave out what has no effect on the behaviour")
 @click.option("--text", "text_form", is_flag=True, help="print the one workbook A as text, for git (see below)")
-def command(
+def diff_command(
     first: Path, second: Path | None, as_json: bool, as_html: bool, as_svg: bool, output: Path | None, quiet: bool,
     text_form: bool,
 ) -> None:  # fmt: skip

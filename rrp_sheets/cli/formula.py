@@ -20,7 +20,7 @@ _LONGEST_LINE = 2_000_000  # characters
 @click.argument("text", required=False)
 @click.option("--input", "inputs", multiple=True, metavar="NAME=VALUE", help="an input of the formula; may be repeated")
 @click.option("--json", "as_json", is_flag=True, help="answer in JSON; without TEXT, one answer to each line of input")
-def command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
+def formula_command(text: str | None, inputs: tuple[str, ...], as_json: bool) -> None:
     """Try the formula TEXT: rrp-sheets formula "IF(x > 3; 1; 0)" --input x=5.
 
     A VALUE is a number, TRUE or FALSE, a text, or JSON: --input 'ball={"distance": 0.4}' is a record.

@@ -11,7 +11,7 @@ from rrp_sheets.errors import SheetsError
 
 @click.command(name="help")
 @click.argument("topic", nargs=-1)
-def command(topic: tuple[str, ...]) -> None:
+def help_command(topic: tuple[str, ...]) -> None:
     """Explain TOPIC: connectors, formulas, functions, devices, scene, tests, codes, or a name.
 
     A name is that of a connector (sample), a function (CLAMP), a device (Red ball), a done stream (Say done), a finding

@@ -16,35 +16,36 @@ from rrp_sheets.cli.terminal import plain_output
 from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
 
 _COMMANDS = {
-    "new": "Make a workbook to start from.",
-    "check": "Say what is wrong with a workbook, and what to do about it.",
-    "diagram": "Draw a workbook's behaviours.",
-    "explain": "Say in plain words what a workbook does.",
-    "print": "Print a workbook for an ethics board, as a PDF.",
-    "diff": "Say what is different between two workbooks, by what they mean.",
-    "formula": "Try a formula with inputs.",
-    "help": "Explain connectors, functions, devices, the scene, a code or a name.",
-    "set": "Change one cell of a workbook and leave all else as it is.",
-    "pose": "Write a keyframe of a gesture from the simulated robot's joints.",
-    "convert": "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files.",
-    "run": "Run a workbook on the simulated robot.",
-    "test": "Run the tests that stand in a workbook.",
-    "marbles": "Draw what came on the streams of a run or of a workbook's tests.",
-    "replay": "Do a recorded run again without the robot, and say what is different.",
-    "pack": "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle.",
-    "runs": "List the recorded runs of a folder, or delete those of a participant.",
-    "export": "Write recorded runs as a table, plots, or a sheet of pictures.",
-    "faces": "List the faces that are remembered beyond a run, or wipe them.",
-    "serve": "Edit the workbooks of a folder in the browser.",
-    "tutorial": "Learn in ten short lessons, in the browser.",
+    "new": ("files", "Make a workbook to start from."),
+    "check": ("check", "Say what is wrong with a workbook, and what to do about it."),
+    "diagram": ("show", "Draw a workbook's behaviours."),
+    "explain": ("show", "Say in plain words what a workbook does."),
+    "print": ("show", "Print a workbook for an ethics board, as a PDF."),
+    "diff": ("diff", "Say what is different between two workbooks, by what they mean."),
+    "formula": ("formula", "Try a formula with inputs."),
+    "help": ("help", "Explain connectors, functions, devices, the scene, a code or a name."),
+    "set": ("files", "Change one cell of a workbook and leave all else as it is."),
+    "pose": ("pose", "Write a keyframe of a gesture from the simulated robot's joints."),
+    "convert": ("files", "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files."),
+    "run": ("run", "Run a workbook on the simulated robot."),
+    "test": ("test", "Run the tests that stand in a workbook."),
+    "marbles": ("show", "Draw what came on the streams of a run or of a workbook's tests."),
+    "replay": ("recordings", "Do a recorded run again without the robot, and say what is different."),
+    "pack": ("recordings", "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle."),
+    "runs": ("recordings", "List the recorded runs of a folder, or delete those of a participant."),
+    "export": ("recordings", "Write recorded runs as a table, plots, or a sheet of pictures."),
+    "faces": ("recordings", "List the faces that are remembered beyond a run, or wipe them."),
+    "serve": ("serve", "Edit the workbooks of a folder in the browser."),
+    "tutorial": ("serve", "Learn in ten short lessons, in the browser."),
 }
+"""The module and the summary of each command; its function there is called `…_command`."""
 _UNLIMITED = frozenset(("export", "faces", "help", "run", "runs", "serve", "tutorial"))
 """The commands that evaluate no stranger's formulas in their own process. All others have a memory limit."""
 UNREADABLE, BROKEN, INTERRUPTED = 2, 3, 130
 
 
 class _Lazy(click.Group):
-    """A group whose commands live in modules of their own."""
+    """A group whose commands are in modules that are imported when they are used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(_COMMANDS)
@@ -52,13 +53,13 @@ class _Lazy(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in _COMMANDS:
             return None
-        module = importlib.import_module(f"rrp_sheets.cli.{cmd_name}")
-        command: click.Command = module.command
+        module = importlib.import_module(f"rrp_sheets.cli.{_COMMANDS[cmd_name][0]}")
+        command: click.Command = getattr(module, f"{cmd_name}_command")
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl(list(_COMMANDS.items()))
+            formatter.write_dl([(name, summary) for name, (_, summary) in _COMMANDS.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         from rrp_sheets.model.names import nearest

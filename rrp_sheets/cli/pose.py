@@ -16,7 +16,7 @@ from rrp_sheets.model.durations import parse_duration
 @click.option("--posture", default="", help="a posture to begin with  [default: the gesture's last keyframe]")
 @click.option("--at", default="", help="when, for example 1.5 (s)  [default: 1 s after the gesture's last keyframe]")
 @click.option("--picture", type=click.Path(path_type=Path), help="store a picture of the robot in that pose (.png)")
-def command(file: Path, joints: tuple[str, ...], name: str, posture: str, at: str, picture: Path | None) -> None:
+def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, at: str, picture: Path | None) -> None:
     """Let the simulated robot take a pose, and write its joints into the Gestures sheet of FILE as a keyframe.
 
     ANGLE is in rad or degrees; a hand goes from 0 (closed) to 1 (open). The sheet and the columns of the joints are

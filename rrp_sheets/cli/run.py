@@ -43,7 +43,7 @@ from rrp_sheets.runs.commands import Commands
 @click.option("--participant", default="", help="the participant's code")
 @click.option("--condition", default="", help="the experimental condition")
 @click.option("--operator", default="", help="who operates the session")
-def command(
+def run_command(
     file: Path, duration: str, fast: bool, out: Path | None, as_json: bool, seed: int | None, mode: str,
     no_camera: bool, participant: str, condition: str, operator: str,
 ) -> None:  # fmt: skip

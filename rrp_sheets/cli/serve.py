@@ -1,4 +1,4 @@
-"""`rrp-sheets serve [FOLDER]`: serves the grid in the browser, prints links to it, and asks for the password."""
+"""`rrp-sheets serve` and `tutorial`: the grid in the browser, links to it, and the password."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from rrp_sheets.web.password import Password
     from rrp_sheets.web.security import Lan
 
+
 _HOST = "127.0.0.1"
 _EVERYWHERE = ("0.0.0.0", "::")
 _BACKGROUND_S = 1.0  # until it is looked again whether the keyboard can be read
@@ -34,7 +35,7 @@ _PASSWORD_FILE = "RRP_SHEETS_PASSWORD_FILE"
 @click.option("--lan", is_flag=True, help="let others of this network in, with a password")
 @click.option("--no-browser", is_flag=True, help="only print the link, do not open a browser")
 @click.option("--sign-out", is_flag=True, help="sign out every browser that has opened this folder before")
-def command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_out: bool) -> None:
+def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_out: bool) -> None:
     """Edit the workbooks of FOLDER (by default this one) in the browser: a grid, its problems, the diagram, the words.
 
     Every edit is stored in the workbook's own file at once; Excel or LibreOffice may change it meanwhile. Several
@@ -204,3 +205,27 @@ def _has_screen() -> bool:
     if sys.platform in ("win32", "darwin"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+@click.command(name="tutorial")
+@click.argument("folder", type=click.Path(path_type=Path), default=".")
+@click.option("--anew", is_flag=True, help="begin with a fresh copy; the one that is there stays")
+@click.option("--port", type=click.IntRange(1, 65535), help="the port; without it a free one is taken")
+@click.option("--no-browser", is_flag=True, help="only print the address, do not open a browser")
+@click.pass_context
+def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | None, no_browser: bool) -> None:
+    """Learn in ten short lessons how a robot behaves by the rows of a table.
+
+    Makes tutorial.xlsx in FOLDER (by default this one) and opens it in the browser, as `rrp-sheets serve` does. Each
+    lesson has a test that turns green when it is done. When there is a tutorial in FOLDER already, you go on with it.
+
+    Ctrl-C ends the server; what you have done is in the file.
+    """
+    from rrp_sheets.documents.tutorial import begin, latest
+
+    if not folder.is_dir():
+        raise SheetsError(f"There is no folder {folder}.", "Make it first, or name another.")
+    there = None if anew else latest(folder)
+    path = there or begin(folder)
+    click.echo(f"You go on with {path}; --anew begins with a fresh copy." if there else f"Made {path}.")
+    ctx.invoke(serve_command, folder=path, port=port, lan=False, no_browser=no_browser)

@@ -27,7 +27,7 @@ NO_TESTS = 5
 @click.option("--junit", type=click.Path(path_type=Path), help="write the results as JUnit XML into this file")
 @click.option("--marbles", type=click.Path(path_type=Path),
               help="draw what came on the streams, as .svg, .pdf or .png")  # fmt: skip
-def command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None) -> None:
+def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None) -> None:
     """Run the test sheets of FILE: what they send goes in, what they expect must come out.
 
     Every sheet with the headers Time (ms), Stream, Send and Expect is a test. It runs without robot and simulator, as

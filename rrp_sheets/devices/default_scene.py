@@ -8,8 +8,8 @@ from typing import Protocol
 
 from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.devices.scene_words import BALL_SIZE, FACE_HEIGHT
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 
 PERSON = "person"

@@ -11,8 +11,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import nearest
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.workbook import SceneRow
 
 SUFFIXES = (".png", ".jpg", ".jpeg")

@@ -46,8 +46,8 @@ from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.durations import meant_duration
+from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.scene_actions import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Cell, SceneRow
 

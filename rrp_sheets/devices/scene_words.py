@@ -16,8 +16,8 @@ from types import MappingProxyType
 
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import RandomRange, SceneAction
 from rrp_sheets.model.values import Value
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake

@@ -22,9 +22,8 @@ from rrp_sheets.engine.run_events import OperatorEvent, PauseEvent, RefusalEvent
 from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import DeviceUse, OperatorAction
+from rrp_sheets.model.exchange import DeviceUse, OperatorAction, SceneAction
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 

@@ -11,8 +11,7 @@ from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.ports import Arrivals, World
 from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
-from rrp_sheets.model.exchange import Notice
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Notice, SceneAction
 
 STANDING = 0.25  # s between two looks while the run is paused: whether its watcher has gone
 LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, WorldSnapshot
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, WorldSnapshot
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:

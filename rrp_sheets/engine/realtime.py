@@ -11,8 +11,7 @@ from typing import TypeVar
 
 from rrp_sheets.engine.ports import Actuator, Arrivals, LiveWorld, Sensor, World
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, WorldSnapshot
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, WorldSnapshot
 from rrp_sheets.model.values import Value
 
 LAST_STEP_WITHIN = 15.0  # s, for a step that has begun when the run stops

@@ -24,8 +24,7 @@ from rrp_sheets.engine.ports import Actuator, LiveWorld, Sensor
 from rrp_sheets.engine.realtime import EventQueue, QueuedEvent, SnapshotThrottle
 from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, Notice, SceneAction
 
 START_WITHIN = 20.0  # s, for one device
 STOP_WITHIN = 2.0  # s, for all sensors

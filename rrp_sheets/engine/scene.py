@@ -8,9 +8,8 @@ from dataclasses import replace
 from rrp_sheets.devices.default_scene import default_scene
 from rrp_sheets.devices.scene_words import FACE_HEIGHT, draw_scene
 from rrp_sheets.engine.plan import Plan
-from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.exchange import ROW_ABOVE, Notice, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import ROW_ABOVE, SceneAction
 
 
 class SceneEntities:

@@ -31,9 +31,8 @@ from rrp_sheets.engine.run_events import NoticeEvent, OperatorEvent, RunEvent, R
 from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Notice, OperatorAction
+from rrp_sheets.model.exchange import Notice, OperatorAction, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs.folder import RunFolder, faces_file
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary

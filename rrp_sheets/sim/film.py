@@ -20,8 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image, ImageDraw, ImageFont
 
-from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, Notice, SceneAction
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.resources import vendored
 from rrp_sheets.sim.camera import FilmCamera, Pixels, Shot

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, State, WorldSnapshot
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.values import Value
 
 BEATS, STATE = range(2)

@@ -16,8 +16,8 @@ from typing import Any
 import cv2
 import numpy as np
 
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.face_traits import AROUND, BACK, FRONT, HAIR, HEAD, NOSE, RINGS
 from rrp_sheets.sim.faces import FaceModels

@@ -15,8 +15,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import shapes
 from rrp_sheets.sim.colours import BALL_COLOURS, RGB, parse_colour

@@ -16,9 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.exchange import Notice, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.sim.espeak import Audio, Espeak
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.voice import Speech, keep

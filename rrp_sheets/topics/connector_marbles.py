@@ -9,9 +9,8 @@ from dataclasses import replace
 from rrp_sheets.connectors import Connector
 from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.model.exchange import Command, State, WorldSnapshot
+from rrp_sheets.model.exchange import Command, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.names import key
-from rrp_sheets.model.scene_actions import SceneAction
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.render.marble_diagram import Lane, MarbleDiagram, make_score
 from rrp_sheets.render.marble_diagram import short as short_value

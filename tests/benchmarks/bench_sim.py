@@ -10,8 +10,7 @@ from __future__ import annotations
 import pytest
 from onecore import go, one_core
 
-from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.model.scene_actions import SceneAction
+from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.sim.world import PICTURE
 
 LIMIT = 4.0  # times real time

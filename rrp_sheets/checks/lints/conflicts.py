@@ -15,9 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rrp_sheets.checks.abstract_values import BLANK
 from rrp_sheets.checks.dataflow import Route
-from rrp_sheets.checks.facts import CAMERA, CHANGE, TIMER, Fact
+from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.checks.abstract_values import LIST, RECORD, TEXT
 from rrp_sheets.checks.examples import alike
+from rrp_sheets.checks.facts import LIST, RECORD, TEXT
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from rrp_sheets.checks.abstract_values import BLANK
-from rrp_sheets.checks.facts import CAMERA, CHANGE, TIMER
+from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER
 from rrp_sheets.checks.lints.conflicts import VOICE
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put

@@ -5,18 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from rrp_sheets.checks.abstract_values import (
-    ANY,
-    BLANK,
-    LIST,
-    NUMBER,
-    RECORD,
-    TEXT,
-    TRUTH,
-    AbstractValue,
-    kind_of_value,
-)
-from rrp_sheets.checks.facts import Fact
+from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, AbstractValue, Fact, kind_of_value
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.devices import DeviceType, Robot, Setting
 from rrp_sheets.devices.trajectory import joint_limits

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.abstract_values import RECORD, AbstractValue
+from rrp_sheets.checks.facts import RECORD, AbstractValue
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics.phrase import Phrase, listed

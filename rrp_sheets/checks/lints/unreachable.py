@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.checks.abstract_values import NUMBER
+from rrp_sheets.checks.facts import NUMBER
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics.phrase import Phrase, listed

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.checks.abstract_values import BLANK, UNKNOWN, AbstractValue
+from rrp_sheets.checks.facts import BLANK, UNKNOWN, AbstractValue
 from rrp_sheets.checks.protocol import channel
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.devices import DeviceType

@@ -1,4 +1,4 @@
-"""`rrp-sheets runs [list|delete]`: lists recorded runs, and deletes those of a participant or by name."""
+"""Commands on recorded runs and bundles: `runs`, `export`, `faces`, `replay`, `pack`."""
 
 from __future__ import annotations
 
@@ -6,16 +6,19 @@ import json
 import shlex
 import sys
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rrp_sheets.cli.terminal import told
+from rrp_sheets.cli.terminal import WorkbookArgument, is_bundle, runs_of, told
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.records.deleting import Deletion
     from rrp_sheets.runs.records.metadata import RunMetadata
+    from rrp_sheets.runs.replay import Replayed
+
 
 _HEADS = ("When", "Workbook", "Participant", "Condition", "Mode", "Length", "How it ended", "Run")
 _MOST_NAMED = 12
@@ -32,14 +35,14 @@ class _Listing(click.Group):
 
 
 @click.group(name="runs", cls=_Listing)
-def command() -> None:
+def runs_command() -> None:
     """List the recorded runs of a folder, or delete those of a participant.
 
     `rrp-sheets runs [FOLDER]` lists; its options are those of `rrp-sheets runs list --help`.
     """
 
 
-@command.command(name="list", short_help="List them, the newest first.")
+@runs_command.command(name="list", short_help="List them, the newest first.")
 @click.argument("folder", type=click.Path(path_type=Path), default=Path())
 @click.option("--participant", default="", help="only those of this participant's code")
 @click.option("--workbook", default="", help="only those of this workbook")
@@ -63,7 +66,7 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
         click.echo("\n".join(_table(found)))
 
 
-@command.command(name="delete", short_help="Delete all that was recorded of a participant, or in a run.")
+@runs_command.command(name="delete", short_help="Delete all that was recorded of a participant, or in a run.")
 @click.argument("folder", type=click.Path(path_type=Path), default=Path())
 @click.option("--participant", default="", help="the code: all runs of this participant")
 @click.option("--run", "names", multiple=True, help="the name of a run; may be given several times")
@@ -221,3 +224,160 @@ def _listed(things: Sequence[str]) -> str:
 def _count(number: int, what: str) -> str:
     ending: Any = {"picture and film": "pictures and films"}.get(what, f"{what}s")
     return f"{number:,} {what if number == 1 else ending}"
+
+
+@click.command(name="export")
+@click.argument("runs", metavar="TRACE…", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path),
+              help=".xlsx or .csv: a table; .svg, .pdf or .png: plots")  # fmt: skip
+@click.option("--streams", default="", help="of plots: only these streams, with commas between them")
+def export_command(runs: tuple[Path, ...], output: Path, streams: str) -> None:
+    """Write what was recorded as a table, or as plots of its numbers.
+
+    TRACE is a run's folder or its trace.jsonl. Several runs become one table, with run, participant and condition in
+    its first columns: `rrp-sheets export runs/* -o study.csv`. Times are seconds since the run began. The column
+    `blank` names the columns in which a blank came; `ended` and `complete` say how the run ended.
+
+    Every export says which workbook ran (its SHA-256), program, mode, seed, participant, condition and operator: a CSV
+    in its columns, an .xlsx on the sheet “About this run”, a picture at its foot and in its metadata.
+
+    Exit code: 0, or 2 when a run cannot be read or the file not be written.
+    """
+    from rrp_sheets import api
+
+    names = [n.strip() for n in streams.split(",") if n.strip()]
+    with told(f"Writing {output.name} …"):
+        notes = api.export(runs, output, streams=names)
+    for note in notes:
+        click.echo(f"Note: {note}", err=True)
+    click.echo(f"Written: {output}")
+
+
+@click.command(name="faces")
+@click.argument("folder", type=click.Path(path_type=Path), default=Path())
+@click.option("--forget", metavar="NAME", help="Wipe this person's face.")
+@click.option("--forget-all", is_flag=True, help="Wipe all of them.")
+def faces_command(folder: Path, forget: str | None, forget_all: bool) -> None:
+    """List the faces that the robot remembers beyond a run, for the workbooks of FOLDER, or wipe them.
+
+    They are kept only by workbooks whose Protocol says so (Face memory: kept), as numbers in runs/faces.json. Wipe when
+    no run is going: it would write them again.
+    """
+    from rrp_sheets.runs import face_files
+
+    if forget_all:
+        click.echo(f"{face_files.forget_all(folder)} wiped.")
+    elif forget is not None:
+        click.echo(f"{face_files.forget(folder, forget)} is wiped.")
+    else:
+        names = face_files.kept(folder)
+        click.echo("\n".join(names) if names else "No faces are kept here.")
+
+
+_STYLES: dict[str, dict[str, Any]] = {
+    "same": {"fg": "green", "bold": True}, "different": {"fg": "yellow", "bold": True}, "head": {"bold": True},
+    "quiet": {"dim": True},
+}  # fmt: skip
+
+
+@click.command(name="replay")
+@click.argument("trace", metavar="TRACE", type=click.Path(path_type=Path))
+@click.option("--with", "other", metavar="FILE", type=WorkbookArgument(),
+              help="play another workbook with what this session's sensors gave")  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="print everything as JSON")
+@click.option("-o", "--output", metavar="OUT", type=click.Path(path_type=Path),
+              help="the differences as a table (.xlsx, .csv) or as marbles (.svg, .pdf, .png)")  # fmt: skip
+def replay_command(trace: Path, other: Path | None, as_json: bool, output: Path | None) -> None:
+    """Do a recorded run again from what its sensors gave, without robot or simulator, and compare event by event.
+
+    TRACE is a run's folder or its trace.jsonl; of a bundle (.zip) all runs in it are replayed. The rows get what the
+    sensors gave, the ends of commands, what people sent, switched and edited, at the same times; everything else they
+    work out anew.
+
+    With another workbook it says what would have been different in that session: events that would not have come,
+    that would have come, or with other values. The recorded world does not react to it.
+
+    Exit code: 0 the same, 1 different, 2 the trace or a workbook cannot be read or run.
+    """
+    from rrp_sheets import api
+    from rrp_sheets.runs.replay.output import SUFFIXES, write
+
+    if output is not None and output.suffix.casefold() not in SUFFIXES:
+        raise click.UsageError(f"The name of OUT ends with {', '.join(SUFFIXES)}.")
+    if is_bundle(trace):
+        _replay_all(runs_of(trace), other, as_json, output)
+    found = api.replay(trace, other)
+    notes = write(found, output) if output is not None else []
+    _show(found, as_json)
+    for note in notes:
+        click.echo(f"Note: {note}", err=True)
+    if output is not None and output.is_file():
+        click.echo(f"Written: {output}", err=as_json)
+    sys.exit(0 if found.same else 1)
+
+
+def _replay_all(runs: Sequence[Path], other: Path | None, as_json: bool, output: Path | None) -> NoReturn:
+    """Replay the runs of a bundle, one after the other."""
+    from rrp_sheets import api
+
+    if output is not None:
+        raise click.UsageError("-o goes with one run: unpack the bundle, and name a run's folder.")
+    replayed = []
+    for run in runs:
+        found = api.replay(run, other)
+        replayed.append((run.name, found))
+        if not as_json:
+            click.echo(click.style(f"{run.name}:", bold=True))
+            _show(found, as_json)
+    if as_json:
+        told = [{"run": name, **found.as_dict()} for name, found in replayed]
+        click.echo(json.dumps({"runs": told}, ensure_ascii=False, indent=2))
+    sys.exit(0 if all(found.same for _, found in replayed) else 1)
+
+
+def _show(found: Replayed, as_json: bool) -> None:
+    from rrp_sheets.runs.replay.report import as_text
+
+    if as_json:
+        click.echo(json.dumps(found.as_dict(), ensure_ascii=False, indent=2))
+    else:
+        click.echo(as_text(found, lambda text, role: click.style(text, **_STYLES[role])))
+
+
+@click.command(name="pack")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="the bundle's file (.zip)")
+@click.option("--run", "runs", multiple=True, metavar="RUN",
+              help="put a recorded run in: its folder, or its name in runs beside FILE; may come again")  # fmt: skip
+@click.option("--against", type=WorkbookArgument(), help="the approved version, for the printed list of changes")
+@click.option("--date", "day", type=click.DateTime(["%Y-%m-%d"]), help="the day that is printed; by default today")
+def pack_command(
+    file: Path, output: Path | None, runs: tuple[str, ...], against: Path | None, day: datetime | None
+) -> None:
+    """Make one zip of FILE and all that is needed to run it elsewhere: a bundle.
+
+    In it: the workbook as it is, the printed protocol, the robot's catalogue, the sounds and pictures that the workbook
+    names, the chosen runs, and the versions of everything. The same files give the same bytes on the same day.
+
+    \b
+    Then, on any machine with the program:  rrp-sheets run BUNDLE.zip
+                                            rrp-sheets replay BUNDLE.zip
+
+    check, diagram, explain, test, print and diff take a bundle as well.
+
+    Exit code: 0, or 2 when the workbook cannot be read or the bundle cannot be written.
+    """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
+    from rrp_sheets import api
+
+    with told(f"Packing {file.name} and printing its protocol …"):
+        packed = api.pack(file, output, runs=runs, against=against, today=day.date() if day else None)
+    for note in packed.notes:
+        click.echo(f"Note: {note}", err=True)
+    if runs:
+        click.echo(
+            "Note: A run holds what was recorded of its participant, pictures and what was said included. "
+            "Look at it before you pass the bundle on.",
+            err=True,
+        )
+    size = packed.path.stat().st_size
+    click.echo(f"Packed: {packed.path} ({len(packed.files)} files, {size / 1e6:.1f} MB)")

@@ -1,0 +1,74 @@
+"""Commands that write workbook files: `new`, `set`, `convert`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command(name="new")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option(
+    "--template", default="guided", show_default=True, help="guided, empty, or a workbook that comes along: greeter, …"
+)
+@click.option("--robot", default="nao", show_default=True, help="the robot it is for")
+def new_command(file: Path, template: str, robot: str) -> None:
+    """Make FILE: a workbook with a small working behaviour, drop-downs and explanations.
+
+    The template “guided” explains itself; “empty” has the sheets without rows; the others are the workbooks that come
+    with the program, ready to be changed (simple-tracking, greeter, …). An existing file is never overwritten.
+    """
+    from rrp_sheets import api
+
+    made = api.new(file, robot, template)
+    click.echo(f"Made {made}. Open it in Excel or LibreOffice, and try it with:")
+    click.echo(f'  rrp-sheets run "{made}"')
+
+
+_SHOWN = 3  # findings
+
+
+@click.command(name="set", context_settings={"ignore_unknown_options": True})
+@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("cell")
+@click.argument("value")
+@click.option("--sheet", default="", help="the sheet, where CELL does not name it; default: the first behaviour")
+def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
+    """Put VALUE into one CELL of FILE (Tracking!C5, or C5) and leave everything else in the file as it is.
+
+    A number stays a number, TRUE and FALSE too; everything else is a text, also what begins with “=”. An empty VALUE
+    ("") empties the cell.
+    """
+    from rrp_sheets import api
+    from rrp_sheets.cli.check import print_findings, verdict
+
+    done = api.set_cell(file, cell, value, sheet)
+    was, now = (f"“{text}”" if text else "empty" for text in (done.before, done.after))
+    click.echo(f"{done.address}: {was} → {now}" if was != now else f"{done.address} is {now} already.")
+    click.echo(f"Check: {verdict(done.report)}")
+    found = [d for d in done.report if d.severity.value != "info"]
+    found.sort(key=lambda d: (d.severity.value != "error", d.address != done.address))  # those of this cell first
+    print_findings(found[:_SHOWN])
+    if len(found) > _SHOWN:
+        click.echo(f'All of them: rrp-sheets check "{file}"')
+
+
+@click.command(name="convert")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("out", required=False, type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="the same as OUT, as the other commands have it")
+def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
+    """Write FILE in another format: OUT is an .xlsx file, a Markdown file (.md), or a folder for CSV files.
+
+    All cells of all sheets are carried over, and the behaviour is the same. Formats, pictures, drop-downs and their
+    sheet Lists exist only in .xlsx. Nothing that exists is overwritten.
+    """
+    from rrp_sheets import api
+
+    if (out is None) == (output is None):
+        raise click.UsageError("Name one file or folder to write: OUT, or -o OUT.")
+    target = out or output
+    assert target is not None
+    made = api.convert(file, target, replace=False)
+    click.echo(f"Made {made}.")
