@@ -6,8 +6,8 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 70_673,
-    "modules": 449,
+    "lines of Python": 69_525,
+    "modules": 383,
     "docstrings that begin as a question": 84,
     "lines of README": 130,
     "modules under 40 lines that only one other imports": 0,
