@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
+from play import check, example, play, rows
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.engine.engine import EventEngine, FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import MOST_WAITING, EventQueue
 from rrp_sheets.errors import RunBroken
-from tests.play import check, example, play, rows
 
 DOUBLING_CIRCLE = """
 | Red ball, Wait done | merge | | A |

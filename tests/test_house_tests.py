@@ -80,7 +80,7 @@ def compared(source: str) -> list[int]:
     return sorted(n for n in found if SAFE not in lines[n - 1] and SAFE not in lines[max(n - 2, 0)])
 
 
-@pytest.mark.parametrize("path", sorted(HERE.glob("*.py")), ids=lambda p: p.name)
+@pytest.mark.parametrize("path", sorted([*HERE.glob("*.py"), *HERE.glob("support/*.py")]), ids=lambda p: p.name)
 def test_what_a_page_shows_is_waited_for(path: Path) -> None:
     """Use expect(), or becomes() and eventually() of chromium.py."""
     assert compared(path.read_text(encoding="utf-8")) == []

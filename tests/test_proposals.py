@@ -6,10 +6,10 @@ import difflib
 
 from hypothesis import given
 from hypothesis import strategies as st
+from play import check, rows
 
 from rrp_sheets.diagnostics.proposals import slips
 from rrp_sheets.model.names import Proposals, key, nearest
-from tests.play import check, rows
 
 NAMES = st.text("abcd e", max_size=8)
 

@@ -60,7 +60,7 @@ def send(client: Any, way: Way, headers: dict[str, str], **more: Any) -> Any:
 
 def test_every_route_that_changes_something_is_attacked_here(all_ways: list[Way]) -> None:
     missing = [way.key for way in all_ways if way.post and way.key not in {**JSON, **FORMS}]
-    assert not missing, f"give {missing} what they are sent in tests/attack.py"
+    assert not missing, f"give {missing} what they are sent in tests/support/attack.py"
     assert not {*JSON, *FORMS} - {way.key for way in all_ways if way.post}
 
 

@@ -119,7 +119,7 @@ def let_in(context: Any, url: str, name: str = "") -> None:
 @lru_cache(maxsize=1)
 def axe() -> str:
     """The script of axe-core, fetched with npm as package-lock.json pins it; into a folder that git ignores."""
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[2]
     folder = root / "node_modules" / ".axe"
     script = folder / "node_modules" / "axe-core" / "axe.min.js"
     npm = shutil.which("npm")
