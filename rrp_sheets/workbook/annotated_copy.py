@@ -90,8 +90,8 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
         sheet.set_cell(row, beside, text, styles.note(_FILLS[kind]))
         _make_room(sheet, row, text)
     if header not in texts:
-        named = sheet.cell(header, beside - 1)
-        like = sheet.style(header, beside - 1) if named else styles.note("", bold=True)
+        before = sheet.cell(header, beside - 1)
+        like = styles.note("", bold=True) if before is None else sheet.style(header, beside - 1)
         sheet.set_cell(header, beside, TITLE, like)
     _widen(sheet, beside)
 
