@@ -16,7 +16,7 @@ from tested import TRACKING, held, sheet
 
 from rrp_sheets import api
 from rrp_sheets.checks.test_cells import fields, half_of_last_digit, in_quotes, literal
-from rrp_sheets.cli.test import test_command
+from rrp_sheets.cli.test import test_command as command
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
@@ -49,20 +49,20 @@ BAD = '| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | a <b>&"no"]]> 赤 |'
     ("test", "code"), [(GOOD, 0), (BAD, 1), ("| x | Red ball | | |", 2), ("", 5), ("| 0 | Red ball | | |", 5)]
 )
 def test_exit_codes(book, test, code):
-    assert CliRunner().invoke(test_command, [str(book(test))]).exit_code == code
+    assert CliRunner().invoke(command, [str(book(test))]).exit_code == code
 
 
 def test_what_expects_nothing_does_not_hold(book):
-    result = CliRunner().invoke(test_command, [str(book("| 0 | Red ball | | |"))])
+    result = CliRunner().invoke(command, [str(book("| 0 | Red ball | | |"))])
     assert "– Test: nothing is expected" in result.output and "hold" not in result.output
 
 
 def test_the_output_names_cell_value_and_draws_the_streams(book):
     out = (
-        CliRunner().invoke(test_command, [str(book("| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | Hello |"))]).output
+        CliRunner().invoke(command, [str(book("| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | Hello |"))]).output
     )
     assert "✗ Test: 1 of 1 row does not hold" in out
-    two = CliRunner().invoke(test_command, [str(book(BAD + "\n| 1 | Say | | nothing |"))]).output
+    two = CliRunner().invoke(command, [str(book(BAD + "\n| 1 | Say | | nothing |"))]).output
     assert "✗ Test: 1 of 2 rows does not hold" in two
     assert "Test!D3 (0 ms, Say): expected Hello" in out
     assert "got: “It is close, at 0.2” at 0 ms" in out
@@ -73,11 +73,11 @@ def test_the_notes_of_a_row_that_does_not_hold_are_shown(tmp_path):
     path = tmp_path / "book.md"
     test = "\n## Test\n| Time (ms) | Stream | Send | Expect | Notes |\n|---|---|---|---|---|\n"
     path.write_text(play.rows(TRACKING) + test + "| 0 | Say | | any | nobody is there |\n", encoding="utf-8")
-    assert "(0 ms, Say): expected any – nobody is there" in CliRunner().invoke(test_command, [str(path)]).output
+    assert "(0 ms, Say): expected any – nobody is there" in CliRunner().invoke(command, [str(path)]).output
 
 
 def test_json(book):
-    found = json.loads(CliRunner().invoke(test_command, [str(book(BAD)), "--json"]).output)
+    found = json.loads(CliRunner().invoke(command, [str(book(BAD)), "--json"]).output)
     assert found["passed"] is False
     (row,) = found["tests"][0]["rows"]
     assert (row["cell"], row["time_ms"], row["stream"], row["passed"]) == ("D3", 0.0, "Say", False)
@@ -85,7 +85,7 @@ def test_json(book):
 
 def test_junit_is_xml_whatever_the_texts_say(book, tmp_path):
     target = tmp_path / "out.xml"
-    assert CliRunner().invoke(test_command, [str(book(BAD)), "--junit", str(target)]).exit_code == 1
+    assert CliRunner().invoke(command, [str(book(BAD)), "--junit", str(target)]).exit_code == 1
     root = ET.fromstring(target.read_bytes())
     assert (root.tag, root.get("tests"), root.get("failures")) == ("testsuites", "1", "1")
     failure = root.find("testsuite/testcase/failure")
