@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 69_525,
+    "lines of Python": 69_530,
     "modules": 383,
     "docstrings that begin as a question": 84,
     "lines of README": 130,

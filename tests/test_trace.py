@@ -114,3 +114,12 @@ def test_what_is_no_trace_is_refused(tmp_path):
 def test_nothing_that_json_does_not_know_gets_into_a_trace(trace):
     for line in trace.read_text(encoding="utf-8").splitlines():
         json.loads(line, parse_constant=pytest.fail)
+
+
+def test_a_search_goes_on_behind_a_line_that_is_no_event(trace):
+    lines = trace.read_text(encoding="utf-8").splitlines(keepends=True)
+    wrong = '{"t": 0.0, "happening": "say", "text": "Hello", "row": 5}\n'
+    trace.write_text("".join([*lines[:3], wrong, "{Hello\n", *lines[3:]]), encoding="utf-8")
+    assert [event.us for event in TraceReader(trace).containing(b"Hello")] == [66_666]
+    with pytest.raises(UnreadableFile):
+        list(TraceReader(trace))

@@ -58,9 +58,7 @@ def test_what_expects_nothing_does_not_hold(book):
 
 
 def test_the_output_names_cell_value_and_draws_the_streams(book):
-    out = (
-        CliRunner().invoke(command, [str(book("| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | Hello |"))]).output
-    )
+    out = CliRunner().invoke(command, [str(book("| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | Hello |"))]).output
     assert "✗ Test: 1 of 1 row does not hold" in out
     two = CliRunner().invoke(command, [str(book(BAD + "\n| 1 | Say | | nothing |"))]).output
     assert "✗ Test: 1 of 2 rows does not hold" in two

@@ -9,7 +9,7 @@ import json
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -163,14 +163,19 @@ class TraceReader:
         return self.containing()
 
     def containing(self, *parts: bytes) -> Iterator[RecordedEvent]:
-        """Yield the events whose lines contain one of some byte strings, all if none is given; skip other lines."""
+        """Yield all events, or those whose lines contain one of some byte strings.
+
+        Then all other lines are skipped, also those that are no events, which else end the reading.
+        """
         with self._opened() as file:
             file.readline()
             for line in file:
                 if not line.endswith(b"\n"):
                     return
                 if not parts or any(map(line.__contains__, parts)):
-                    event = self._event(line)
+                    event = None
+                    with suppress(*_FAULTS if parts else ()):
+                        event = self._event(line)
                     if event is not None:
                         yield event
 
