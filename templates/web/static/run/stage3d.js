@@ -14,7 +14,7 @@ const AWAY = 2.62; // rad: how far somebody who looks away turns
 const HELD = 1200; // ms after it was let go a thing is where one put it; by then the world has told that it is there
 const SLOW = 28; // ms between two pictures: more than that often, and the picture is drawn coarser
 const TOO_SLOW = 100; // ms for one picture: more than that, and the page rests as long before the next one
-const LONGEST_REST = 1000; // ms: a tab that was in the background has not been drawn for long
+const LONGEST_REST = 250; // ms: some pictures a second are drawn even then
 
 export class Stage {
   /** `hand` may move things: `limits` and what is told of it, see drag3d.js. */
