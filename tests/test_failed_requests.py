@@ -42,6 +42,9 @@ def page(page: Any, folder: Path, tmp_path_factory: pytest.TempPathFactory) -> A
     table = rows("\n".join(f"| {' | '.join(row[1:5])} |" for row in ROWS))
     made = Run(tmp_path_factory.mktemp("made"), table, Script({}), [(n * 100, "headyaw", n) for n in range(9)])
     shutil.copytree(made.result.folder, folder / "runs" / "one")
+    page.route(
+        "**/never", lambda route: route.abort()
+    )  # without any route the browser would let the next one's request through
     return page
 
 
