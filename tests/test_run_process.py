@@ -115,7 +115,7 @@ def take(message, view):
 
 
 def sent(thing):
-    """What becomes of an object that one process sends to another."""
+    """An object as another process receives it."""
     here, there = socket.socketpair()
     here.sendall(encode(["it", pack(thing)]))
     [[_, got]] = MessageReader(there).receive()

@@ -50,7 +50,7 @@ def names(path: Path) -> list[str]:
 
 
 def same(part: str, before: bytes, after: bytes) -> bool:
-    """Whether a part is as it was; the lists of sheets may be written in another way."""
+    """Compare a part before and after; the lists of sheets may be written in another way."""
     if not LISTED.match(part):
         return before == after
     return canonicalize(before.decode()) == canonicalize(after.decode())
