@@ -65,11 +65,11 @@ class Tour:
 
     def open(self, address: str, ready: str = "body") -> None:
         self.page.goto(f"{self.url}{address}")
-        self.page.wait_for_selector(ready, timeout=30_000, state="attached")
+        self.page.wait_for_selector(ready, state="attached")
 
     def sheet(self, book: str, sheet: str) -> None:
         self.open(f"/book/{book}/sheet/{sheet}", "body[data-ready]")
-        self.page.wait_for_selector("#panels:not([aria-busy=true])", state="attached", timeout=30_000)
+        self.page.wait_for_selector("#panels:not([aria-busy=true])", state="attached")
 
     def violations(self, looks: list[tuple[str, int]]) -> dict[str, list[str]]:
         """What is wrong with the screen, by its look."""
@@ -163,18 +163,18 @@ def asked(tour: Tour) -> None:
 def running(tour: Tour) -> None:
     asked(tour)
     tour.page.click("#run-dialog [type=submit]")
-    tour.page.wait_for_selector("body[data-run=running]", timeout=60_000)
-    tour.page.wait_for_selector("#log li", timeout=30_000)
+    tour.page.wait_for_selector("body[data-run=running]")
+    tour.page.wait_for_selector("#log li")
 
 
 def paused(tour: Tour) -> None:
     tour.page.click("[data-run=pause]")
-    tour.page.wait_for_selector("body[data-run=paused]", timeout=30_000)
+    tour.page.wait_for_selector("body[data-run=paused]")
 
 
 def ended(tour: Tour) -> None:
     tour.page.click("[data-run=stop]")
-    tour.page.wait_for_selector("body[data-run=ended]", timeout=60_000)
+    tour.page.wait_for_selector("body[data-run=ended]")
 
 
 def record(tour: Tour) -> None:

@@ -67,7 +67,7 @@ def test_a_piece_that_does_not_come_is_told_and_asked_for_again(page: Any, addre
         expect(page.locator("[data-ready]")).to_be_empty()
     page.unroute(pattern)
     trouble.get_by_role("button", name="Try again").click()
-    expect(page.locator(content).first).to_be_visible(timeout=30_000)
+    expect(page.locator(content).first).to_be_visible()
     expect(trouble).to_have_count(0)
 
 

@@ -109,7 +109,7 @@ def test_pose_takes_the_joints_of_the_robot_that_runs(shelf: Books) -> None:
     grid.page.evaluate(
         "document.addEventListener('rrp:live', ({ detail }) => { window.robot = detail.robot ?? window.robot; })"
     )
-    grid.page.wait_for_function("() => window.robot?.joints.HeadYaw > 0.67", timeout=30_000)
+    grid.page.wait_for_function("() => window.robot?.joints.HeadYaw > 0.67")
     grid.go("A5")
     grid.page.click("[data-pose=take]")
     grid.status("written into a keyframe")

@@ -24,8 +24,8 @@ ROWS = "[...document.querySelectorAll('[role=grid] tbody > tr')]"
 @pytest.fixture(scope="module")
 def grid(browser: Any, url: str) -> Any:
     opened = GridPage(browser, url, "long.xlsx")
-    opened.page.wait_for_selector("body[data-ready]", timeout=30_000)
-    opened.page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'", timeout=30_000)
+    opened.page.wait_for_selector("body[data-ready]")
+    opened.page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'")
     yield opened
     opened.close()
 

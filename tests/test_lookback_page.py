@@ -47,8 +47,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def look(page: Any, run: str, fragment: str = "") -> None:
     page.goto("about:blank")
     page.goto(f"/runs/{run}/lookback{fragment}")
-    expect(page.locator("#play")).to_be_enabled(timeout=20_000)
-    expect(page.locator(".ran-diagram svg").first).to_be_visible(timeout=20_000)
+    expect(page.locator("#play")).to_be_enabled()
+    expect(page.locator(".ran-diagram svg").first).to_be_visible()
 
 
 def shown(page: Any) -> dict[str, str]:
@@ -99,7 +99,7 @@ def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any
     page.locator("#time").focus()
     page.keyboard.press("Space")
     expect(page.locator("#play")).to_have_text("Pause")
-    expect(page.locator("#now")).to_have_text("0:03.6", timeout=20_000)
+    expect(page.locator("#now")).to_have_text("0:03.6")
     expect(page.locator("#play")).to_have_text("Play")
     first = min(e["t"] for e in events(folder / "runs" / "one") if "error" in e)
     page.locator("#time").press("Home")
@@ -132,7 +132,7 @@ def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(
     expect(page.locator("#said")).to_have_text(re.compile("Nothing was said yet"))
     expect(page.locator("#sheet-0 svg .row.lit")).to_have_count(1)  # the joint's sensor gives a value at once
     page.get_by_role("tab", name="Other <b>").click()
-    expect(page.locator("#sheet-1 svg [data-row='2'].lit")).to_be_visible(timeout=20_000)
+    expect(page.locator("#sheet-1 svg [data-row='2'].lit")).to_be_visible()
     assert violations(page) == []
     assert page.problems == []
 

@@ -188,7 +188,7 @@ def page(browser: Any, url: str) -> Any:
 
 def drawn(page: Any, name: str) -> None:
     page.goto(page.url_of(name))
-    page.wait_for_selector("[data-print]:enabled", timeout=60_000)
+    page.wait_for_selector("[data-print]:enabled")
 
 
 @pytest.mark.parametrize(
@@ -239,9 +239,9 @@ def test_the_buttons_print_and_give_the_pdf(page: Any, tmp_path: Path) -> None:
     assert LETTER in (tmp_path / "made.pdf").read_bytes()
     becomes(lambda: page.locator("[data-said]").inner_text(), "The PDF is made.")
     page.get_by_label("Language").select_option("en")
-    page.wait_for_selector(".protocol[lang=en]", timeout=60_000)
+    page.wait_for_selector(".protocol[lang=en]")
     page.get_by_label("Compared with").select_option("book/complex-tracking.xlsx")
-    page.wait_for_selector("#changes", timeout=60_000)
+    page.wait_for_selector("#changes")
 
 
 def test_trouble_with_the_pdf_is_told(page: Any) -> None:

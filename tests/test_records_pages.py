@@ -40,8 +40,8 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     assert violations(page) == []
     page.get_by_role("link", name="today").click()
     expect(page.locator("body")).to_have_attribute("data-mode", "pilot")
-    expect(page.locator("#marbles svg").first).to_be_visible(timeout=20_000)
-    expect(page.locator("#curves canvas").first).to_be_visible(timeout=20_000)
+    expect(page.locator("#marbles svg").first).to_be_visible()
+    expect(page.locator("#curves canvas").first).to_be_visible()
     eventually(lambda: page.locator(".strip img").evaluate("e => e.naturalWidth") > 500)
     eventually(lambda: page.locator(".diagram img").evaluate("e => e.naturalWidth") > 100)
     loaded = (

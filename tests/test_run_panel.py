@@ -23,7 +23,7 @@ def it_is_shown(at: GridPage) -> None:
     )
     eventually(lambda: page.inner_text("#run-by b") == "Aya" and page.inner_text("#run-mode") == "Simulated")
     # live values with their age, an error in its row, rows that are off
-    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^[01]\.\d+ m$"), timeout=15_000)
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^[01]\.\d+ m$"))
     expect(row(page, 2)).to_have_class(re.compile("lit"))
     expect(row(page, 2).locator(".age")).to_have_text(re.compile(r"^0\.\d s$"))
     expect(row(page, 5).locator(LIVE)).to_have_text("off")
@@ -36,10 +36,10 @@ def it_speaks_and_sees(at: GridPage) -> None:
     page = at.page
     # the operator's buttons, by key; numbers go to the page and not into the grid
     page.keyboard.press("2")
-    expect(page.locator("#press button").nth(1).locator("small")).to_have_text("pressed once", timeout=10_000)
+    expect(page.locator("#press button").nth(1).locator("small")).to_have_text("pressed once")
     expect(page.locator("#log li[data-kind=button]")).to_contain_text("Well done by Aya")
     speech = page.locator("#log li[data-kind=speech]")
-    expect(speech).to_contain_text("“Well done <i>you</i>”", timeout=10_000)
+    expect(speech).to_contain_text("“Well done <i>you</i>”")
     becomes(lambda: speech.locator("button").count(), 1)
     page.wait_for_selector("#eye img")
     becomes(lambda: page.evaluate(EYE), [200, 0xFF, 0xD8], "what the robot sees, as the page asks for it")
@@ -59,24 +59,24 @@ def it_is_acted_upon(at: GridPage) -> None:
     eventually(lambda: "distance=" in page.input_value("#send input"))
     page.fill("#send input", "distance=0.2")
     page.keyboard.press("Enter")
-    expect(row(page, 3).locator(LIVE)).to_have_text("0.2 m", timeout=10_000)
+    expect(row(page, 3).locator(LIVE)).to_have_text("0.2 m")
     page.fill("#send input", "distance=")
     page.keyboard.press("Enter")
     expect(page.locator("#run-problem")).to_be_visible()
     # also one that has left: it comes back where the slider puts it
     page.click("#things button:text-is('disappears')")
-    expect(page.get_by_text("Not in the scene now")).to_be_visible(timeout=15_000)
+    expect(page.get_by_text("Not in the scene now")).to_be_visible()
     acts = page.locator("#things .hand-acts").first  # what can be done to a thing that is not there: it appears
     becomes(lambda: acts.locator("button:enabled").all_inner_texts(), ["appears"])
     page.locator("#things input").first.focus()
     page.keyboard.press("End")
     expect(page.locator("#things output").first).to_have_text("2.50 m")
-    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^2\.\d+ m$"), timeout=10_000)
+    expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^2\.\d+ m$"))
     expect(page.locator("#things .quiet")).to_be_hidden()
     expect(acts.get_by_role("button", name="circles")).to_be_enabled()
     becomes(lambda: page.locator("#log li", has_text="appears at 2.50").count(), 1)
     page.uncheck("#switches input[value=Tracking]")
-    expect(row(page, 2).locator(LIVE)).to_have_text("off", timeout=10_000)
+    expect(row(page, 2).locator(LIVE)).to_have_text("off")
     # the row number in the log leads to the row
     page.locator("#log a", has_text="Row 6").first.click()
     eventually(lambda: at.here.endswith("6"))
@@ -148,7 +148,7 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     assert [n["value"]["distance"] for n in lines if n.get("stimulated")] == [0.2]
     assert lines[0]["participant"] == "P-07" and lines[0]["mode"] == "simulated"
     assert lines[-1]["ended"] == "stopped" and lines[-1]["stopped_by"] == "Aya"
-    expect(record.get_by_role("link", name="run.xlsx")).to_be_visible(timeout=60_000)
+    expect(record.get_by_role("link", name="run.xlsx")).to_be_visible()
     expect(record.locator("[data-writing]")).to_have_count(0)
     record.close()
     # the last values stay until somebody clears them away
@@ -165,7 +165,7 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
 def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Path) -> None:
     aya = GridPage(browser, url, "session.xlsx", name="Aya")
     run(aya.page)
-    expect(row(aya.page, 6).locator(LIVE)).to_have_text("This divides by zero.", timeout=15_000)
+    expect(row(aya.page, 6).locator(LIVE)).to_have_text("This divides by zero.")
     # who comes later, to the page where one edits, has everything at once
     mika = GridPage(browser, url, "session.xlsx", name="Mika")
     running(mika.page)
@@ -175,7 +175,7 @@ def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Pa
     # nobody else can run anything, and is told why
     other = mika.context.new_page()
     other.goto(f"{url}/book/long.xlsx")
-    expect(other.locator("#run-strip")).to_contain_text("Aya is running session.xlsx", timeout=10_000)
+    expect(other.locator("#run-strip")).to_contain_text("Aya is running session.xlsx")
     expect(other.locator("[data-run=start]")).to_have_attribute("aria-disabled", "true")
     expect(other.locator("#run-why")).to_contain_text("one robot")
     refused = other.evaluate(  # read once: the answer to what is sent
@@ -190,7 +190,7 @@ def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Pa
     other.click("#run-strip .stop")
     assert ended(aya.page).startswith("Stopped by Mika at ")
     assert ended(mika.page).startswith("Stopped by Mika at ")
-    expect(other.locator("#run-strip")).to_be_hidden(timeout=10_000)
+    expect(other.locator("#run-strip")).to_be_hidden()
     # who closes the page is gone at once
     mika.page.close()
     expect(aya.page.locator("#people")).not_to_contain_text("Mika", timeout=2_000)
@@ -207,7 +207,7 @@ def test_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> 
     at = GridPage(browser, url, "long.xlsx", name="Aya")
     at.page.evaluate("localStorage.setItem('run-follow', 'off')")  # the table stays where it is
     run(at.page)
-    expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"), timeout=15_000)
+    expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"))
     expect(row(at.page, 6).locator(LIVE)).to_have_text(re.compile(r"^\d"))
     told = told_of_stop(at.page)
     # milliseconds until the run's process has stopped all rows: `make bench` holds 200 on a quiet machine
@@ -223,7 +223,7 @@ def test_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> 
 def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str) -> None:
     at = GridPage(browser, url, "wrong.xlsx/run")
     page = at.page
-    expect(page.locator("#run-why")).to_contain_text("1 error is left", timeout=15_000)
+    expect(page.locator("#run-why")).to_contain_text("1 error is left")
     expect(page.locator(".problem-list")).to_be_visible()
     page.evaluate("document.querySelector('.problem-list').remove()")  # a list that comes later than its number
     page.locator("[data-run=start]").press("Enter")
@@ -231,7 +231,7 @@ def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str
     expect(page.locator("#formula-bar b")).to_have_text("D3")
     becomes(lambda: page.locator("dialog[open]").count(), 0)
     at.type("distance < 0.3")
-    expect(page.locator("#run-why")).to_be_hidden(timeout=15_000)
+    expect(page.locator("#run-why")).to_be_hidden()
     page.set_viewport_size({"width": 400, "height": 700})
     page.evaluate("window.scrollTo(0, document.documentElement.scrollHeight)")
     expect(page.locator("[data-run=stop]")).to_be_in_viewport(ratio=1)

@@ -265,7 +265,7 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     page.mouse.down()
     page.mouse.move(x, y - 40, steps=10)
     page.mouse.up()
-    page.wait_for_function("() => window.robot.things['Red ball'][2] > 0.45", timeout=20_000)
+    page.wait_for_function("() => window.robot.things['Red ball'][2] > 0.45")
     # a person too, taken anywhere from head to foot; whoever is moved stays on the floor
     page.locator("#robot3d canvas").press("0")
     where = some(lambda: page.evaluate("window.robot.things.Kai"))

@@ -69,8 +69,8 @@ def ends_well(page: Shelf, task: str, made: Path, tmp_path: Path) -> None:
     """No problem is shown, the diagram shows every row, and the file means what the task wants."""
     page.saved()
     for number in range(2, len(TASKS[task]) + 2):
-        page.page.wait_for_selector(f"#diagram [data-row='{number}']", state="attached", timeout=15_000)
-    expect(page.page.locator(".problems")).to_contain_text("no problems", timeout=15_000)
+        page.page.wait_for_selector(f"#diagram [data-row='{number}']", state="attached")
+    expect(page.page.locator(".problems")).to_contain_text("no problems")
     check_meaning(task, made, tmp_path)
     page.close()
 
@@ -148,7 +148,7 @@ def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Pat
                 page.page.keyboard.type(text[2:])
             page.press("Enter" if header == HEADER[-1] else "Tab")
     expect(tree.get_by_role("gridcell", name="Output stream, row 4: Head tracker")).to_be_visible()
-    expect(tree.get_by_role("region", name="Problems").get_by_text("no problems")).to_be_visible(timeout=15_000)
+    expect(tree.get_by_role("region", name="Problems").get_by_text("no problems")).to_be_visible()
     ends_well(page, "walkthrough", folder / "by ear.xlsx", tmp_path)
 
 
@@ -161,7 +161,7 @@ def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folde
         page.type(text, "Tab")
     page.type("Distance")
     problems = tree.get_by_role("region", name="Problems")
-    expect(problems.get_by_role("link", name="Tracking!C2")).to_be_visible(timeout=15_000)
+    expect(problems.get_by_role("link", name="Tracking!C2")).to_be_visible()
     problems.get_by_role("link", name="Tracking!C2").focus()
     page.press("Enter")
     cell = tree.get_by_role("gridcell", name="Formula, row 2:")
@@ -169,7 +169,7 @@ def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folde
     expect(cell).to_have_attribute("aria-invalid", "true")
     expect(cell).to_have_accessible_description(re.compile("distence.*distance", re.DOTALL))
     page.type("redBall.distance")
-    expect(problems.get_by_role("link", name="Tracking!C2")).to_have_count(0, timeout=15_000)
+    expect(problems.get_by_role("link", name="Tracking!C2")).to_have_count(0)
     expect(cell).not_to_have_attribute("aria-invalid", "true")
     assert 'gridcell "Formula, row 3: blank"' in focused.aria_snapshot()
     page.close()
@@ -180,7 +180,7 @@ def test_a_run_by_keyboard_alone(browser: Any, url: str, folder: Path) -> None:
     api.new(folder / "run by keys.xlsx", template="guided")
     page = GridPage(browser, url, "run by keys.xlsx", name="Aya")
     tree = page.page
-    tree.wait_for_selector("#panels:not([aria-busy=true])", state="attached", timeout=30_000)
+    tree.wait_for_selector("#panels:not([aria-busy=true])", state="attached")
     tree.get_by_role("button", name="Run", exact=True).focus()
     page.press("Enter")
     expect(tree.get_by_role("dialog")).to_be_visible()
@@ -189,9 +189,9 @@ def test_a_run_by_keyboard_alone(browser: Any, url: str, folder: Path) -> None:
             break
         page.press("Tab")
     page.press("Enter")
-    tree.wait_for_selector("body[data-run=running]", timeout=60_000)
+    tree.wait_for_selector("body[data-run=running]")
     value = tree.locator("tbody tr").first.locator(".live .value")
-    expect(value).to_have_text(re.compile(r"\d m"), timeout=30_000)
+    expect(value).to_have_text(re.compile(r"\d m"))
     page.press("Escape", "Escape")
-    tree.wait_for_selector("body[data-run=ended]", timeout=60_000)
+    tree.wait_for_selector("body[data-run=ended]")
     page.close()

@@ -156,7 +156,7 @@ def holds(page: GridPage, count: int) -> None:
     """Wait until so many tests hold, as it is shown."""
     words = f"{count} of 10 lessons done" if count < 10 else "All 10 lessons are done"
     try:
-        page.page.wait_for_selector(f".tests-count:text-is('{words}')", timeout=40_000)
+        page.page.wait_for_selector(f".tests-count:text-is('{words}')")
     except Exception:
         print(page.page.locator("#panels").inner_text()[:1500])
         raise
@@ -195,13 +195,13 @@ def test_the_first_lessons_by_the_keyboard(page: GridPage) -> None:
 def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) -> None:
     row = row_of(page, "filter", "LESSON 2")
     write(page, row, "redBall.distance < 0,5", begin="D")  # the comma of many countries
-    page.page.wait_for_selector(".tests-list .is-waits, .tests-list .is-fails", timeout=40_000)
+    page.page.wait_for_selector(".tests-list .is-waits, .tests-list .is-fails")
     mend(page, "FORM003", "D", row)
     holds(page, 2)
     page.page.click(".tests-list li:nth-child(2) a")
     becomes(lambda: page.here, f"B{row}")
     write(page, row, "redBall.distance < 5", begin="D")
-    page.page.wait_for_selector(".tests-first:has-text('Lesson 2 Near does not hold any more')", timeout=40_000)
+    page.page.wait_for_selector(".tests-first:has-text('Lesson 2 Near does not hold any more')")
     eventually(
         lambda: (
             page.page.locator(".tests-list .is-fails").count() == 1

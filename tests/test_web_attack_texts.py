@@ -247,7 +247,7 @@ def test_a_run_shows_what_is_said_and_sent_as_text(browser: Any, folder: Path, c
         wish = {**who, "participant": said, "condition": said, "operator": said, "until": "stop", "mode": "simulated"}
         begun = page.evaluate(act, ["start", wish])  # read once: the answer to what is sent
         assert begun[0] == 200, begun
-        page.wait_for_selector("body[data-run=running]", timeout=60_000)
+        page.wait_for_selector("body[data-run=running]")
         for action, more in (
             ("mark", {"note": CELL}), ("send", {"stream": "Red ball", "text": CELL}), ("press", {"label": said}),
             ("scene", {"thing": CELL[:90], "verb": said, "value": CELL[:190]}), ("put", {"thing": said, "x": 1, "y": 0, "z": 0}),
@@ -258,9 +258,9 @@ def test_a_run_shows_what_is_said_and_sent_as_text(browser: Any, folder: Path, c
         page.wait_for_function(
             "t => document.getElementById('log').textContent.includes(t)", arg="<script>alert(1)</script>"
         )
-        page.wait_for_function("t => document.getElementById('log').textContent.includes(t)", arg=said, timeout=60_000)
+        page.wait_for_function("t => document.getElementById('log').textContent.includes(t)", arg=said)
         assert page.evaluate(act, ["stop", who])[0] == 200  # read once: the answer to what is sent
-        page.wait_for_selector("body[data-run=ended]", timeout=60_000)
+        page.wait_for_selector("body[data-run=ended]")
         eventually(lambda: page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [] and not troubles)
         expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve'), b:text-is('X')")).to_have_count(0)
         context.close()

@@ -200,7 +200,7 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     for line in lines:
         line.close()
     put(url, cookie, "shows that they are gone")
-    another.wait_for_selector("#line-lost:empty", state="attached", timeout=20_000)
+    another.wait_for_selector("#line-lost:empty", state="attached")
     put(url, cookie, "told again")
     another.wait_for_selector("td[data-v='told again']")
     another.context.close()

@@ -40,6 +40,10 @@ LATEST_ANSWER = float(os.environ.get("LATEST_ANSWER", "0"))
 """Seconds, up to which each answer is late by a random time; 0 answers at once. Set by who wants to try that."""
 
 
+LONGEST_WAIT = 60.0
+"""Seconds that a test waits for what must come: more than a machine needs that has many other things to do."""
+
+
 def _late(answer: Callable[..., Any]) -> Callable[..., Any]:
     def answer_late(environ: Any, start_response: Any) -> Any:
         time.sleep(random.uniform(0, LATEST_ANSWER))
@@ -83,8 +87,9 @@ class Browsers:
         found = self._open.get(tuple(flags))
         if found is None or not found.is_connected():
             if self._chromium is None:
-                from playwright.sync_api import sync_playwright
+                from playwright.sync_api import expect, sync_playwright
 
+                expect.set_options(timeout=LONGEST_WAIT * 1000)
                 self._chromium = self._started.enter_context(sync_playwright()).chromium
             program = SHELL if self._shell else CHROMIUM
             found = self._open[tuple(flags)] = self._chromium.launch(executable_path=program, args=list(flags))
@@ -108,7 +113,8 @@ def browsing() -> Iterator[Any]:
 
 
 def let_in(context: Any, url: str, name: str = "") -> None:
-    """Give a browser the cookie that it would get with a link, and a name to the one who sits there."""
+    """Give a browser the cookie that it would get with a link, a name to the one who sits there, and patience."""
+    context.set_default_timeout(LONGEST_WAIT * 1000)
     cookie, value = COOKIE.split("=")
     context.add_cookies([{"name": cookie, "value": value, "url": url, "httpOnly": True, "sameSite": "Strict"}])
     if name:
@@ -152,7 +158,7 @@ def frames(page: Any, count: int = 1) -> None:
         page.evaluate("() => new Promise((done) => requestAnimationFrame(() => done()))")
 
 
-def until(page: Any, holds: Callable[[], object], seconds: float = 15.0) -> None:
+def until(page: Any, holds: Callable[[], object], seconds: float = LONGEST_WAIT) -> None:
     """Wait, picture by picture, until something holds that the page does not know."""
     deadline = time.monotonic() + seconds
     while not holds():
@@ -160,12 +166,12 @@ def until(page: Any, holds: Callable[[], object], seconds: float = 15.0) -> None
         frames(page)
 
 
-def eventually(holds: Callable[[], object], about: object = "", seconds: float = 15.0) -> None:
+def eventually(holds: Callable[[], object], about: object = "", seconds: float = LONGEST_WAIT) -> None:
     """Wait until something that is read from a page holds: what a page shows may come a moment later."""
     assert _waited(holds, bool, seconds), f"it does not hold after {seconds:g} s {about}"
 
 
-def becomes(read: Callable[[], object], wanted: object, about: object = "", seconds: float = 15.0) -> None:
+def becomes(read: Callable[[], object], wanted: object, about: object = "", seconds: float = LONGEST_WAIT) -> None:
     """Wait until what is read from a page is as wanted."""
     now = _waited(read, lambda found: found == wanted, seconds)
     assert now == wanted, about
@@ -173,8 +179,8 @@ def becomes(read: Callable[[], object], wanted: object, about: object = "", seco
 
 def some(read: Callable[[], Any]) -> Any:
     """Wait until there is something to be read from a page, and give it."""
-    now = _waited(read, bool, 15.0)
-    assert now, f"there is nothing after 15 s but {now!r}"
+    now = _waited(read, bool, LONGEST_WAIT)
+    assert now, f"there is nothing after {LONGEST_WAIT:g} s but {now!r}"
     return now
 
 
@@ -251,9 +257,9 @@ class GridPage:
 
         cell = self.cell(address)
         if text:
-            expect(cell).to_have_attribute("data-v", text, timeout=10_000)
+            expect(cell).to_have_attribute("data-v", text)
         else:
-            expect(cell).not_to_have_attribute("data-v", "x", timeout=10_000)
+            expect(cell).not_to_have_attribute("data-v", "x")
 
     def go(self, address: str) -> None:
         self.cell(address).click(position={"x": 3, "y": 3})
@@ -265,7 +271,7 @@ class GridPage:
 
     def saved(self) -> None:
         """Wait until everything is stored."""
-        self.page.wait_for_selector("body:not([data-saving])", timeout=60_000)
+        self.page.wait_for_selector("body:not([data-saving])")
 
     def close(self) -> None:
         assert not self.errors, self.errors

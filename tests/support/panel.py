@@ -46,11 +46,11 @@ def run(page: Any, **settings: str) -> None:
 
 
 def running(page: Any) -> None:
-    page.wait_for_selector("body[data-run=running]", timeout=60_000)
+    page.wait_for_selector("body[data-run=running]")
 
 
 def ended(page: Any) -> str:
-    page.wait_for_selector("body[data-run=ended]", timeout=60_000)
+    page.wait_for_selector("body[data-run=ended]")
     return str(page.inner_text("#run-notice"))
 
 
