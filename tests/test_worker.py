@@ -77,7 +77,12 @@ def test_several_threads_share_the_worker():
 
 @pytest.mark.parametrize(
     ("what", "words", "within"),
-    [("hang()", "within 3 s", 3), ("hoard()", "memory", 60), ("os._exit(7)", "exit code 7", 60)],
+    [
+        ("hang()", "within 3 s", 3),
+        ("hoard()", "memory", 60),
+        ("os._exit(7)", "exit code 7", 60),
+        ("raise OSError(24, 'Too many open files')", "Too many open files", 60),
+    ],
 )
 def test_a_check_that_goes_wrong_is_one_clear_finding(what, words, within, wicked):
     wicked(what)

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import re
 import socket
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rrp_sheets
+from rrp_sheets.devices.catalogue import load_robot
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
+from rrp_sheets.sim.messages import Spec
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
 from rrp_sheets.workers.worker_loop import named
-from rrp_sheets.workers.worker_process import RestartingWorker
+from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError, WorkerProcess
 
 PACKAGE = Path(rrp_sheets.__file__).parent
 TASK = re.compile(r'"(rrp_sheets(?:\.\w+){2,})"|f"\{__name__\}\.(\w+)"')
@@ -42,7 +46,8 @@ def test_task_is_a_function(name: str) -> None:
 def test_messages_arrive_whole_in_whatever_pieces(pictures: list[bytes], size: int) -> None:
     here, there = socket.socketpair()
     with here, there:
-        messages = [["a", 1], ["pictures", *pictures], ["b\n", {"bytes": 2, "x": None}]]
+        messages = [["a", 1], ["pictures", *pictures], ["b\n", {"bytes": 2, "x": None}],
+                    ["c", b"d", {"bytes": 0}, [{"bytes": {"bytes": [1]}}]]]  # fmt: skip
         data = b"".join(map(encode, messages))
         reader, got = MessageReader(there), []
         for begin in range(0, len(data), size):
@@ -53,13 +58,40 @@ def test_messages_arrive_whole_in_whatever_pieces(pictures: list[bytes], size: i
 
 def test_values_keep_their_types() -> None:
     command = Command("s", ("a", [1, 2.0, None], {"x": (True,)}), sensors=("t",))
-    state = State({"HeadYaw": 0.5}, (0.0,), (), "", {"Ball": (1.0, 0.0)}, looks={"Ball": {"size": [0.1]}})
+    state = State({"HeadYaw": 0.5}, (0.0,), (), "", {"bytes": (1.0, 0.0)}, looks={"Ball": {"size": [0.1]}})
     for thing in (command, WorldSnapshot(state, b"\n[]\0"), Notice("say", "Grüß \udce9")):
         here, there = socket.socketpair()
         with here, there:
             here.sendall(encode([pack(thing)]))
             [[got]] = MessageReader(there).receive() or []
         assert unpack(type(thing), got) == thing
+
+
+def test_a_robot_arrives_as_it_was_sent() -> None:
+    spec = Spec(load_robot(), seed=3, beside="a folder")
+    assert unpack(Spec, json.loads(encode(pack(spec)))) == spec
+
+
+@pytest.mark.parametrize("hint", [set, object, str | Notice | Path, Literal["a"]])
+def test_what_has_no_codec_is_refused_at_once(hint: object) -> None:
+    with pytest.raises(TypeError, match="there is no codec"):
+        pack("a", hint)
+
+
+def test_what_cannot_be_sent_is_named() -> None:
+    with pytest.raises(TypeError, match="set cannot be sent"):
+        encode([{1}])
+
+
+def test_an_answer_that_takes_too_much_memory_is_told_as_that() -> None:
+    worker = WorkerProcess()
+    try:
+        with pytest.raises(WorkerError, match="needed more memory") as told:
+            worker.ask(["operator.mul", "x" * 1_000_000, 900], 60)
+        assert not told.value.gone
+    finally:
+        worker.close()
+    assert worker.receive(0) is None
 
 
 def test_another_object_than_was_expected_is_refused() -> None:

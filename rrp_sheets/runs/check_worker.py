@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.worker_loop import lift_limit
-from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
+from rrp_sheets.workers.worker_process import RestartingWorker, WorkerClosed, WorkerError
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -58,12 +59,15 @@ class CheckWorker:
         """Read and check a workbook. A file that cannot be read, or a check that had to be ended, is one finding."""
         try:
             return unpack(Findings, self._worker.ask([f"{__name__}.check_file", str(path.absolute())], self._within))
-        except WorkerError as none:
-            report = Report()
-            report.add("FILE018", None, name=path.name, why=Phrase("it {why}", why=none.why))
-            return Findings(tuple(report))
         except UnreadableWorkbook as error:
             return Findings((error.finding,))
+        except WorkerClosed:
+            raise
+        except SheetsError as error:  # too many open files are one as well
+            report = Report()
+            why = Phrase("it {why}", why=error.why) if isinstance(error, WorkerError) else error.message.rstrip(".")
+            report.add("FILE018", None, name=path.name, why=why)
+            return Findings(tuple(report))
 
     def close(self) -> None:
         """End the process."""

@@ -1,7 +1,7 @@
-"""Typed codec of what processes tell each other: dataclasses as JSON that can be read back as the same objects.
+"""Codec of dataclasses, errors and stream values for messages between processes, by their type hints.
 
-An object is a list of its class's name and its fields; the type hints say what is in them. A stream's value, of any
-type, keeps its own: a record its kind and its fields, a tuple its being one.
+An object is a list of its class's name and its fields. Values of streams keep their types: records, tuples, lists and
+mappings stay distinct.
 
 >>> from rrp_sheets.model.workbook import Address
 >>> pack(Address("Greet", 4, 2)), unpack(Address, ["Address", "Greet", 4, 2])
@@ -27,6 +27,9 @@ from rrp_sheets.model.values import Record, Value, record_from_mapping
 T = TypeVar("T")
 Change = Callable[[Any], Any] | None
 _ERRORS = {error.__name__: error for error in (SheetsError, MissingPart, RunBroken, UnreadableFile)}
+
+
+_AS_JSON = frozenset((bool, int, float, NoneType, list, dict, bytearray))
 
 
 class _Codec(NamedTuple):
@@ -65,10 +68,14 @@ def _codec(hint: Any) -> _Codec:
         return _mapping(*inner)
     if hint is Any:
         return _Codec(_pack_value, _unpack_value)
-    return _class(hint) if isinstance(hint, type) else _Codec()
+    return _class(hint)
 
 
-def _class(hint: type) -> _Codec:
+def _class(hint: Any) -> _Codec:
+    if hint in _AS_JSON:
+        return _Codec()
+    if not isinstance(hint, type):
+        raise TypeError(f"there is no codec for {hint}")
     if is_dataclass(hint):
         return _object(hint)
     if issubclass(hint, SheetsError):
@@ -79,7 +86,9 @@ def _class(hint: type) -> _Codec:
         return _Codec(str, Path)
     if hint is str:
         return _Codec(_pack_text, _unpack_text)
-    return _Codec(None, bytes if hint is bytes else None)
+    if hint is bytes:
+        return _Codec(None, bytes)
+    raise TypeError(f"there is no codec for {hint.__name__}")
 
 
 def _object(kind: type[Any]) -> _Codec:
@@ -112,7 +121,9 @@ def _union(inner: Sequence[Any]) -> _Codec:
             lambda data: data if data is None else _changed(kinds[data[0]].unpack, data),
         )
     others = [_codec(kind) for kind in inner if kind is not NoneType]
-    if len(others) > 1:  # text, numbers, truth
+    if len(others) > 1:
+        if not _AS_JSON.issuperset(hint for hint in inner if hint is not str):
+            raise TypeError(f"there is no codec for one of {inner}")
         return _Codec(_pack_text, _unpack_text) if str in inner else _Codec()
     pack, unpack = others[0]
     return _Codec(
@@ -154,7 +165,7 @@ def _mapping(keys: Any, values: Any) -> _Codec:
     )
 
 
-# ---- what keeps its own type
+# ---- values, texts and errors
 def _pack_value(value: Value) -> Any:
     if value is None or isinstance(value, (str, int, float)):
         return value

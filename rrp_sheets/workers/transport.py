@@ -1,6 +1,6 @@
 """Messages on a socket: lines of JSON, each with the bytes that belong to it, such as pictures, right behind.
 
-A line with bytes begins with their lengths: `7,5 ["two pictures", …]`. JSON can do no harm to who reads it.
+A line with bytes begins with their lengths: `7,5 ["two pictures", …]`. JSON cannot run code in its reader.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 _PLAIN = json.JSONEncoder(separators=(",", ":"))
-_BYTES = "bytes"  # the key under which JSON has the place of bytes among those that follow
+_BYTES = "bytes"  # the only key of an object that has the place of bytes among those that follow
 
 
 def encode(message: Sequence[Any]) -> bytes:
@@ -38,21 +38,31 @@ def _encode_others(message: Sequence[Any]) -> bytes:
             return {_BYTES: len(following) - 1}
         if isinstance(value, date | time):  # in a robot's TOML
             return value.isoformat()
-        return value.tolist()  # of NumPy
+        if not hasattr(value, "tolist"):  # of NumPy
+            raise TypeError(f"{type(value).__name__} cannot be sent")
+        return value.tolist()
 
-    text = json.dumps(message, separators=(",", ":"), default=other).encode("ascii") + b"\n"
+    text = json.dumps(_escaped(message), separators=(",", ":"), default=other).encode("ascii") + b"\n"
     lengths = ",".join(str(len(each)) for each in following)
     return b"".join([f"{lengths} ".encode(), text, *following]) if following else text
 
 
+def _escaped(value: Any) -> Any:
+    """Put the value of a mapping that looks like the place of bytes into a list."""
+    if isinstance(value, dict):
+        parts = {key: _escaped(part) for key, part in value.items()}
+        return {_BYTES: [parts[_BYTES]]} if parts.keys() == {_BYTES} else parts
+    return [_escaped(part) for part in value] if isinstance(value, list | tuple) else value
+
+
 class MessageReader:
-    """Puts what arrives on a socket together into messages."""
+    """Assembles messages from the bytes of a socket."""
 
     def __init__(self, link: socket.socket) -> None:
         self._link = link
         self._buffer = bytearray()
         self._searched = 0  # bytes of the buffer without the end of a line
-        self._needed = 0  # bytes of a message of which the line is there
+        self._needed = 0  # size in bytes of the first message, when its line is there and its bytes are not
 
     def receive(self) -> list[list[Any]] | None:
         """Return the messages that the next chunk completes, waiting for it; None when the other side has gone."""
@@ -93,7 +103,10 @@ class MessageReader:
 
 
 def _with_bytes(following: Sequence[bytearray], found: dict[str, Any]) -> Any:
-    return following[found[_BYTES]] if found.keys() == {_BYTES} else found
+    if found.keys() != {_BYTES}:
+        return found
+    place = found[_BYTES]
+    return {_BYTES: place[0]} if isinstance(place, list) else following[place]
 
 
 class NonBlockingWriter:

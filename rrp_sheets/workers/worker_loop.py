@@ -43,38 +43,38 @@ def named(name: str) -> Callable[..., Any]:
     return found
 
 
-def answer(make: Callable[[], Any]) -> list[Any]:
-    """Call `make`, and return its result or its error as an answer.
+def answer(make: Callable[[], Any]) -> bytes:
+    r"""Call `make`, and return its result or its error as a message.
 
     >>> answer(lambda: 3)
-    ['done', 3]
+    b'["done",3]\n'
     """
     try:
-        return ["done", pack(make())]
+        return encode(["done", pack(make())])
     except SheetsError as error:
-        return ["failed", pack(error)]
+        return encode(["failed", pack(error)])
     except OSError as error:
-        return ["failed", pack(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder."))]
+        return encode(["failed", pack(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder."))])
     except MemoryError:
-        return ["memory"]
+        return encode(["memory"])
 
 
 def answer_requests(link: socket.socket) -> None:
     """Answer requests until the connection closes: each is the dotted name of a function, and its arguments.
 
-    A function that has a parameter `told` gets there what sends its progress, from 0 to 1.
+    A function that has a parameter `report_progress` gets there what sends its progress, from 0 to 1.
     """
 
-    def told(part: float) -> None:
+    def report(part: float) -> None:
         link.sendall(encode(["at", part]))
 
     for name, *arguments in MessageReader(link):
-        link.sendall(encode(answer(lambda: _call(name, arguments, told))))  # noqa: B023  # made at once
+        link.sendall(answer(lambda: _call(name, arguments, report)))  # noqa: B023  # made at once
 
 
-def _call(name: str, arguments: Sequence[Any], told: Callable[[float], None]) -> Any:
+def _call(name: str, arguments: Sequence[Any], report: Callable[[float], None]) -> Any:
     function = named(name)
-    progress = {"told": told} if "told" in inspect.signature(function).parameters else {}
+    progress = {"report_progress": report} if "report_progress" in inspect.signature(function).parameters else {}
     return function(*arguments, **progress)
 
 

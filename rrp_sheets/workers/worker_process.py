@@ -59,6 +59,13 @@ class WorkerError(SheetsError):
         self.gone = gone
 
 
+class WorkerClosed(SheetsError):
+    """Error of a request to a worker that the program has closed, since it ends itself."""
+
+    def __init__(self) -> None:
+        super().__init__("The program is being ended.")
+
+
 class WorkerProcess:
     """A worker process that was started, with the connection to it, and how it ended.
 
@@ -141,6 +148,8 @@ class WorkerProcess:
 
     def receive(self, within: float) -> list[list[Any]] | None:
         """Return the messages that have arrived, waiting some seconds for them; None when the process has ended."""
+        if self.fileno() < 0:  # closed here
+            return None
         return self._reader.receive() if ready(self.fileno(), within) else []
 
     def ask(self, request: Sequence[Any], within: float, told: Callable[[float | None], None] | None = None) -> Any:
@@ -235,7 +244,8 @@ class RestartingWorker:
 
         Raises:
             WorkerError: when it has ended, or was ended.
-            SheetsError: the error that it answers, or when this was closed.
+            WorkerClosed: when this was closed.
+            SheetsError: the error that it answers.
         """
         with self._lock:
             if self._worker is not None and self._worker.ended:  # meanwhile: this request is not to blame
@@ -243,13 +253,13 @@ class RestartingWorker:
             if self._worker is None and not self._closed:
                 self._worker, within = self._start(), within + start
             if self._closed or self._worker is None:  # asked after it was made: `close` sees it, or this sees `close`
-                raise _closed()
+                raise WorkerClosed
             try:
                 return self._worker.ask(request, within)
             except WorkerError:
                 self._drop()
                 if self._closed:
-                    raise _closed() from None
+                    raise WorkerClosed from None
                 raise
 
     def close(self) -> None:
@@ -265,10 +275,6 @@ class RestartingWorker:
         worker, self._worker = self._worker, None
         if worker is not None:
             worker.close()
-
-
-def _closed() -> SheetsError:
-    return SheetsError("The program is being ended.")
 
 
 def ready(fd: int, within: float | None, event: int = selectors.EVENT_READ) -> bool:

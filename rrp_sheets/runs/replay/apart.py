@@ -59,11 +59,11 @@ def replay_apart(
         worker.close(0.5)
 
 
-def replay_as_account(trace: str, other: str, told: Callable[[float], None]) -> dict[str, Any]:
+def replay_as_account(trace: str, other: str, report_progress: Callable[[float], None]) -> dict[str, Any]:
     """Replay a run in the worker process; see `replay_apart`."""
     from rrp_sheets.runs.replay.output import account
     from rrp_sheets.runs.replay.replaying import replay
 
     if hasattr(os, "nice"):
         os.nice(_NICE)
-    return account(replay(Path(trace), Path(other) if other else None, told))
+    return account(replay(Path(trace), Path(other) if other else None, report_progress))
