@@ -48,6 +48,8 @@ ODD = {
     "by a row": ([HEADER, EVENT, END | {"ended": "end run", "by": "Tracking!9"}], "ended by the row Tracking!9", True),
     "wrong types": ([HEADER | {"name": [1], "began": 7, "mode": {}, "streams": 3}, END | {"events": 3, "errors": [1],
                      "simulated_seconds": "x"}], "its time was over", True),
+    "no streams": ([{"type": "header", "version": 1}, {"t": 0.1, "row": None, "happening": "note", "text": "Hm"}, END],
+                   "its time was over", True),
     "failures": ([HEADER, END | {"errors": {"Tracking!3": 1200, "Tracking!4": 1}}], "1,201 errors", True),
 }  # fmt: skip
 

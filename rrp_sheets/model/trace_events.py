@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 ACTIONS = frozenset(("mark", "switch", "press", "scene", "speed", "edit", "pause", "resume", "step"))
+FACE_REMEMBERED = "The face is remembered as "
+"""Beginning of a notice; the name and a full stop follow. Who deletes a participant's faces looks for it."""
 
 
 @dataclass(slots=True)  # not frozen, which takes three times as long: a long run has a million of them
@@ -82,7 +84,7 @@ class RecordedAction(_Event):
     """Action of an operator.
 
     Attributes:
-        kind: one of `ACTIONS`.
+        kind: one of `ACTIONS`; `send` of a value that a trace has as a `RecordedValue`.
         text: in words.
         by: who.
         wall: seconds of the wall clock since the beginning, by which films are aligned; the changes of one edit have
@@ -90,6 +92,7 @@ class RecordedAction(_Event):
         detail: all that is needed to do it again.
     """
 
+    what: ClassVar[str] = "action"
     kind: str
     text: str
     by: str

@@ -25,7 +25,9 @@ from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.trace_events import RecordedValue
 from rrp_sheets.runs.engine_process import ENGINE
+from rrp_sheets.runs.trace_reader import TraceReader
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 from rrp_sheets.workers.codec import pack, unpack
@@ -338,25 +340,24 @@ def close_trace(
         notices: to be added before the summary.
         by: who stopped it, if somebody did and it is known.
     """
-    path = start.folder / "trace.jsonl"
-    labels = dict.fromkeys(start.streams.values(), 0)
-    events: Counter[str] = Counter(labels)
+    events: Counter[str] = Counter(dict.fromkeys(start.streams.values(), 0))
     errors: Counter[str] = Counter()
     last = 0.0
-    whole = 0
-    with path.open("rb") as file:
-        for raw in file:
-            if not raw.endswith(b"\n"):
-                break  # cut off in the middle
-            whole += len(raw)
-            entry = json.loads(raw)
-            last = max(last, entry.get("t", 0.0))
-            if entry.get("type") == "summary":
-                return _told(entry, last)
-            if "value" in entry:
-                events[entry["stream"]] += 1
-            elif "error" in entry or entry.get("happening") == "error":
-                errors[entry.get("row") or entry.get("stream", "")] += 1
+    reader = TraceReader(start.folder)
+    whole = reader.begins
+    for place, line, value in reader.skim():
+        whole = place + len(line)
+        if value is not None:
+            last = max(last, value[0])
+            events[value[1].decode()] += 1
+        elif (event := reader.event(line)) is not None:
+            last = max(last, event.t)
+            if isinstance(event, RecordedValue):
+                events[event.stream] += 1
+            elif event.kind == "error":
+                errors[event.row or event.stream] += 1
+    if reader.summary is not None:
+        return Summary.from_dict(reader.summary.fields)
     commands = {name: events[name] for name in start.actuators.values()}
     counts = (dict(events), dict(errors), commands, last, 0.0)
     if error is None:
@@ -365,22 +366,13 @@ def close_trace(
         summary = Summary(*counts, "broken", row, by, error.message, error.remedy)
     lines = [notice_entry(round(last * 1e6), notice, start.streams) for notice in notices]
     lines.append({"type": "summary", **summary.as_dict(wall=False)})
-    with path.open("r+b") as file:
+    with reader.path.open("r+b") as file:
         file.truncate(whole)
         file.seek(whole)
         file.write(
             "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in lines).encode("utf-8", "backslashreplace")
         )
     return summary
-
-
-def _told(entry: dict[str, Any], last: float) -> Summary:
-    """Return the summary that the run's process had written before it ended."""
-    told = {name: entry.get(name, "") for name in ("stopped_by", "why", "remedy")}
-    return Summary(
-        entry["events"], entry["errors"], entry["actuator_commands"], last, 0.0, entry["ended"], entry.get("by", ""),
-        **told,
-    )  # fmt: skip
 
 
 ROW_WITHIN = 2.0

@@ -29,7 +29,7 @@ LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _LONGEST_SECONDS = LONGEST_US / 1e6
 _LONGEST_NUMBER = 300  # digits: numbers of formulas have 16
 _DEEPEST = 60  # lists in lists
-_LONGEST_LINE = 1 << 22  # bytes, of a line that is looked up
+_LONGEST_LINE = 1 << 27  # bytes: ten thousand texts of a formula's greatest length, and some
 _LONGEST_END = 1 << 20  # bytes of a header or a summary
 _USUAL_END = 1 << 14
 _LONGEST_TEXT = 300
@@ -135,6 +135,7 @@ class TraceReader:
     Attributes:
         path: of the trace.
         header: its first line.
+        begins: bytes before its events, none when the header is not whole.
         summary: its last line, when an iteration has come there.
 
     Raises:
@@ -150,6 +151,7 @@ class TraceReader:
         with self._opened() as file:
             line = file.readline().decode()
             self.header = _header(_parsed(line)) if line.endswith("\n") else TraceHeader()
+            self.begins = file.tell() if line.endswith("\n") else 0
 
     def damaged(self) -> UnreadableFile:
         """Return the error for a trace whose content cannot be that of a run."""
@@ -169,9 +171,7 @@ class TraceReader:
         """
         with self._opened() as file:
             file.readline()
-            for line in file:
-                if not line.endswith(b"\n"):
-                    return
+            for line in _lines(file):
                 if not parts or any(map(line.__contains__, parts)):
                     event = None
                     with suppress(*_FAULTS if parts else ()):
@@ -186,7 +186,7 @@ class TraceReader:
         """
         with self._opened() as file:
             place = len(file.readline())
-            while (line := file.readline(_LONGEST_LINE)).endswith(b"\n"):
+            for line in _lines(file):
                 found = _VALUE.match(line)
                 if found is None:
                     yield place, line, None
@@ -236,6 +236,18 @@ class TraceReader:
         return None
 
 
+def _lines(file: BinaryIO) -> Iterator[bytes]:
+    """Yield the whole lines of a trace.
+
+    Raises:
+        ValueError: one is longer than any run writes.
+    """
+    while (line := file.readline(_LONGEST_LINE)).endswith(b"\n"):
+        yield line
+    if len(line) == _LONGEST_LINE:
+        raise ValueError("too long")
+
+
 def _parsed(line: str) -> dict[str, Any]:
     """Parse a line of a trace.
 
@@ -278,7 +290,7 @@ def _is_deep(value: Any) -> bool:
 def _header(entry: Mapping[str, Any]) -> TraceHeader:
     if entry.get("type") != "header":
         raise ValueError(entry.get("type"))
-    return TraceHeader(entry, tuple(_stream(stream) for stream in entry["streams"]))
+    return TraceHeader(entry, tuple(_stream(stream) for stream in entry.get("streams") or ()))
 
 
 def _stream(entry: Mapping[str, Any]) -> RecordedStream:
@@ -289,9 +301,7 @@ def _stream(entry: Mapping[str, Any]) -> RecordedStream:
 
 def _event(entry: Mapping[str, Any]) -> RecordedEvent:
     us = round(entry["t"] * 1_000_000)
-    row, stream = entry.get("row", ""), entry.get("stream", "")
-    if type(row) is not str or type(stream) is not str:
-        raise TypeError(entry)
+    row, stream = _text(entry, "row"), _text(entry, "stream")
     if "value" in entry:
         by = _text(entry, "by") if entry.get("stimulated") is True else None
         return RecordedValue(us, stream, row, entry["value"], by)
@@ -310,7 +320,9 @@ def _event(entry: Mapping[str, Any]) -> RecordedEvent:
 
 
 def _text(entry: Mapping[str, Any], name: str) -> str:
-    value = entry.get(name, "")
+    value = entry.get(name)
+    if value is None:
+        return ""
     if type(value) is not str:
         raise TypeError(value)
     return value

@@ -79,6 +79,9 @@ class RunStart:
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
+_TOLD = {"by": "ended_by", "stopped_by": "stopped_by", "why": "why", "remedy": "remedy"}  # by their names in a trace
+
+
 @dataclass
 class Summary:
     """Counts, times and end of a run.
@@ -108,13 +111,19 @@ class Summary:
 
     def as_dict(self, *, wall: bool) -> dict[str, Any]:
         """Return the summary as JSON; for the trace without the wall clock, on which its bytes must not depend."""
-        told = {"by": self.ended_by, "stopped_by": self.stopped_by, "why": self.why, "remedy": self.remedy}
+        told = {key: getattr(self, name) for key, name in _TOLD.items()}
         entry: dict[str, Any] = {
             "ended": self.ended, **{k: v for k, v in told.items() if v},
             "simulated_seconds": self.simulated, "events": self.events, "errors": self.errors,
             "actuator_commands": self.commands,
         }  # fmt: skip
         return {**entry, "wall_seconds": round(self.wall, 3)} if wall else entry
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Summary:
+        """Return the summary that a trace has."""
+        counts = (entry["events"], entry["errors"], entry["actuator_commands"], entry["simulated_seconds"])
+        return cls(*counts, ended=entry["ended"], **{name: entry.get(key, "") for key, name in _TOLD.items()})
 
 
 @dataclass(slots=True)

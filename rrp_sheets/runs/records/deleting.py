@@ -7,7 +7,6 @@ in them, and faces that were remembered there. What people wrote elsewhere, in a
 from __future__ import annotations
 
 import os
-import re
 import shutil
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -18,7 +17,7 @@ from typing import Any
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
-from rrp_sheets.model.trace_events import RecordedNotice, RecordedValue
+from rrp_sheets.model.trace_events import FACE_REMEMBERED, RecordedNotice, RecordedValue
 from rrp_sheets.runs import face_files
 from rrp_sheets.runs.records.listing import as_dict, chosen, folders_below, runs_in, runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata, facts_of
@@ -305,8 +304,7 @@ def _delete_folder(place: Path) -> None:
         ) from None
 
 
-_REMEMBERED = re.compile(r"The face is remembered as (.+)\.", re.DOTALL)
-_NOTED, _KNOWN = b"The face is remembered as ", b'"recognised":true'
+_NOTED, _KNOWN = FACE_REMEMBERED.encode(), b'"recognised":true'
 
 
 @dataclass(frozen=True)
@@ -372,8 +370,9 @@ def _faces(place: Path) -> Iterator[tuple[str, bool]]:
         for event in reader.containing(_NOTED, _KNOWN):
             device = devices.get(event.stream)
             if isinstance(event, RecordedNotice) and device == "RememberFace" and kept:
-                if found := _REMEMBERED.fullmatch(text_of(event.text)):
-                    yield found[1], True
+                text = text_of(event.text)
+                if text.startswith(FACE_REMEMBERED) and text.endswith("."):
+                    yield text.removeprefix(FACE_REMEMBERED)[:-1], True
             elif isinstance(event, RecordedValue) and device == "FaceDetection":
                 face = event.value if isinstance(event.value, dict) else {}
                 if face.get("recognised") and face.get("name"):

@@ -84,7 +84,8 @@ def read_record(path: Path) -> Recorded:
     reader = TraceReader(path, is_named=True)
     header = reader.header
     seed, rate = header.fields.get("seed", 0), header.fields.get("frame_rate", 30)
-    if not header.fields or type(seed) is not int or type(rate) is not int or not 0 < rate <= 240:
+    numbers = type(seed) is int and type(rate) is int and 0 < rate <= 240
+    if not numbers or not isinstance(header.fields.get("streams"), list):
         raise reader.damaged()
     tail: list[RecordedEvent] = []
     count = before = 0

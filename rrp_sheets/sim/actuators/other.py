@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
+from rrp_sheets.model.trace_events import FACE_REMEMBERED
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.colours import EXAMPLE, parse_colour
@@ -57,7 +58,7 @@ class RememberFace(Base):
         if not remembered:
             self.fail(order, why, "note")
             return
-        self.parts.tell(Notice("note", f"The face is remembered as {remembered}.", order.stream, order.row))
+        self.parts.tell(Notice("note", f"{FACE_REMEMBERED}{remembered}.", order.stream, order.row))
         try:
             self.parts.faces.keep()
         except SheetsError as error:
