@@ -95,15 +95,3 @@ class Replayed:
             "difference_count": len(self.differences),
             "differences": [asdict(d) for d in shown],
         }  # fmt: skip
-
-    @classmethod
-    def from_dict(cls, packed: Mapping[str, Any]) -> Replayed:
-        """Restore a replay from what :meth:`as_dict` gave, without the events themselves."""
-        plain = ("run", "workbook", "other", "engine", "seconds", "compared", "ending")
-        return cls(
-            **{name: packed[name] for name in plain},
-            differences=tuple(Difference(**d) for d in packed["differences"]),
-            counts=tuple(Count(**c) for c in packed["counts"]), remarks=tuple(packed["remarks"]),
-            unknown=tuple(packed["unknown"]), stamp=Stamp(**packed["stamp"]), actuators=tuple(packed["actuators"]),
-            spoken={n: Spoken(text) for n, text in packed["spoken"].items()},
-        )  # fmt: skip
