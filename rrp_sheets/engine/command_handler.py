@@ -98,43 +98,43 @@ class CommandHandler:
         Raises:
             RunBroken: when a device has broken.
         """
-        wishes = self._control.take()
-        for wish in wishes:
+        commands = self._control.take()
+        for command in commands:
             if self._control.stopped:
                 break
             try:
-                act = self._do[wish.kind](us, wish)
+                action = self._do[command.kind](us, command)
             except RunBroken:
                 raise
             except SheetsError as error:
-                kind = "apply" if wish.kind == "edited" else wish.kind
+                kind = "apply" if command.kind == "edited" else command.kind
                 self._observer.handle(RefusalEvent(kind, error.message, error.remedy))
             else:
-                if act is not None:
-                    self._observer.handle(OperatorEvent(us, act))
-        return bool(wishes)
+                if action is not None:
+                    self._observer.handle(OperatorEvent(us, action))
+        return bool(commands)
 
     # ---- the clock
-    def _pause(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+    def _pause(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if not self._controller.pause(us):
             return None
         self._observer.handle(PauseEvent(us, True))
-        return OperatorAction("pause", "Paused.", wish.by)
+        return OperatorAction("pause", "Paused.", command.by)
 
-    def _resume(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+    def _resume(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if not self._controller.resume(us):
             return None
         self._observer.handle(PauseEvent(us, False))
-        return OperatorAction("resume", "Goes on.", wish.by)
+        return OperatorAction("resume", "Goes on.", command.by)
 
-    def _step(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+    def _step(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if self._controller.pause(us):
             self._observer.handle(PauseEvent(us, True))
         self._controller.step(us)
-        return OperatorAction("step", "One frame.", wish.by)
+        return OperatorAction("step", "One frame.", command.by)
 
-    def _speed(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        factor = float(wish.what["factor"])
+    def _speed(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        factor = float(command.what["factor"])
         if factor and not SLOWEST <= factor <= FASTEST:
             raise SheetsError(
                 f"The speed {factor:g} is not possible.",
@@ -142,14 +142,14 @@ class CommandHandler:
             )
         self._controller.speed(factor, us)
         words = f"Speed {factor:g}." if factor else "As fast as it can."
-        return OperatorAction("speed", words, wish.by, {"factor": factor})
+        return OperatorAction("speed", words, command.by, {"factor": factor})
 
     # ---- the rows
-    def _mark(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        return OperatorAction("mark", str(wish.what["note"]).strip(), wish.by)
+    def _mark(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        return OperatorAction("mark", str(command.what["note"]).strip(), command.by)
 
-    def _switch(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        name, on = str(wish.what["behaviour"]), bool(wish.what["on"])
+    def _switch(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        name, on = str(command.what["behaviour"]), bool(command.what["on"])
         plan = self._engine.plan
         shown = {b.key: b.name for b in plan.checked.graph.behaviours}
         if key(name) not in plan.behaviours:
@@ -162,35 +162,35 @@ class CommandHandler:
             raise SheetsError(f"There is no behaviour “{name}”.", f"Did you mean {near}?" if near else "")
         if not self._engine.turn(key(name), on):
             return None
-        return switched(shown[key(name)], on, wish.by)
+        return switched(shown[key(name)], on, command.by)
 
-    def _send(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        name, text = str(wish.what["stream"]), str(wish.what["text"])
+    def _send(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        name, text = str(command.what["stream"]), str(command.what["text"])
         stream, value = self._stimulus.read(name, text, self._editor.checked)
-        self._engine.stimulate(stream.id, value, wish.by)
+        self._engine.stimulate(stream.id, value, command.by)
         detail = {"stream": stream.name, "text": text, "value": to_json(value)}
-        return OperatorAction("send", f"{stream.name}: {show(value)}", wish.by, detail)
+        return OperatorAction("send", f"{stream.name}: {show(value)}", command.by, detail)
 
-    def _apply(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        self._editor.read(str(wish.what["path"]), wish.by)
+    def _apply(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        self._editor.read(str(command.what["path"]), command.by)
         return None
 
-    def _edited(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        return self._editor.use(us, wish)
+    def _edited(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        return self._editor.use(us, command)
 
     # ---- the world
-    def _press(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        label = str(wish.what["label"])
+    def _press(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        label = str(command.what["label"])
         if key(label) not in self._buttons:
             known = ", ".join(self._buttons.values())
             remedy = f"The buttons are: {known}." if known else "Name an operator's button (Start button) in a row."
             raise SheetsError(f"There is no button “{label}” in this run.", remedy)
         label = self._buttons[key(label)]
-        self._controller.act((SceneAction(us, wish.by or OPERATOR, "press", {"label": label}),))
-        return OperatorAction("press", label, wish.by, {"label": label})
+        self._controller.act((SceneAction(us, command.by or OPERATOR, "press", {"label": label}),))
+        return OperatorAction("press", label, command.by, {"label": label})
 
-    def _scene(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        parts = [str(wish.what[name]).strip() for name in ("thing", "verb", "value")]
+    def _scene(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        parts = [str(command.what[name]).strip() for name in ("thing", "verb", "value")]
         here = Address("Scene")
         row = SceneRow(Cell("0", here), *(Cell(text, here) for text in parts))
         report = Report()
@@ -204,14 +204,14 @@ class CommandHandler:
             self._require(parts[0])
         for action in actions:
             if action.verb == "press":
-                return self._press(us, OperatorCommand("press", wish.by, action.values))
+                return self._press(us, OperatorCommand("press", command.by, action.values))
         self._controller.act([replace(action, time_us=us, row=0) for action in actions])
         self._entities.add(actions)
         detail = dict(zip(("thing", "does", "value"), parts, strict=True))
-        return OperatorAction("scene", " ".join(p for p in parts if p), wish.by, detail)
+        return OperatorAction("scene", " ".join(p for p in parts if p), command.by, detail)
 
-    def _put(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        thing, at = str(wish.what["thing"]), tuple(float(c) for c in wish.what["at"])
+    def _put(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        thing, at = str(command.what["thing"]), tuple(float(c) for c in command.what["at"])
         if len(at) != 3 or not all(math.isfinite(c) and abs(c) <= FARTHEST for c in at):
             raise SheetsError(f"{thing} cannot be put there.", f"Put it within {FARTHEST:g} m of the robot.")
         detail = {"thing": thing, "put": [round(c, 4) for c in at]}
@@ -220,9 +220,10 @@ class CommandHandler:
         if entry is None:
             self._require(thing)
             self._controller.act((move,))
-            return OperatorAction("scene", f"{thing} is put to {_spot(at)}.", wish.by, detail)
+            return OperatorAction("scene", f"{thing} is put to {_spot(at)}.", command.by, detail)
         self._controller.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
-        return OperatorAction("scene", f"{entry.thing} appears at {_spot(at)}.", wish.by, {**detail, "appears": True})
+        words = f"{entry.thing} appears at {_spot(at)}."
+        return OperatorAction("scene", words, command.by, {**detail, "appears": True})
 
     def _is_there(self, thing: str) -> bool:
         present = self._controller.things()
@@ -234,8 +235,8 @@ class CommandHandler:
             there = f"There are: {', '.join(present)}." if present else "Nothing is there."
             raise SheetsError(f"“{thing}” is not in the scene now.", f"Let it appear first. {there}")
 
-    def _look(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
-        self._controller.watch(**{("look" if wish.kind == "look" else "wanted"): bool(wish.what["wanted"])})
+    def _look(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        self._controller.watch(**{("look" if command.kind == "look" else "wanted"): bool(command.what["wanted"])})
         return None
 
 

@@ -33,7 +33,7 @@ class CommandQueue:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._wishes: list[OperatorCommand] = []
+        self._commands: list[OperatorCommand] = []
         self.stopped = False
         self.stopped_by = ""
 
@@ -44,28 +44,28 @@ class CommandQueue:
                 self.stopped, self.stopped_by = True, by
             self._changed.notify_all()
 
-    def ask(self, wish: OperatorCommand) -> None:
+    def ask(self, command: OperatorCommand) -> None:
         """Add a command, to be carried out between this frame and the next."""
         with self._changed:
-            last = self._wishes[-1] if self._wishes else None
-            if wish.kind == "put" and last is not None and _same_thing(last, wish):
-                self._wishes[-1] = wish
+            last = self._commands[-1] if self._commands else None
+            if command.kind == "put" and last is not None and _same_thing(last, command):
+                self._commands[-1] = command
             else:
-                self._wishes.append(wish)
+                self._commands.append(command)
             self._changed.notify_all()
 
     def take(self) -> list[OperatorCommand]:
         """Return the commands that have come, in their order; each is given out once."""
-        if not self._wishes:  # asked in every frame
+        if not self._commands:  # asked in every frame
             return []
         with self._changed:
-            wishes, self._wishes = self._wishes, []
-            return wishes
+            commands, self._commands = self._commands, []
+            return commands
 
     def wait(self, seconds: float) -> None:
         """Wait until a command or a stop comes, at most so long."""
         with self._changed:
-            if not self._wishes and not self.stopped:
+            if not self._commands and not self.stopped:
                 self._changed.wait(seconds)
 
 

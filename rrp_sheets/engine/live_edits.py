@@ -93,7 +93,7 @@ class Editor:
             )
         return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
 
-    def use(self, us: int, wish: OperatorCommand) -> OperatorAction | None:
+    def use(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         """Let the run go on with an edited workbook.
 
         Raises:
@@ -104,7 +104,7 @@ class Editor:
             following, self._next = self._next, None
             self.read(*following)
             return None
-        made = wish.what["made"]
+        made = command.what["made"]
         if isinstance(made, SheetsError):
             raise made
         for ref in made.renewed:
@@ -113,7 +113,7 @@ class Editor:
         self.checked, self._steps = made.checked, made.steps
         places = list(dict.fromkeys(change["place"] for change in made.changes))
         words = f"Used from {us / 1e6:g} s on: {', '.join(places)}." if places else "Nothing that runs has changed."
-        return OperatorAction("edit", words, wish.by, {"changes": list(made.changes), "rows": made.renewed})
+        return OperatorAction("edit", words, command.by, {"changes": list(made.changes), "rows": made.renewed})
 
 
 def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) -> Edit:

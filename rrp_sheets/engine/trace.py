@@ -66,18 +66,18 @@ class TraceWriter(RunObserver):
         """A value on a stream; `sent_by` whoever sent it by hand."""
         self._add(RecordedValue(us, self._labels[stream], row, to_json(value), sent_by))
 
-    def act(self, us: int, act: OperatorAction, wall: float) -> None:
+    def action(self, us: int, action: OperatorAction, wall: float) -> None:
         """Write an operator's action, `wall` seconds of the wall clock after the beginning, by which films are aligned.
 
         A value that is sent has its own line, when it enters; of an edit every change has one.
         """
         wall = round(wall, 3)
-        if act.kind == "edit":
-            for change in act.detail["changes"]:
+        if action.kind == "edit":
+            for change in action.detail["changes"]:
                 text = f"{change['was'] or 'blank'} → {change['now'] or 'blank'}"
-                self._add(RecordedAction(us, "", change["place"], act.kind, text, act.by, wall, change))
-        elif act.kind != "send":
-            self._add(RecordedAction(us, "", "", act.kind, act.text, act.by, wall, act.detail))
+                self._add(RecordedAction(us, "", change["place"], action.kind, text, action.by, wall, change))
+        elif action.kind != "send":
+            self._add(RecordedAction(us, "", "", action.kind, action.text, action.by, wall, action.detail))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """A formula failed."""

@@ -369,10 +369,10 @@ class Recorder(RunObserver):
                     self.view.handle(OperatorEvent(us, switched(behaviour.name, on)))
             self._on = set(self.engine.on)
 
-    def acted(self, us: int, act: OperatorAction) -> None:
+    def acted(self, us: int, action: OperatorAction) -> None:
         """Record what an operator did."""
         if self.trace is not None:
-            self.trace.act(us, act, self.wall)
+            self.trace.action(us, action, self.wall)
             self.trace.flush()
         if self.engine is not None:
             self._on = set(self.engine.on)

@@ -61,8 +61,8 @@ class Script(RunObserver):
     def event(self, us, stream, row, value):
         self.events.append((us, stream, row, value))
 
-    def acted(self, us, act):
-        self.acts.append((us, act))
+    def acted(self, us, action):
+        self.acts.append((us, action))
 
     def refused(self, kind, message, remedy):
         self.refusals.append((kind, message, remedy))

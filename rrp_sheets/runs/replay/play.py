@@ -244,12 +244,12 @@ class ReplayPlayer(RunObserver):
             self._settle(now, [*self._values(e for e in entries if self._is_fed(e)), *self._nominal(now)])
             if engine.ended_by:
                 return
-            acts = [e for e in entries if isinstance(e, RecordedAction)]
-            self._act(acts)
+            actions = [e for e in entries if isinstance(e, RecordedAction)]
+            self._act(actions)
             if frame >= last:
                 return
             following = [last]
-            if acts:  # what they leave is carried out in the next frame
+            if actions:  # what they leave is carried out in the next frame
                 following.append(frame + 1)
             if coming is not None:
                 following.append(_frame(coming[0], rate))
@@ -330,17 +330,17 @@ class ReplayPlayer(RunObserver):
                 for stream, value in self._values([entry]):
                     self._engine.stimulate(stream, value, entry.by)
 
-    def _act(self, acts: Sequence[RecordedAction]) -> None:
+    def _act(self, actions: Sequence[RecordedAction]) -> None:
         """Repeat what people did to the rows; what they did to the world is in the sensor values."""
         edit: list[RecordedAction] = []
-        for act in acts:
-            if edit and (act.kind != "edit" or act.wall != edit[0].wall):
+        for action in actions:
+            if edit and (action.kind != "edit" or action.wall != edit[0].wall):
                 self._editions.use([e.detail for e in edit])
                 edit = []
-            if act.kind == "edit":
-                edit.append(act)
-            elif act.kind == "switch":
-                self._switch(act.detail)
+            if action.kind == "edit":
+                edit.append(action)
+            elif action.kind == "switch":
+                self._switch(action.detail)
         if edit:
             self._editions.use([e.detail for e in edit])
 

@@ -133,33 +133,33 @@ class RunState(RunObserver):
         self.jpeg, self._pictured = jpeg, time.monotonic()
         self.picture_number += 1
 
-    def acted(self, us: int, act: OperatorAction) -> None:
+    def acted(self, us: int, action: OperatorAction) -> None:
         """Record and log an action of a user or of a row."""
         kind = {"press": "button", "pause": "note", "resume": "note", "step": "note", "speed": "note"}
         with self._lock:
-            if act.kind == "switch":
-                self.behaviours[str(act.detail["behaviour"])] = bool(act.detail["on"])
-            elif act.kind == "speed":
-                self.speed = float(act.detail["factor"])
-            elif act.kind == "edit":
+            if action.kind == "switch":
+                self.behaviours[str(action.detail["behaviour"])] = bool(action.detail["on"])
+            elif action.kind == "speed":
+                self.speed = float(action.detail["factor"])
+            elif action.kind == "edit":
                 self.refusal = ""
-                self._edited(us, act)
-            if "put" in act.detail and "appears" not in act.detail:  # dragged: many places, one line
-                self.log.put(us, str(act.detail["thing"]), act.text, act.by)
-            elif act.kind not in ("step", "edit") and (act.by or act.kind != "switch"):  # what a row switches is a note
-                self.log.add(us, kind.get(act.kind, act.kind), act.text, by=act.by)
-        if act.kind in ("switch", "speed", "edit"):
-            self._changed(act.kind)
+                self._edited(us, action)
+            if "put" in action.detail and "appears" not in action.detail:  # dragged: many places, one line
+                self.log.put(us, str(action.detail["thing"]), action.text, action.by)
+            elif action.kind not in ("step", "edit") and (action.by or action.kind != "switch"):  # a row's is a note
+                self.log.add(us, kind.get(action.kind, action.kind), action.text, by=action.by)
+        if action.kind in ("switch", "speed", "edit"):
+            self._changed(action.kind)
 
-    def _edited(self, us: int, act: OperatorAction) -> None:
+    def _edited(self, us: int, action: OperatorAction) -> None:
         """Mark the edited rows that the run uses from now on, and log them if the edit changes the run."""
-        rows = [str(row) for row in act.detail.get("rows", ())]
+        rows = [str(row) for row in action.detail.get("rows", ())]
         for row in rows:
             self._newest.renewed(us, row)
-        if act.detail.get("changes"):
+        if action.detail.get("changes"):
             what = ", ".join(rows[1:])
             text = f"{f'and {what} ' if what else ''}used from {clock(us)} on"
-            self.log.add(us, "edit", text, row=rows[0] if rows else "", by=act.by)
+            self.log.add(us, "edit", text, row=rows[0] if rows else "", by=action.by)
 
     def unused(self, why: str) -> None:
         """Note why the run does not use the edited rows."""
