@@ -101,10 +101,10 @@ class Comparer:
         order = _Order(self._text) if self._exact else None
         for was, now in _side_by_side(recorded, came):
             here: dict[tuple[str, str], tuple[list[RecordedEvent], list[RecordedEvent]]] = {}
-            for entry in was:
-                here.setdefault(_lane(entry, entry.row), ([], []))[0].append(entry)
-            for entry in now:
-                here.setdefault(_lane(entry, self._there(entry.row) or f"+{entry.row}"), ([], []))[1].append(entry)
+            for event in was:
+                here.setdefault(_lane(event, event.row), ([], []))[0].append(event)
+            for event in now:
+                here.setdefault(_lane(event, self._there(event.row) or f"+{event.row}"), ([], []))[1].append(event)
             for key, pair in here.items():
                 lane = lanes.get(key)
                 if lane is None:
@@ -131,10 +131,10 @@ class Comparer:
 
     def _count(self, lane: _Lane, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
         """Count the events by row, as several rows may command one actuator stream."""
-        for entry in was:
-            lane.was.setdefault((entry.row, self._here(entry.row)), [0, 0, 0])[0] += 1
-        for entry in now:
-            lane.now.setdefault((self._there(entry.row), entry.row), [0, 0, 0])[1] += 1
+        for event in was:
+            lane.was.setdefault((event.row, self._here(event.row)), [0, 0, 0])[0] += 1
+        for event in now:
+            lane.now.setdefault((self._there(event.row), event.row), [0, 0, 0])[1] += 1
 
     # ---- one stream
     def _moment(
@@ -145,22 +145,22 @@ class Comparer:
             same[was[0].row] += 1
             return [], []
         values: dict[str, deque[RecordedEvent]] = defaultdict(deque)
-        for entry in now:
-            values[self._text(entry)].append(entry)
+        for event in now:
+            values[self._text(event)].append(event)
         left = []
         used: set[int] = set()
-        for entry in was:
-            others = values.get(self._text(entry))
+        for event in was:
+            others = values.get(self._text(event))
             if not others:
-                left.append(entry)
+                left.append(event)
                 continue
-            mine = next((o for o in others if self._same_row(entry, o)), others[0])
+            mine = next((o for o in others if self._same_row(event, o)), others[0])
             others.remove(mine)
             used.add(id(mine))
-            if self._same_row(entry, mine):
-                same[entry.row] += 1
+            if self._same_row(event, mine):
+                same[event.row] += 1
             else:
-                found.append(self._difference(ROW, entry, mine))
+                found.append(self._difference(ROW, event, mine))
         over = [e for e in now if id(e) not in used]
         pairs = min(len(left), len(over))
         found += [self._difference(VALUE, a, b) for a, b in zip(left, over, strict=False)]
@@ -169,17 +169,17 @@ class Comparer:
     def _moved(self, left: list[RecordedEvent], over: list[RecordedEvent]) -> list[Difference]:
         """Pair equal values that came at another time, not far away, and remove them from both lists."""
         waiting: dict[str, deque[RecordedEvent]] = defaultdict(deque)
-        for entry in over:
-            waiting[self._text(entry)].append(entry)
+        for event in over:
+            waiting[self._text(event)].append(event)
         found, gone = [], set()
-        for entry in left:
-            others = waiting.get(self._text(entry))
-            while others and others[0].us < entry.us - MOVED_US:
+        for event in left:
+            others = waiting.get(self._text(event))
+            while others and others[0].us < event.us - MOVED_US:
                 others.popleft()
-            if others and others[0].us <= entry.us + MOVED_US:
+            if others and others[0].us <= event.us + MOVED_US:
                 other = others.popleft()
-                gone |= {id(entry), id(other)}
-                found.append(self._difference(TIME, entry, other))
+                gone |= {id(event), id(other)}
+                found.append(self._difference(TIME, event, other))
         left[:] = [e for e in left if id(e) not in gone]
         over[:] = [e for e in over if id(e) not in gone]
         return found
@@ -187,16 +187,16 @@ class Comparer:
     def _same_row(self, a: RecordedEvent, b: RecordedEvent) -> bool:
         return self._here(a.row) == b.row
 
-    def _text(self, entry: RecordedEvent) -> str:
-        return same_json(content(entry) if self._exact else _alike(content(entry)))
+    def _text(self, event: RecordedEvent) -> str:
+        return same_json(content(event) if self._exact else _alike(content(event)))
 
     def _difference(self, kind: str, was: RecordedEvent | None, now: RecordedEvent | None) -> Difference:
-        entry = was or now
-        assert entry is not None
+        event = was or now
+        assert event is not None
         row = was.row if was else self._there(now.row) if now else ""
         came_row = now.row if now else self._here(was.row) if was else ""
         return Difference(
-            kind, entry.what, entry.stream, (was or entry).us, (now or entry).us, row, came_row,
+            kind, event.what, event.stream, (was or event).us, (now or event).us, row, came_row,
             _told(was), _told(now),
         )  # fmt: skip
 
@@ -232,7 +232,7 @@ class _Lane:
 
 
 class _Order:
-    """Search for the first two entries that came in another order.
+    """Search for the first two events that came in another order.
 
     Attributes:
         first: these two; None when there are none so far.
@@ -244,7 +244,7 @@ class _Order:
         self._waiting: tuple[deque[RecordedEvent], deque[RecordedEvent]] = deque(), deque()
 
     def add(self, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
-        """Add the entries that were recorded, and those that came, at one time."""
+        """Add the events that were recorded, and those that came, at one time."""
         if self.first is not None:
             return
         mine, other = self._waiting
@@ -263,7 +263,7 @@ class _Order:
 def _side_by_side(
     first: Iterable[RecordedEvent], second: Iterable[RecordedEvent]
 ) -> Iterator[tuple[list[RecordedEvent], list[RecordedEvent]]]:
-    """Yield the entries of both for each time, in the order of time."""
+    """Yield the events of both for each time, in the order of time."""
     moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
     heads = [next(moment, None) for moment in moments]
     while times := [head[0] for head in heads if head is not None]:
@@ -277,20 +277,20 @@ def _side_by_side(
         yield here[0], here[1]
 
 
-def _lane(entry: RecordedEvent, row: str) -> tuple[str, str]:
+def _lane(event: RecordedEvent, row: str) -> tuple[str, str]:
     """Return the key of what is compared together: events of a stream, errors of a row, notices of the engine."""
-    return entry.what, row if isinstance(entry, RecordedFailure) else entry.stream
+    return event.what, row if isinstance(event, RecordedFailure) else event.stream
 
 
 def _is_alike(a: RecordedEvent, b: RecordedEvent) -> bool:
-    """Return whether two entries are the same at the first look, as most are; others may be the same too."""
+    """Return whether two events are the same at the first look, as most are; others may be the same too."""
     return a.us == b.us and type(a) is type(b) and repr(content(a)) == repr(content(b))
 
 
-def _told(entry: RecordedEvent | None) -> Any:
-    if entry is None:
+def _told(event: RecordedEvent | None) -> Any:
+    if event is None:
         return None
-    return entry.text if isinstance(entry, RecordedNotice) else content(entry)
+    return event.text if isinstance(event, RecordedNotice) else content(event)
 
 
 def _alike(value: Any) -> Any:

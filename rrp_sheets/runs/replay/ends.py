@@ -31,7 +31,7 @@ class Ends:
     """Source of the ends of commands while another workbook is played with a record.
 
     Args:
-        entries: of the record.
+        events: of the record.
         streams: ids of the streams of the workbook that is played, by their names in the record.
         dones: ids of its streams that tell ends, each with its actuator stream; of the world's actuators only.
 
@@ -41,7 +41,7 @@ class Ends:
         unknown: commands of whose end nothing is known.
     """
 
-    def __init__(self, entries: Iterable[RecordedEvent], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
+    def __init__(self, events: Iterable[RecordedEvent], streams: Mapping[str, str], dones: Mapping[str, str]) -> None:
         self.usual: list[tuple[str, Value, float]] = []
         self.unknown: list[tuple[str, Value]] = []
         self._done = {actuator: done for done, actuator in dones.items()}
@@ -51,24 +51,24 @@ class Ends:
         self._coming: list[tuple[int, int, str, Value]] = []
         self._number = 0
         waiting: dict[tuple[str, str], deque[_Command]] = defaultdict(deque)
-        for entry in entries:
-            stream = streams.get(entry.stream, "")
-            if not isinstance(entry, RecordedValue) or entry.by is not None:
+        for event in events:
+            stream = streams.get(event.stream, "")
+            if not isinstance(event, RecordedValue) or event.by is not None:
                 continue
-            if entry.row and stream in self._done and entry.value is not None:
-                mine = stream, same_json(_told(entry.value))
+            if event.row and stream in self._done and event.value is not None:
+                mine = stream, same_json(_told(event.value))
                 command = _Command()
-                self._commands[*mine, entry.us].append(command)
+                self._commands[*mine, event.us].append(command)
                 waiting[mine].append(command)
-            elif not entry.row and stream in dones and isinstance(entry.value, dict):
-                self._ended(entry, dones[stream], waiting)
+            elif not event.row and stream in dones and isinstance(event.value, dict):
+                self._ended(event, dones[stream], waiting)
 
-    def _ended(self, entry: RecordedValue, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
-        mine = actuator, same_json(entry.value.get("value"))
+    def _ended(self, event: RecordedValue, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
+        mine = actuator, same_json(event.value.get("value"))
         if waiting.get(mine):
-            self._by_end[entry.number] = waiting[mine].popleft()
-        seconds = entry.value.get("seconds")
-        if entry.value.get("completed") is True and isinstance(seconds, (int, float)):
+            self._by_end[event.number] = waiting[mine].popleft()
+        seconds = event.value.get("seconds")
+        if event.value.get("completed") is True and isinstance(seconds, (int, float)):
             self._times[mine].append(float(seconds))
 
     @property
@@ -94,9 +94,9 @@ class Ends:
         else:
             self.unknown.append((stream, value))
 
-    def kept(self, entry: RecordedEvent) -> bool:
+    def kept(self, event: RecordedEvent) -> bool:
         """Return whether a value of the record comes now as well: ends of commands that are not made do not."""
-        command = self._by_end.get(entry.number)
+        command = self._by_end.get(event.number)
         return command is None or command.made
 
     @property

@@ -122,11 +122,11 @@ def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
 
 
 def _by_stream(
-    entries: Iterable[RecordedEvent], streams: Sequence[str], first: int, last: int
+    events: Iterable[RecordedEvent], streams: Sequence[str], first: int, last: int
 ) -> dict[str, list[Marble]]:
     """Return the values of some streams within a window (µs), in one pass."""
     found: dict[str, list[Marble]] = {stream: [] for stream in streams}
-    for e in entries:
+    for e in events:
         if first <= e.us <= last and isinstance(e, RecordedValue) and e.stream in found:
             found[e.stream].append(Marble(e.us, value_from_json(e.stream, e.value), e.row))
     return found

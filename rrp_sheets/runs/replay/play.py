@@ -115,10 +115,10 @@ Told = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Script:
-    """Input of a replay: the recorded lines, and their mapping to the workbook that is played.
+    """Input of a replay: the recorded events, and their mapping to the workbook that is played.
 
     Attributes:
-        moments: the recorded lines, time by time; gone through once.
+        moments: the recorded events, time by time; gone through once.
         at_end: ends of commands that the run's end has ended: no row has seen them; None when it had no proper end.
         streams: ids of the streams of the workbook that is played, by their names in the record.
         seed: of the run.
@@ -139,14 +139,14 @@ class Played:
     """Outcome of playing a script.
 
     Attributes:
-        entries: what came, in order, streams by the ids of the workbook that was played.
+        events: what came, in order, streams by the ids of the workbook that was played.
         until_us: where the clock stood at the end.
         ended_by: the row that ended it.
         broken: why it broke off; empty when it did not.
         left_out: what of the record could not be done again, in words.
     """
 
-    entries: Spool = field(default_factory=Spool)
+    events: Spool = field(default_factory=Spool)
     until_us: int = 0
     ended_by: str = ""
     broken: str = ""
@@ -186,19 +186,19 @@ class ReplayPlayer(RunObserver):
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """Store a value on a stream."""
         told = to_json(value)
-        entries = self.played.entries
-        entries.append(RecordedValue(us, stream, row, told))
+        events = self.played.events
+        events.append(RecordedValue(us, stream, row, told))
         if stream in self._actuators:
             self._senses.command(stream, value)
             if self._ends is not None:
                 self._ends.made(us, stream, value, told)
-        if len(entries) > MOST_CAME:
+        if len(events) > MOST_CAME:
             raise RunBroken(f"More than {MOST_CAME:,} values came.", "Replay a shorter run.")
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Store the failure of a formula."""
         inputs = [to_json(v) for v in values]
-        self.played.entries.append(RecordedFailure(us, "", row, failure.message, failure.code, inputs))
+        self.played.events.append(RecordedFailure(us, "", row, failure.message, failure.code, inputs))
 
     # ---- playing
     def play(self) -> Played:
@@ -235,16 +235,16 @@ class ReplayPlayer(RunObserver):
         coming = next(moments, None)
         while True:
             now = frame * 1_000_000 // rate
-            entries: list[RecordedEvent] = []
+            events: list[RecordedEvent] = []
             while coming is not None and _frame(coming[0], rate) <= frame:
-                entries += coming[1]
+                events += coming[1]
                 self._tell(coming[0])
                 coming = next(moments, None)
-            self._send(entries)
-            self._settle(now, [*self._values(e for e in entries if self._is_fed(e)), *self._nominal(now)])
+            self._send(events)
+            self._settle(now, [*self._values(e for e in events if self._is_fed(e)), *self._nominal(now)])
             if engine.ended_by:
                 return
-            actions = [e for e in entries if isinstance(e, RecordedAction)]
+            actions = [e for e in events if isinstance(e, RecordedAction)]
             self._act(actions)
             if frame >= last:
                 return
@@ -260,31 +260,31 @@ class ReplayPlayer(RunObserver):
 
     def _one_by_one(self, engine: Engine) -> None:
         """Settle every arrival at an instant of its own; timers that are due before it come at their own times."""
-        for us, entries in self._script.moments:
+        for us, events in self._script.moments:
             self._tell(us)
             self._due_before(us)
-            first = next((e for e in entries if not isinstance(e, RecordedNotice)), None)
+            first = next((e for e in events if not isinstance(e, RecordedNotice)), None)
             if first is not None and not self._is_fed(first) and not _is_by_hand(first):
                 self._settle(us, [])  # a timer of just this time came first
             waiting = False
-            for entry in entries:
+            for event in events:
                 if engine.ended_by:
                     return
-                if isinstance(entry, RecordedAction):
+                if isinstance(event, RecordedAction):
                     self._settle(us, [])
-                    self._act([entry])
+                    self._act([event])
                     waiting = True
-                elif _is_by_hand(entry):
+                elif _is_by_hand(event):
                     if not waiting:
                         self._settle(us, [])  # else a timer's instant, of before, would take it along
-                    self._send([entry])
+                    self._send([event])
                     waiting = True
                 else:
                     if waiting:
                         self._settle(us, [])
                         waiting = False
-                    if self._is_fed(entry):
-                        self._settle(us, self._values([entry]))
+                    if self._is_fed(event):
+                        self._settle(us, self._values([event]))
             if waiting:
                 self._settle(us, [])
         self._due_before(self._script.until_us)
@@ -302,21 +302,21 @@ class ReplayPlayer(RunObserver):
         self._engine.settle(now, arrivals)
         for happening in self._engine.take_happenings():
             at = now, happening.stream, happening.row
-            self.played.entries.append(RecordedNotice(*at, happening.kind, happening.text))
+            self.played.events.append(RecordedNotice(*at, happening.kind, happening.text))
         self._engine.triggers.take()
 
     # ---- from the record to the engine
-    def _is_fed(self, entry: RecordedEvent) -> bool:
-        """Return whether an entry is a value from the world; the engine's own devices give theirs by themselves."""
-        if not isinstance(entry, RecordedValue) or entry.row or entry.by is not None:
+    def _is_fed(self, event: RecordedEvent) -> bool:
+        """Return whether an event is a value from the world; the engine's own devices give theirs by themselves."""
+        if not isinstance(event, RecordedValue) or event.row or event.by is not None:
             return False
-        if self._script.streams.get(entry.stream) not in self._fed:
+        if self._script.streams.get(event.stream) not in self._fed:
             return False
-        return self._ends is None or self._ends.kept(entry)
+        return self._ends is None or self._ends.kept(event)
 
-    def _values(self, entries: Iterable[RecordedEvent]) -> list[tuple[str, Value]]:
+    def _values(self, events: Iterable[RecordedEvent]) -> list[tuple[str, Value]]:
         streams = self._script.streams
-        known = [(streams.get(e.stream, ""), e.value) for e in entries if isinstance(e, RecordedValue)]
+        known = [(streams.get(e.stream, ""), e.value) for e in events if isinstance(e, RecordedValue)]
         return [
             (stream, self._senses.value(stream, value)) for stream, value in known if stream in self._engine.streams
         ]
@@ -324,11 +324,11 @@ class ReplayPlayer(RunObserver):
     def _nominal(self, now: int) -> list[tuple[str, Value]]:
         return self._ends.take(now) if self._ends is not None else []
 
-    def _send(self, entries: Iterable[RecordedEvent]) -> None:
-        for entry in entries:
-            if isinstance(entry, RecordedValue) and entry.by is not None:
-                for stream, value in self._values([entry]):
-                    self._engine.stimulate(stream, value, entry.by)
+    def _send(self, events: Iterable[RecordedEvent]) -> None:
+        for event in events:
+            if isinstance(event, RecordedValue) and event.by is not None:
+                for stream, value in self._values([event]):
+                    self._engine.stimulate(stream, value, event.by)
 
     def _act(self, actions: Sequence[RecordedAction]) -> None:
         """Repeat what people did to the rows; what they did to the world is in the sensor values."""

@@ -16,7 +16,7 @@ from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, Record
 from rrp_sheets.runs.trace_reader import LONGEST_US, TraceHeader, TraceReader, TraceSummary
 
 
-class Entries:
+class Events:
     """Events in the order of time that can be iterated over repeatedly, and are made anew each time."""
 
     def __init__(self, make: Callable[[], Iterable[RecordedEvent]]) -> None:
@@ -33,7 +33,7 @@ class Recorded:
     Attributes:
         path: of the file.
         header: its first line.
-        entries: what came, in its order.
+        events: what came, in its order.
         tail: those of the last time.
         before_us: the last time before that, in µs.
         summary: its last line; None of one that was cut off.
@@ -42,7 +42,7 @@ class Recorded:
 
     path: Path
     header: TraceHeader
-    entries: Entries
+    events: Events
     tail: tuple[RecordedEvent, ...]
     before_us: int
     summary: TraceSummary | None
@@ -100,9 +100,9 @@ def read_record(path: Path) -> Recorded:
     summary = reader.summary
     if summary is not None and not 0 <= summary.seconds <= LONGEST_US / 1e6:
         raise reader.damaged()
-    entries = Entries(lambda: islice(_numbered(reader), count))  # the file may have grown since
+    events = Events(lambda: islice(_numbered(reader), count))  # the file may have grown since
     streams = {s.name: s.kind for s in header.streams}
-    return Recorded(reader.path, header, entries, tuple(tail), before, summary, streams)
+    return Recorded(reader.path, header, events, tuple(tail), before, summary, streams)
 
 
 def _numbered(reader: TraceReader) -> Iterator[RecordedEvent]:
@@ -119,14 +119,14 @@ def same_json(value: Any) -> str:
     return _ENCODE(value)
 
 
-def moments(entries: Iterable[RecordedEvent]) -> Iterator[tuple[int, list[RecordedEvent]]]:
+def moments(events: Iterable[RecordedEvent]) -> Iterator[tuple[int, list[RecordedEvent]]]:
     """Group the events by their time."""
     here: list[RecordedEvent] = []
-    for entry in entries:
-        if here and entry.us != here[0].us:
+    for event in events:
+        if here and event.us != here[0].us:
             yield here[0].us, here
             here = []
-        here.append(entry)
+        here.append(event)
     if here:
         yield here[0].us, here
 

@@ -19,7 +19,7 @@ from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.matching import Matching, itself, matching
 from rrp_sheets.runs.replay.matching import remarks as other_remarks
 from rrp_sheets.runs.replay.play import Played, ReplayPlayer, Script, Told
-from rrp_sheets.runs.replay.record import Entries, Recorded, moments, read_record
+from rrp_sheets.runs.replay.record import Events, Recorded, moments, read_record
 from rrp_sheets.runs.replay.report import ending, unknown
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import ReplaySource, another, remarks, the_one_that_ran
@@ -70,13 +70,13 @@ def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
 def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     """Replay with the same workbook: everything is to be the same."""
     found = itself(source)
-    entries, cut = _whole(recorded)
+    events, cut = _whole(recorded)
     engines = partial(_is_engines, source=source, found=found)
-    script = _script(recorded, entries, found)
+    script = _script(recorded, events, found)
     played = ReplayPlayer(source, script, Editions, told=told).play()
     tally = _Tally(engines)
     kinds = (RecordedValue, RecordedFailure)
-    expected = Entries(lambda: tally.expected(entries, lambda e: isinstance(e, kinds) or engines(e)))
+    expected = Events(lambda: tally.expected(events, lambda e: isinstance(e, kinds) or engines(e)))
     came = _named(played, found)
     if recorded.ended == "cut":
         came = _as_long(came, expected)
@@ -95,19 +95,19 @@ def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
 def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySource, told: Told) -> Replayed:
     """Replay with another workbook: find what would have been different."""
     found = matching(recorded, ran, source)
-    entries, cut = _whole(recorded)
+    events, cut = _whole(recorded)
     engines = partial(_is_engines, source=source, found=found)
-    script = _script(recorded, entries, found)
+    script = _script(recorded, events, found)
     dones = {d: a for d, a in source.plan.dones.items() if a not in source.plan.own}
-    ends = Ends(entries, found.streams, dones)
+    ends = Ends(events, found.streams, dones)
     base = ran.checked.workbook if ran is not None else None
     editions = partial(Editions, rows=found.rows, ran=base)
     played = ReplayPlayer(source, script, editions, ends, told=told).play()
     own = _own(source, found)
     tally = _Tally(engines)
-    expected = Entries(lambda: tally.expected(entries, lambda e: _is_rows(e, own) or engines(e)))
+    expected = Events(lambda: tally.expected(events, lambda e: _is_rows(e, own) or engines(e)))
     everything = _named(played, found)
-    came = Entries(lambda: (e for e in everything if _is_rows(e, own) or isinstance(e, RecordedNotice)))
+    came = Events(lambda: (e for e in everything if _is_rows(e, own) or isinstance(e, RecordedNotice)))
     back = {there: here for here, there in found.rows.items()}
     ids = {s.ref for s in source.plan.steps}
     compared = Comparer(
@@ -123,10 +123,10 @@ def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySourc
 
 
 class _Tally:
-    """Counts of the entries of a record, taken while they are compared.
+    """Counts of the events of a record, taken while they are compared.
 
     Attributes:
-        count: of the entries that are compared.
+        count: of the events that are compared.
         streams: that have values among these.
         world: what the robot and its world did, with how often.
     """
@@ -140,17 +140,17 @@ class _Tally:
         self.streams: set[str] = set()
         self.world: Counter[str] = Counter()
 
-    def expected(self, entries: Entries, is_wanted: Callable[[RecordedEvent], bool]) -> Iterator[RecordedEvent]:
-        """Yield the entries that are compared, counting them anew."""
+    def expected(self, events: Events, is_wanted: Callable[[RecordedEvent], bool]) -> Iterator[RecordedEvent]:
+        """Yield the events that are compared, counting them anew."""
         self._begin()
-        for entry in entries:
-            if isinstance(entry, RecordedNotice) and not self._engines(entry):
-                self.world[entry.kind] += 1
-            if is_wanted(entry):
+        for event in events:
+            if isinstance(event, RecordedNotice) and not self._engines(event):
+                self.world[event.kind] += 1
+            if is_wanted(event):
                 self.count += 1
-                if isinstance(entry, RecordedValue):
-                    self.streams.add(entry.stream)
-                yield entry
+                if isinstance(event, RecordedValue):
+                    self.streams.add(event.stream)
+                yield event
 
 
 def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -> Replayed:
@@ -177,27 +177,27 @@ def _spoken(source: ReplaySource) -> Iterator[tuple[str, str]]:
 
 
 # ---- the script
-def _whole(recorded: Recorded) -> tuple[Entries, str]:
+def _whole(recorded: Recorded) -> tuple[Events, str]:
     """Return the lines that are played, and in words what is left out of a run that broke off."""
     if recorded.ended != "broken":
-        return recorded.entries, ""
+        return recorded.events, ""
     last = recorded.last_us
     why = recorded.summary.text("why") if recorded.summary else ""
     at = f"{last / 1e6:g} s"
     words = Phrase("The run broke off at {at}. That last moment is not replayed.", at=at)
     if why:
         words = Phrase("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
-    return Entries(lambda: (e for e in recorded.entries if e.us < last)), words
+    return Events(lambda: (e for e in recorded.events if e.us < last)), words
 
 
-def _script(recorded: Recorded, entries: Entries, found: Matching) -> Script:
+def _script(recorded: Recorded, events: Events, found: Matching) -> Script:
     at_end = _at_end(recorded)
     gone = {e.number for e in at_end or ()}
     until = recorded.last_us
     if recorded.ended == "broken":
         final = recorded.tail[-1].us if recorded.tail else 0
         until = final if final < until else recorded.before_us
-    played = moments(e for e in entries if e.number not in gone)
+    played = moments(e for e in events if e.number not in gone)
     return Script(played, at_end, found.streams, recorded.header.fields.get("seed", 0), until, found.behaviours)
 
 
@@ -206,16 +206,16 @@ def _at_end(recorded: Recorded) -> tuple[RecordedEvent, ...] | None:
     last, found = recorded.last_us, []
     if recorded.ended in ("cut", "broken"):
         return None
-    for entry in reversed(recorded.tail):
-        if isinstance(entry, RecordedNotice) and entry.us == last:
+    for event in reversed(recorded.tail):
+        if isinstance(event, RecordedNotice) and event.us == last:
             continue
-        if entry.us != last or not isinstance(entry, RecordedValue) or entry.row or entry.by is not None:
+        if event.us != last or not isinstance(event, RecordedValue) or event.row or event.by is not None:
             break
-        ended = entry.value if isinstance(entry.value, dict) else {}
-        is_end = recorded.streams.get(entry.stream) == StreamKind.DONE.value
+        ended = event.value if isinstance(event.value, dict) else {}
+        is_end = recorded.streams.get(event.stream) == StreamKind.DONE.value
         if not is_end or ended.get("completed") is not False:
             break
-        found.append(entry)
+        found.append(event)
     return tuple(reversed(found))
 
 
@@ -228,39 +228,39 @@ def _own(source: ReplaySource, found: Matching) -> set[str]:
     return {name for name, there in found.streams.items() if there in own}
 
 
-def _is_rows(entry: RecordedEvent, own: set[str]) -> bool:
-    """Return whether an entry comes from rows, and not from the world."""
-    if isinstance(entry, RecordedValue):
-        return entry.by is None and (bool(entry.row) or entry.stream in own)
-    return isinstance(entry, RecordedFailure)
+def _is_rows(event: RecordedEvent, own: set[str]) -> bool:
+    """Return whether an event comes from rows, and not from the world."""
+    if isinstance(event, RecordedValue):
+        return event.by is None and (bool(event.row) or event.stream in own)
+    return isinstance(event, RecordedFailure)
 
 
-def _is_engines(entry: RecordedEvent, source: ReplaySource, found: Matching) -> bool:
-    """Return whether an entry is a notice of the engine, and not of the world."""
-    if not isinstance(entry, RecordedNotice):
+def _is_engines(event: RecordedEvent, source: ReplaySource, found: Matching) -> bool:
+    """Return whether an event is a notice of the engine, and not of the world."""
+    if not isinstance(event, RecordedNotice):
         return False
-    if entry.kind == "note":
-        return not entry.row and not entry.stream and entry.text.endswith(_SWITCHED)
-    return entry.kind == "error" and found.streams.get(entry.stream) in source.plan.own
+    if event.kind == "note":
+        return not event.row and not event.stream and event.text.endswith(_SWITCHED)
+    return event.kind == "error" and found.streams.get(event.stream) in source.plan.own
 
 
-def _named(played: Played, found: Matching) -> Entries:
+def _named(played: Played, found: Matching) -> Events:
     """Return what came, with streams called as in the record."""
-    return Entries(lambda: played.entries.named(found.names))
+    return Events(lambda: played.events.named(found.names))
 
 
-def _as_long(came: Entries, expected: Entries) -> Entries:
+def _as_long(came: Events, expected: Events) -> Events:
     """Leave out what came after the record was cut off, in the middle of a moment perhaps."""
     last = most = 0
-    for entry in expected:
-        last, most = (last, most + 1) if entry.us == last else (entry.us, 1)
+    for event in expected:
+        last, most = (last, most + 1) if event.us == last else (event.us, 1)
 
     def until() -> Iterator[RecordedEvent]:
         count = 0
-        for entry in came:
-            count += entry.us == last
-            if entry.us > last or (entry.us == last and count > most):
+        for event in came:
+            count += event.us == last
+            if event.us > last or (event.us == last and count > most):
                 return
-            yield entry
+            yield event
 
-    return Entries(until)
+    return Events(until)
