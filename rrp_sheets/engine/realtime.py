@@ -16,6 +16,11 @@ from rrp_sheets.model.values import Value
 
 LAST_STEP_WITHIN = 15.0  # s, for a step that has begun when the run stops
 STANDING = 0.25  # s between two looks while the run is paused, if nobody wakes it
+MOST_WAITING = 20_000  # events in the queue: minutes of work for any workbook, which it would not catch up with
+STATE_EVERY = 1 / 12  # s of wall time, between two states for a display
+PICTURE_EVERY = 1 / 8  # s, between two pictures
+SHARE = 12.0  # a display may cost one part in so many of the time
+Now = Callable[[], float]
 _Item = TypeVar("_Item")
 
 
@@ -164,9 +169,6 @@ class _Part(Sensor, Actuator):
         """The world comes to its rest as a whole."""
 
 
-MOST_WAITING = 20_000  # events: minutes of work for any workbook, so that it will not be caught up with
-
-
 @dataclass(frozen=True, slots=True)
 class QueuedEvent:
     """A value of a stream, a happening, or the break of a device, with the time it was put in (µs of the run)."""
@@ -266,13 +268,6 @@ class EventQueue:
             return self._queue.get(timeout=wait) if wait > 0 else self._queue.get_nowait()
         except Empty:
             return None
-
-
-Now = Callable[[], float]
-
-STATE_EVERY = 1 / 12  # s of wall time, between two states for a display
-PICTURE_EVERY = 1 / 8  # s, between two pictures
-SHARE = 12.0  # a display may cost one part in so many of the time
 
 
 class FramePacer:

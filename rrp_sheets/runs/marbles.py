@@ -30,6 +30,7 @@ from rrp_sheets.runs.trace_reader import TRACE, TraceHeader, TraceReader
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
 _DRAG_US = 1_000_000  # between two places of one drag
 WORKBOOK = "protocol.xlsx"
+MOST_PAGES = 12  # of marbles in one answer
 
 
 def is_trace(path: Path) -> bool:
@@ -141,9 +142,6 @@ def value_from_json(name: str, value: Any) -> Value:
 def _kind(name: str, names: tuple[str, ...]) -> tuple[RecordType, tuple[tuple[str, str], ...]]:
     """Return the type of such records, and their fields' names with their keys: the same for all values of a stream."""
     return RecordType(name, tuple(Field(n) for n in names)), tuple((n, key(n)) for n in names)
-
-
-MOST_PAGES = 12
 
 
 def marbles(

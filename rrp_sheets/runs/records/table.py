@@ -30,6 +30,11 @@ from rrp_sheets.workbook.table import MoreSheet, write_table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 _RUN_WIDTHS = (28, 24, 68, 18, 11, 8, 14, 14, 14, 30, 10, 10)
+_MOST_STREAMS = 5_000
+_ABOUT = (b"About this run", b"About these runs")  # the sheet that every table of ours has
+_STAMPED = (Stamp.columns()[2], Stamp.names()[2])  # the column that every CSV of ours has; before version 0.3
+_SHEETS = "xl/workbook.xml"
+_MOST = 1_000_000  # bytes; more is no list of sheets of ours, nor a header
 
 
 def write_csv(traces: Sequence[Path], target: Path) -> None:
@@ -101,9 +106,6 @@ def csv_cell(value: Any) -> Any:
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
-
-
-_MOST_STREAMS = 5_000
 
 
 @dataclass
@@ -199,12 +201,6 @@ def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
 
 def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:
     return [(t, v) for t, v in curve["points"]] if curve else []
-
-
-_ABOUT = (b"About this run", b"About these runs")  # the sheet that every table of ours has
-_STAMPED = (Stamp.columns()[2], Stamp.names()[2])  # the column that every CSV of ours has; before version 0.3
-_SHEETS = "xl/workbook.xml"
-_MOST = 1_000_000  # bytes; more is no list of sheets of ours, nor a header
 
 
 def refuse_other_table(target: Path) -> None:

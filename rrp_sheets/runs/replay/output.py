@@ -26,6 +26,15 @@ from rrp_sheets.workbook.atomic import write_atomically
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
 _HEADER = ("time_s", "kind", "stream", "row", "row_now", "recorded", "came", "came_at_s", "what")
 _WIDTHS = (10, 10, 24, 16, 16, 30, 30, 12, 10)
+MOST_STREAMS = 6
+_MOST_MARKS = 8
+_MARKS_APART = 0.06  # of the window
+_WHOLE_US = 30_000_000  # a time that is shown as a whole
+_SHOWN_US = 20_000_000  # of a longer one, so much
+_BEFORE_US = 2_000_000
+_MARKS = {MISSING: "gone", EXTRA: "new", VALUE: "other value", TIME: "other time", ROW: "other row"}
+MOST = 300  # lines of a list
+_MOST_PICTURES = 4
 
 
 def write(found: Replayed, target: Path) -> list[str]:
@@ -76,15 +85,6 @@ def _csv(found: Replayed) -> str:
     writer.writerow([*_HEADER, *Stamp.columns()])
     writer.writerows([csv_cell(v) for v in (*row, *stamp)] for row in _rows(found))
     return out.getvalue()
-
-
-MOST_STREAMS = 6
-_MOST_MARKS = 8
-_MARKS_APART = 0.06  # of the window
-_WHOLE_US = 30_000_000  # a time that is shown as a whole
-_SHOWN_US = 20_000_000  # of a longer one, so much
-_BEFORE_US = 2_000_000
-_MARKS = {MISSING: "gone", EXTRA: "new", VALUE: "other value", TIME: "other time", ROW: "other row"}
 
 
 def difference_scores(found: Replayed) -> list[MarbleDiagram]:
@@ -143,10 +143,6 @@ def _marks(here: Sequence[Difference], first: int, last: int) -> tuple[tuple[int
         if len(marks) == _MOST_MARKS:
             break
     return tuple(marks)
-
-
-MOST = 300  # lines of a list
-_MOST_PICTURES = 4
 
 
 def account(found: Replayed) -> dict[str, Any]:

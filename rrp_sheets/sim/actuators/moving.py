@@ -12,6 +12,13 @@ from rrp_sheets.sim.body import COUPLED
 
 REACHED = 0.03  # rad: nearer than this a joint is where it was sent
 PATIENCE_US = 1_000_000  # a joint that is not there so long after its motion is blocked: given up
+MEASURES = ("Forward", "Left", "Turn")
+UNITS = (" m", " m", " rad")
+HEIGHTS = (0.05, 0.2, 0.35, 0.5)  # m: where it looks for things in its way
+CLEAR = 0.17  # m, from the robot's middle: what comes nearer is in its way
+AHEAD = 0.06  # m: where the robot will be a moment later
+LOOKS_US = 50_000  # between two looks at what is in the way
+Way = tuple[float, float, float]
 
 
 class Track(Base):
@@ -111,15 +118,6 @@ class SetJointPosition(Base):
             if not low <= pitch <= high:
                 limited = self.clamp(order, "HeadPitch", pitch, (low, high), " rad")
                 body.go("HeadPitch", limited, share * body.robot.joints["headpitch"].max_velocity)
-
-
-MEASURES = ("Forward", "Left", "Turn")
-UNITS = (" m", " m", " rad")
-HEIGHTS = (0.05, 0.2, 0.35, 0.5)  # m: where it looks for things in its way
-CLEAR = 0.17  # m, from the robot's middle: what comes nearer is in its way
-AHEAD = 0.06  # m: where the robot will be a moment later
-LOOKS_US = 50_000  # between two looks at what is in the way
-Way = tuple[float, float, float]
 
 
 class Walk(Base):
