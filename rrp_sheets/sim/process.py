@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, WorldSnapshot
-from rrp_sheets.sim.messages import BEATS, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
+from rrp_sheets.sim.messages import BEATS, IDLE, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
 from rrp_sheets.workers.transport import MessageReader, encode
@@ -102,7 +102,7 @@ class Simulator:
     @property
     def working(self) -> bool:
         """True while the simulator is busy, so that the engine waits for it and not the other way round."""
-        return self._heartbeat.numbers[STATE] != 0
+        return self._heartbeat.numbers[STATE] != IDLE
 
     def rest(self) -> None:
         """Bring the robot to rest now, whatever the engine does: from any thread, without waiting."""
@@ -129,7 +129,7 @@ class Simulator:
         numbers = self._heartbeat.numbers
         state, opened = numbers[STATE], numbers[STATE] != OPENING
         waits_for_rest = self._asked is not None and not self.resting and opened
-        passed = self._liveness.look(numbers[BEATS], has_work=state != 0 or waits_for_rest)[1]
+        passed = self._liveness.look(numbers[BEATS], has_work=state != IDLE or waits_for_rest)[1]
         used, still = self._liveness.computing, self._liveness.still
         if self.gone:
             return ""
