@@ -1,6 +1,8 @@
-"""Bodies of persons, seated on the floor or standing, and their heads: a face picture on a shape, and hair.
+"""Persons of a scene: their bodies, their heads, and the choice of each one's number and drawn face.
 
-A body looks along the figure's x. Its measures follow from the height of the face alone.
+A body, seated on the floor or standing, looks along the figure's x; its measures follow from the height of the face
+alone. A head is a face picture on a shape, and hair. `Looks` numbers the persons as they come in (`is_entry`) and gives
+each a face; a `KnownPerson` is one whom the robot knows before the run.
 """
 
 from __future__ import annotations
@@ -32,6 +34,10 @@ SHOE: RGB = (0.34, 0.33, 0.33)
 Spot = tuple[float, float, float]
 Colours = tuple[RGB, RGB, RGB]
 """Of shirt, trousers and skin."""
+FACES = 8  # drawn faces, see `face_traits`
+CHILDREN, ADULTS = (0, 1, 2), (3, 4, 5, 6, 7)
+_GROWN = ("adult", "therapist", "parent", "visitor")
+"""Beginnings of the names of persons who are grown up; `Child` is none, and anybody else may be either."""
 
 
 def is_seated(face: float, posture: str) -> bool:
@@ -236,12 +242,6 @@ def _normals(points: Sequence[Sequence[float]], corners: Sequence[tuple[int, int
     both = normals[0::row] + normals[row - 1 :: row]  # the seam at the back
     normals[0::row] = normals[row - 1 :: row] = both
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-
-
-FACES = 8  # drawn faces, see `face_traits`
-CHILDREN, ADULTS = (0, 1, 2), (3, 4, 5, 6, 7)
-_GROWN = ("adult", "therapist", "parent", "visitor")
-"""Beginnings of the names of persons who are grown up; `Child` is none, and anybody else may be either."""
 
 
 @dataclass(frozen=True)
