@@ -23,8 +23,7 @@ from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.runs import RunSettings
-from rrp_sheets.runs import face_files as kept_faces
-from rrp_sheets.sim import faces
+from rrp_sheets.sim import face_memory, faces
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.sim.faces import FaceModels, Faces
 from rrp_sheets.sim.people import FACES, Looks
@@ -180,12 +179,12 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
                 world.advance(500_000, [Command("remember", "", "A!2")])
         finally:
             world.stop()
-    assert kept_faces.kept(tmp_path) == ["Guest 1"]
+    assert face_memory.kept(tmp_path) == ["Guest 1"]
     assert kept.stat().st_mode & 0o077 == 0, "nobody else may read it"
     told = CliRunner().invoke(faces_command, [str(tmp_path)])
     assert told.output == "Guest 1\n"
     with pytest.raises(SheetsError, match="Nobody called “Anna” is remembered"):
-        kept_faces.forget(tmp_path, "Anna")
+        face_memory.forget(tmp_path, "Anna")
     assert CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output == "Guest 1 is wiped.\n"
     assert not kept.exists()
     assert CliRunner().invoke(faces_command, [str(tmp_path)]).output == "No faces are kept here.\n"
@@ -203,13 +202,13 @@ def test_two_runs_at_once_keep_the_faces_of_both_and_what_is_wiped_stays_wiped(t
     first.keep()
     second.memory.add(2, "Cid", views[2])
     second.keep()
-    assert kept_faces.kept(tmp_path) == ["Ann", "Cid", "Bob"]
+    assert face_memory.kept(tmp_path) == ["Ann", "Cid", "Bob"]
     assert len({person.id for person in read_memory(kept).persons}) == 3
-    kept_faces.forget(tmp_path, "Bob")
+    face_memory.forget(tmp_path, "Bob")
     first.memory.add(4, "Dora", views[3])
     first.keep()
     second.keep()
-    assert sorted(kept_faces.kept(tmp_path)) == ["Ann", "Cid", "Dora"]
+    assert sorted(face_memory.kept(tmp_path)) == ["Ann", "Cid", "Dora"]
 
 
 @pytest.mark.parametrize(
@@ -226,7 +225,7 @@ def test_a_broken_file_of_faces_is_told(tmp_path: Path, text: str) -> None:
     kept.write_text(text, encoding="utf-8")
     with pytest.raises(SheetsError, match="cannot be read"):
         read_memory(kept)
-    assert kept_faces.forget_all(tmp_path) == "All faces are"
+    assert face_memory.forget_all(tmp_path) == "All faces are"
     assert not kept.exists()
 
 

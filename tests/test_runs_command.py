@@ -29,11 +29,10 @@ from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.face_files import kept
 from rrp_sheets.runs.records.deleting import delete, plan
 from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.participant_search import places_of
-from rrp_sheets.sim.face_memory import FaceMemory, write_memory
+from rrp_sheets.sim.face_memory import FaceMemory, kept, write_memory
 
 CODE = "P-07"
 FACES = {"stream": "Face", "kind": "sensor", "device": "FaceDetection"}

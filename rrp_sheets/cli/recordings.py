@@ -263,14 +263,14 @@ def faces_command(folder: Path, forget: str | None, forget_all: bool) -> None:
     They are kept only by workbooks whose Protocol says so (Face memory: kept), as numbers in runs/faces.json. Wipe when
     no run is going: it would write them again.
     """
-    from rrp_sheets.runs import face_files
+    from rrp_sheets.sim import face_memory
 
     if forget_all:
-        click.echo(f"{face_files.forget_all(folder)} wiped.")
+        click.echo(f"{face_memory.forget_all(folder)} wiped.")
     elif forget is not None:
-        click.echo(f"{face_files.forget(folder, forget)} is wiped.")
+        click.echo(f"{face_memory.forget(folder, forget)} is wiped.")
     else:
-        names = face_files.kept(folder)
+        names = face_memory.kept(folder)
         click.echo("\n".join(names) if names else "No faces are kept here.")
 
 

@@ -17,6 +17,7 @@ from rrp_sheets.devices.media_files import BadSoundError, look_at
 from rrp_sheets.devices.own_robot import FOLDER, files_of
 from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.private import private_folder
 from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
 from rrp_sheets.resources import bundled
@@ -46,11 +47,6 @@ _HEARD = {
 _RECORDED = re.compile(rf"({'|'.join(_HEARD)})-\d+\.wav")
 
 
-def faces_file(workbook: Path) -> Path:
-    """Return the file that keeps remembered faces, beside the records of a folder's workbooks."""
-    return workbook.absolute().parent / "runs" / "faces.json"
-
-
 class RunFolder:
     """A run's folder; `path` is where it will be, :meth:`make` makes it."""
 
@@ -76,7 +72,7 @@ class RunFolder:
     def _default(self) -> Path:
         name = re.sub(r"[^\w.-]+", "-", self.source.stem).strip("-") or "run"
         stem = f"{datetime.now():%Y-%m-%d-%H%M%S}-{name}"
-        folder = (self._home or self.source.absolute().parent) / "runs" / stem
+        folder = (self._home or self.source.absolute().parent) / RUNS / stem
         number = 2
         while folder.exists():  # two runs in one second
             folder = folder.with_name(f"{stem}-{number}")

@@ -33,8 +33,9 @@ from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, SceneAction
 from rrp_sheets.model.names import key
+from rrp_sheets.model.run_files import faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
-from rrp_sheets.runs.folder import RunFolder, faces_file
+from rrp_sheets.runs.folder import RunFolder
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 
 if TYPE_CHECKING:
@@ -215,8 +216,8 @@ def _until(checked: Checked, settings: RunSettings) -> int:
 
 def _faces(settings: RunSettings, checked: Checked) -> Path | None:
     """Return the file that keeps faces beyond a run; None when none are kept."""
-    beside = settings.home / "any" if settings.home else Path(checked.workbook.source)
-    return faces_file(beside) if checked.run.keeps_faces else None
+    folder = settings.home or Path(checked.workbook.source).absolute().parent
+    return faces_file(folder) if checked.run.keeps_faces else None
 
 
 def _simulated(settings: RunSettings, simulator: socket.socket | None, ending: Callable[[], str] | None) -> WorldMaker:

@@ -1,4 +1,4 @@
-"""Memory for people's faces, in numbers under their names, and the file that keeps it beyond a run."""
+"""Memory for people's faces, in numbers under their names, and the file that keeps it beyond a run, until wiped."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.model.run_files import faces_file
 from rrp_sheets.private import folder_above, opener
 
 if TYPE_CHECKING:
@@ -125,6 +126,44 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
         raise SheetsError(
             f"The remembered faces cannot be written to “{path}” ({error.strerror}).", "Free some space."
         ) from None
+
+
+def kept(folder: Path) -> list[str]:
+    """Return the names of the persons who are remembered for the workbooks of a folder.
+
+    Raises:
+        SheetsError: the file that keeps them is broken.
+    """
+    return [person.name for person in read_memory(faces_file(folder)).persons]
+
+
+def forget(folder: Path, name: str) -> str:
+    """Delete one remembered person; return the name as it was stored.
+
+    Raises:
+        SheetsError: nobody has that name, or the file cannot be read or written.
+    """
+    memory = read_memory(faces_file(folder))
+    gone = [p for p in memory.persons if key(p.name) == key(name)]
+    if not gone:
+        names = ", ".join(p.name for p in memory.persons)
+        raise SheetsError(
+            f"Nobody called “{name}” is remembered.",
+            f"Remembered are: {names}." if names else "No faces are kept here.",
+        )
+    write_memory(faces_file(folder), FaceMemory([p for p in memory.persons if p not in gone]))
+    return gone[0].name
+
+
+def forget_all(folder: Path) -> str:
+    """Delete all remembered faces, also when the file is broken; return in words how many."""
+    try:
+        count = len(kept(folder))
+        words = "1 face is" if count == 1 else f"{count} faces are"
+    except SheetsError:
+        words = "All faces are"
+    write_memory(faces_file(folder), FaceMemory())
+    return words
 
 
 def _person(told: Any) -> RememberedPerson:

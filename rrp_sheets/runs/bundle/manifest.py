@@ -15,6 +15,7 @@ from typing import Any
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
+from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.workbook import Reading
 
@@ -22,7 +23,6 @@ SUFFIX = ".zip"
 LIST = "versions.json"
 README = "README.txt"
 PAPER = "protocol.pdf"
-RUNS = "runs"
 ROBOTS = "robots"
 KIND = "rrp-sheets bundle"
 SCHEMA = 1  # grows when an entry of the list changes its meaning or goes

@@ -16,6 +16,7 @@ from typing import Any
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.runs.bundle import manifest
 from rrp_sheets.runs.bundle.manifest import is_safe, versions
 from rrp_sheets.runs.folder import material
@@ -154,7 +155,7 @@ def _refuse_names(content: Mapping[str, Content]) -> None:
 
 
 def _run_folder(path: Path, run: str) -> Path:
-    beside = path.absolute().parent / manifest.RUNS
+    beside = path.absolute().parent / RUNS
     for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
         if (folder / "trace.jsonl").is_file():
             return folder.resolve()
@@ -174,7 +175,7 @@ def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
     content: dict[str, Content] = {}
     for path in sorted((*folder.iterdir(), *folder.glob(f"{manifest.ROBOTS}/*/*"))):
         if path.is_file() and not path.is_symlink():
-            content[f"{manifest.RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
+            content[f"{RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
         elif path != folder / manifest.ROBOTS:
             notes.append(f"“{path.name}” of the run {folder.name} is not in it: it is no file of that folder.")
     return content
@@ -286,7 +287,7 @@ def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
     runs = told["runs"]
     if runs:
         count = f"{len(runs)} recorded run{'s' if len(runs) > 1 else ''}"
-        entries.append((f"{manifest.RUNS}/", f"{count}: every event, pictures and sounds"))
+        entries.append((f"{RUNS}/", f"{count}: every event, pictures and sounds"))
     entries.append(
         (manifest.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
     )

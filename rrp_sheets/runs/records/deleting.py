@@ -18,11 +18,11 @@ from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.trace_events import FACE_REMEMBERED, RecordedNotice, RecordedValue
-from rrp_sheets.runs import face_files
 from rrp_sheets.runs.records.listing import as_dict, chosen, folders_below, runs_in, runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata, facts_of
 from rrp_sheets.runs.records.participant_search import Unsearched, places_of
 from rrp_sheets.runs.trace_reader import TRACE, TraceReader, text_of
+from rrp_sheets.sim import face_memory
 
 
 @dataclass(frozen=True)
@@ -144,8 +144,8 @@ def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str
         _require_possible(part, going if part is planned else ())
     for part in parts:
         for name in part.faces_gone:
-            if name in face_files.kept(part.folder):  # else somebody has wiped it meanwhile
-                face_files.forget(part.folder, name)
+            if name in face_memory.kept(part.folder):  # else somebody has wiped it meanwhile
+                face_memory.forget(part.folder, name)
         for facts in part.runs:
             place = _place(part, facts)
             if place.is_dir():
@@ -264,7 +264,7 @@ def _root(folder: Path) -> Path:
 
 def _kept(root: Path) -> tuple[list[str], str]:
     try:
-        return face_files.kept(root), ""
+        return face_memory.kept(root), ""
     except SheetsError as error:
         return [], f"{error.message} {error.remedy}"
 

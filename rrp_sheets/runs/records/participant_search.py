@@ -21,8 +21,8 @@ from datetime import date
 from pathlib import Path
 from typing import BinaryIO
 
+from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.runs.records.listing import is_software
-from rrp_sheets.runs.records.metadata import RUNS
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _CHUNK = 1 << 20  # bytes that are read at once

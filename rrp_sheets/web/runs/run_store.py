@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.runs.records.listing import ended, length
-from rrp_sheets.runs.records.metadata import RUNS, RunMetadata, facts_of, run_names
+from rrp_sheets.runs.records.metadata import RunMetadata, facts_of, run_names
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.workbook_repository import addressable, printable
 

@@ -15,6 +15,7 @@ from rrp_sheets.devices.media_files import SUFFIX as SOUND
 from rrp_sheets.devices.media_files import SUFFIXES as PICTURES
 from rrp_sheets.documents.tutorial import begin, latest
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.private import private_folder
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.bundle import manifest
@@ -386,7 +387,7 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
     """Store the runs of a bundle beside the existing ones; return notes on those that were not stored."""
     notes = []
     for run in bundle.runs:
-        target = folder / manifest.RUNS / run.name
+        target = folder / RUNS / run.name
         if target.exists():
             notes.append(f"There is a run “{run.name}” already, which stays as it is.")
             continue
