@@ -11,6 +11,7 @@ from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.workers.codec import unpack
@@ -107,6 +108,6 @@ def finish_run(folder: str) -> tuple[dict[str, str], tuple[str, ...]]:
     from rrp_sheets.runs.folder import finish_folder
 
     only_for_this_user()
-    _, checked = read_and_check(Path(folder) / "protocol.xlsx")
+    _, checked = read_and_check(Path(folder) / WORKBOOK)
     lift_limit()
     return finish_folder(Path(folder), checked)

@@ -17,7 +17,7 @@ from rrp_sheets.devices.media_files import BadSoundError, look_at
 from rrp_sheets.devices.own_robot import FOLDER, files_of
 from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.private import private_folder
 from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
 from rrp_sheets.resources import bundled
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
 
 _WHAT = {
-    "trace.jsonl": "every event of the run",
-    "protocol.xlsx": "the workbook that ran",
+    TRACE: "every event of the run",
+    WORKBOOK: "the workbook that ran",
     "robot.toml": "the robot's catalogue",
     "gestures.toml": "the robot's gestures",
-    "run.xlsx": "the run as a table, one row per event",
-    "diagram.svg": "the diagram of the behaviours",
-    "poses.jsonl": "how the robot and the things around it stood",
-    "camera.zip": "pictures of the robot's camera",
-    "film.gif": "the robot, filmed",
-    "strip.png": "six moments of the run, and what its camera saw if that is kept",
+    TABLE: "the run as a table, one row per event",
+    DIAGRAM: "the diagram of the behaviours",
+    POSES: "how the robot and the things around it stood",
+    CAMERA: "pictures of the robot's camera",
+    FILM: "the robot, filmed",
+    STRIP: "six moments of the run, and what its camera saw if that is kept",
 }
 
 
@@ -57,7 +57,7 @@ class RunFolder:
         self.path = (out or self._default()).absolute()
         self._was_there = self.path.exists()
         self._held: int | None = None
-        if (self.path / "trace.jsonl").exists():
+        if (self.path / TRACE).exists():
             raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
 
     def make(self) -> None:
@@ -92,7 +92,7 @@ class RunFolder:
         """Copy the workbook that runs, as .xlsx, the robot's catalogue, and the files that the workbook names."""
         from rrp_sheets.runs.copies import as_xlsx
 
-        target = self.path / "protocol.xlsx"
+        target = self.path / WORKBOOK
         try:
             if self.reading.format == "xlsx":
                 shutil.copyfile(self.source, target)
@@ -129,7 +129,7 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
     """
     problems = []
     with locked(path):  # when its own process has been ended, nobody holds it any more
-        for name, make in (("run.xlsx", _table), ("diagram.svg", _draw)):
+        for name, make in ((TABLE, _table), (DIAGRAM, _draw)):
             half = path / f".{name}"  # this process may be ended any time
             try:
                 make(path, checked, half)
@@ -169,7 +169,7 @@ def _is_wav(name: str) -> bool:
 def _table(path: Path, checked: Checked, target: Path) -> None:
     from rrp_sheets.runs.records.table import write_xlsx
 
-    write_xlsx([path / "trace.jsonl"], target)
+    write_xlsx([path / TRACE], target)
 
 
 def _draw(path: Path, checked: Checked, target: Path) -> None:
@@ -191,7 +191,7 @@ def _diagram(data: bytes, about: Mapping[str, str]) -> bytes:
 
 
 _PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
-    "film.gif": _film, "strip.png": _strip, "diagram.svg": _diagram,
+    FILM: _film, STRIP: _strip, DIAGRAM: _diagram,
 }  # fmt: skip
 
 

@@ -25,6 +25,7 @@ from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.model.trace_events import RecordedValue
 from rrp_sheets.runs.engine_process import ENGINE
 from rrp_sheets.runs.trace_reader import TraceReader
@@ -281,7 +282,7 @@ class RunProcess:
         start, row, where = self._started, self._row(), self._where()
         self._worker.kill()
         self._simulator.rest()
-        if start is None or not (start.folder / "trace.jsonl").is_file():
+        if start is None or not (start.folder / TRACE).is_file():
             if error is None:
                 return RunOutcome()
             raise error

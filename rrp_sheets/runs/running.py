@@ -33,7 +33,7 @@ from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.model.run_files import faces_file
+from rrp_sheets.model.run_files import TRACE, faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs.folder import RunFolder
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
@@ -96,7 +96,7 @@ def run(
     try:
         folder.make()
         folder.keep_workbook(checked)
-        trace = TraceWriter(folder.path / "trace.jsonl", plan, _header(reading, checked, settings, seed))
+        trace = TraceWriter(folder.path / TRACE, plan, _header(reading, checked, settings, seed))
         recorder.begin(trace, runner.engine)
         for one in drawn:
             recorder.handle(NoticeEvent(0, Notice("note", one.text, row=f"Scene!{one.row}")))

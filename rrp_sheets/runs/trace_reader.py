@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.model.trace_events import (
     ACTIONS,
     RecordedAction,
@@ -24,7 +25,6 @@ from rrp_sheets.model.trace_events import (
     RecordedValue,
 )
 
-TRACE = "trace.jsonl"
 LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _LONGEST_SECONDS = LONGEST_US / 1e6
 _LONGEST_NUMBER = 300  # digits: numbers of formulas have 16

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image, ImageDraw, ImageFont
 
 from rrp_sheets.model.exchange import Command, Notice, SceneAction
+from rrp_sheets.model.run_files import FILM, STRIP
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.resources import vendored
 from rrp_sheets.sim.camera import FilmCamera, Pixels, Shot
@@ -352,7 +353,7 @@ class FilmWriter:
     """
 
     def __init__(self, folder: Path, title: str) -> None:
-        self._film, self._strip = folder / "film.gif", folder / "strip.png"
+        self._film, self._strip = folder / FILM, folder / STRIP
         self._title = title
         self._file = FilmFile(self._film)
         self._work: SimpleQueue[Callable[[], None] | None] = SimpleQueue()

@@ -13,13 +13,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from rrp_sheets.model.run_files import CAMERA, POSES
 from rrp_sheets.private import private_text
 from rrp_sheets.sim.camera import jpeg
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
 
-POSES, PICTURES = "poses.jsonl", "camera.zip"
 POSE_EVERY = 24  # physics steps between two poses: 10 a second
 FULL_EVERY = 100  # poses between two that have everything, where a reader can begin
 PICTURE_EVERY = 120  # physics steps between two pictures: 2 a second
@@ -44,7 +44,7 @@ class Recording:
     def __init__(self, world: SimWorld, out: Path, pictures: bool) -> None:
         self._world = world
         self._poses = Poses(out / POSES, list(world.body.start), world.unwritten)
-        self._pictures = Pictures(out / PICTURES, world.unwritten) if pictures else None
+        self._pictures = Pictures(out / CAMERA, world.unwritten) if pictures else None
         self._next_pose = self._next_picture = 0
 
     def go_on(self, step: int) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.runs.bundle import manifest
 from rrp_sheets.runs.bundle.manifest import is_safe, versions
 from rrp_sheets.runs.folder import material
@@ -157,7 +157,7 @@ def _refuse_names(content: Mapping[str, Content]) -> None:
 def _run_folder(path: Path, run: str) -> Path:
     beside = path.absolute().parent / RUNS
     for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
-        if (folder / "trace.jsonl").is_file():
+        if (folder / TRACE).is_file():
             return folder.resolve()
     hint = (
         f"The runs of this folder: {', '.join(_names(beside)[-5:])}." if _names(beside) else "Run the workbook first."
@@ -167,7 +167,7 @@ def _run_folder(path: Path, run: str) -> Path:
 
 def _names(beside: Path) -> list[str]:
     with suppress(OSError):
-        return sorted(p.name for p in beside.iterdir() if (p / "trace.jsonl").is_file())
+        return sorted(p.name for p in beside.iterdir() if (p / TRACE).is_file())
     return []
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.devices.own_robot import files_of
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.runs.bundle import manifest
 from rrp_sheets.runs.bundle.manifest import differences, is_safe
 from rrp_sheets.workbook.package import BROKEN_ZIP
@@ -114,7 +114,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
         notes.append(f"Not the same as where the bundle was made: {'; '.join(others)}.")
     home = folder if (folder / workbook).is_file() else folder / workbook
     notes += catalogue_note(home)
-    runs = tuple(sorted(p.parent for p in folder.glob(f"{RUNS}/*/trace.jsonl")))
+    runs = tuple(sorted(p.parent for p in folder.glob(f"{RUNS}/*/{TRACE}")))
     dress(runs, home)
     return Bundle(path, folder, folder / workbook, runs, tuple(notes))
 

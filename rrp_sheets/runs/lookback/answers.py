@@ -21,19 +21,18 @@ from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
+from rrp_sheets.model.run_files import POSES, TRACE, WORKBOOK
 from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Record, RecordType, Value
 from rrp_sheets.model.workbook import Row
 from rrp_sheets.runs.formatting import told
 from rrp_sheets.runs.lookback.index import Index, index_trace
-from rrp_sheets.runs.lookback.poses import POSES, PoseIndex, index_poses, picture, picture_times
+from rrp_sheets.runs.lookback.poses import PoseIndex, index_poses, picture, picture_times
 from rrp_sheets.runs.marbles import value_from_json
-from rrp_sheets.runs.trace_reader import TRACE
 from rrp_sheets.workbook import Reading, read
 
 Stamp = tuple[int, int]
 _LOST = SheetsError("There is no such part of the run.", "Load the page again: the record has perhaps changed.")
-WORKBOOK = "protocol.xlsx"
 _MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
 _MOST_SHOWN = 2_000  # rows of a sheet
 _LONGEST = 2_000  # letters of a cell

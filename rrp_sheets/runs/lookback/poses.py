@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.model.run_files import CAMERA, POSES
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
-POSES, PICTURES = "poses.jsonl", "camera.zip"
 PIECE_SECONDS = 30.0
 _FULL = b'"full":true'
 _MOST_LINES = 2_000_000
@@ -132,7 +132,7 @@ def picture(place: Path, number: int) -> bytes:
     if not 0 <= number < len(names):
         return b""
     try:
-        with zipfile.ZipFile(place / PICTURES) as archive:
+        with zipfile.ZipFile(place / CAMERA) as archive:
             data = archive.read(names[number])
     except BROKEN_ZIP:
         return b""
@@ -140,7 +140,7 @@ def picture(place: Path, number: int) -> bytes:
 
 
 def _picture_names(place: Path) -> list[str]:
-    path = place / PICTURES
+    path = place / CAMERA
     try:
         if path.is_symlink() or not path.is_file() or path.stat().st_size > _LARGEST_ZIP:
             return []

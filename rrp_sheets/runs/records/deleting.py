@@ -17,11 +17,12 @@ from typing import Any
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
+from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.model.trace_events import FACE_REMEMBERED, RecordedNotice, RecordedValue
 from rrp_sheets.runs.records.listing import as_dict, chosen, folders_below, runs_in, runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata, facts_of
 from rrp_sheets.runs.records.participant_search import Unsearched, places_of
-from rrp_sheets.runs.trace_reader import TRACE, TraceReader, text_of
+from rrp_sheets.runs.trace_reader import TraceReader, text_of
 from rrp_sheets.sim import face_memory
 
 

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.render.measure import typeset
 from rrp_sheets.render.output import png_with, target_of, words_of
@@ -14,7 +15,6 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.runs.records.metadata import facts_of, stamp_of
 from rrp_sheets.runs.records.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.runs.records.timeline import build_timeline
-from rrp_sheets.runs.trace_reader import TRACE
 from rrp_sheets.workbook.atomic import write_atomically
 
 TABLES = (".xlsx", ".csv")
@@ -94,7 +94,7 @@ def _require_apart(traces: Sequence[Path], target: Path) -> None:
         if place in seen:
             raise SheetsError(f"The run “{trace.parent.name}” is named twice.", "Name every run once.")
         seen.add(place)
-        if target.absolute().parent.resolve() == place.parent and target.name in ("protocol.xlsx", "run.xlsx"):
+        if target.absolute().parent.resolve() == place.parent and target.name in (WORKBOOK, TABLE):
             raise SheetsError(f"“{target.name}” belongs to the record of the run.", "Give the file another name.")
 
 

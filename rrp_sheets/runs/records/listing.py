@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.runs.records.metadata import RunMetadata, facts_of, newest_first, run_names
-from rrp_sheets.runs.trace_reader import TRACE
 
 _LIBRARIES = "node_modules"
 _MOST_FOLDERS = 50_000

@@ -18,9 +18,9 @@ from typing import Any
 
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.model.languages import known_language
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.runs.trace_reader import TRACE, TraceSummary, read_ends, text_of
+from rrp_sheets.runs.trace_reader import TraceSummary, read_ends, text_of
 
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 

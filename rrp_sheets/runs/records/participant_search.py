@@ -21,7 +21,7 @@ from datetime import date
 from pathlib import Path
 from typing import BinaryIO
 
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import CAMERA, RUNS
 from rrp_sheets.runs.records.listing import is_software
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
@@ -29,7 +29,7 @@ _CHUNK = 1 << 20  # bytes that are read at once
 _MOST_FILES = 50_000
 _MOST_SECONDS = 20.0
 _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
-_PICTURES = (".jpg", ".jpeg", ".wav", "camera.zip")  # their bytes hold no text of ours but what was drawn
+_PICTURES = (".jpg", ".jpeg", ".wav", CAMERA)  # their bytes hold no text of ours but what was drawn
 _PNG = ".png"  # an export of ours has texts beside the picture
 _PACKED = (".pdf", ".gif", ".gz", ".tgz", ".bz2", ".xz", ".7z", ".rar", ".mp4", ".mov", ".avi", ".webm", ".webp",
            ".heic", ".doc", ".xls", ".ppt")  # fmt: skip

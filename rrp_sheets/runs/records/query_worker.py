@@ -16,7 +16,7 @@ from typing import Any
 from rrp_sheets.compare.as_json import from_dict
 from rrp_sheets.compare.changes import Comparison
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.trace_reader import TRACE
+from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError, WorkerProcess
 
 WITHIN = 30.0

@@ -11,6 +11,7 @@ from pathlib import Path
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.runs.records.metadata import stamp_of
 from rrp_sheets.runs.replay.differences import Comparer
@@ -61,7 +62,7 @@ def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
         return None
     if found is None and needed:
         raise SheetsError(
-            f"The workbook that ran is not beside “{recorded.path.name}” (protocol.xlsx).",
+            f"The workbook that ran is not beside “{recorded.path.name}” ({WORKBOOK}).",
             f"Name the run's folder, or the workbook: --with {recorded.header.text('name') or 'FILE.xlsx'}.",
         )
     return found

@@ -12,10 +12,10 @@ from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.workbook import Reading
 
-WORKBOOK = "protocol.xlsx"
 _KEPT = ("robot.toml", "gestures.toml")
 
 

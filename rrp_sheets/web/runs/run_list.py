@@ -10,6 +10,7 @@ from typing import Any
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.listing import clock, length
 from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
@@ -86,7 +87,7 @@ def record_page(services: Services, run: str, *, wait: bool = False) -> RecordPa
     files = runs.files(run)
     answer: Mapping[str, Any] = {}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
-    size = files["trace.jsonl"][0].stat().st_size if "trace.jsonl" in files else 0
+    size = files[TRACE][0].stat().st_size if TRACE in files else 0
     reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if facts.readable and not reading:
         try:
@@ -149,8 +150,7 @@ def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
 
 def _downloads(run: str, files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
     found = [Download(n, n, describe(n), _size(path)) for n, (path, _) in files.items()]
-    order = ("run.xlsx", "protocol.xlsx", "diagram.svg", "strip.png", "film.gif", "trace.jsonl", "robot.toml",
-             "gestures.toml")  # fmt: skip
+    order = (TABLE, WORKBOOK, DIAGRAM, STRIP, FILM, TRACE, "robot.toml", "gestures.toml")
     return tuple(sorted(found, key=lambda d: (order.index(d.name) if d.name in order else len(order), d.name)))
 
 

@@ -10,19 +10,18 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.run_files import RUNS
+from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.runs.records.listing import ended, length
 from rrp_sheets.runs.records.metadata import RunMetadata, facts_of, run_names
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.workbook_repository import addressable, printable
 
-PICTURES = {"strip.png": "image/png", "film.gif": "image/gif", "diagram.svg": "image/svg+xml"}
+PICTURES = {STRIP: "image/png", FILM: "image/gif", DIAGRAM: "image/svg+xml"}
 _WAV = "audio/wav"
 _SHEET = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 _OTHERS = {
-    "run.xlsx": _SHEET, "protocol.xlsx": _SHEET, "robot.toml": "text/plain", "gestures.toml": "text/plain",
-    "trace.jsonl": "application/x-ndjson",
-    "poses.jsonl": "application/x-ndjson", "camera.zip": "application/zip",
+    TABLE: _SHEET, WORKBOOK: _SHEET, "robot.toml": "text/plain", "gestures.toml": "text/plain",
+    TRACE: "application/x-ndjson", POSES: "application/x-ndjson", CAMERA: "application/zip",
 }  # fmt: skip
 
 

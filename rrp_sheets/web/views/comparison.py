@@ -21,8 +21,8 @@ from rrp_sheets.compare.as_html import as_part, render
 from rrp_sheets.documents import Refused
 from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.marbles import WORKBOOK
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import confirm_download, workbook_or_404

@@ -10,6 +10,7 @@ from pathlib import Path
 from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.web.requests import confirm_download, run_or_404
 from rrp_sheets.web.runs.run_list import seconds_of
 from rrp_sheets.web.runs.run_store import made
@@ -63,7 +64,7 @@ def everything(run: str) -> Response:
                 _export([services().runs.place(run)], target)
                 whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
-                whole.writestr(f"{run}/trace-could-not-be-read.txt", "trace.jsonl is no whole record of a run.\n")
+                whole.writestr(f"{run}/trace-could-not-be-read.txt", f"{TRACE} is no whole record of a run.\n")
     packed.seek(0)
     return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")
 

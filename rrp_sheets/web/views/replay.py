@@ -12,8 +12,7 @@ from flask import Blueprint, request, url_for
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.marbles import WORKBOOK
-from rrp_sheets.runs.trace_reader import TRACE
+from rrp_sheets.model.run_files import TRACE, WORKBOOK
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import Choice, RunLine
