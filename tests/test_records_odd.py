@@ -22,7 +22,7 @@ from rrp_sheets.runs.records import query_worker
 from rrp_sheets.runs.records.metadata import facts_of
 from rrp_sheets.runs.records.query_worker import QueryWorker
 from rrp_sheets.workers import worker_process
-from rrp_sheets.workers.worker_process import ready
+from rrp_sheets.workers.transport import ready
 
 
 @pytest.fixture

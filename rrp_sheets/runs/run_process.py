@@ -33,7 +33,8 @@ from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSett
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
-from rrp_sheets.workers.worker_process import WorkerProcess, ready
+from rrp_sheets.workers.transport import ready
+from rrp_sheets.workers.worker_process import WorkerProcess
 
 FINISH = "rrp_sheets.runs.check_worker.finish_run"
 LOOK_EVERY = 0.05  # s: how often the processes are looked at, and Ctrl-C is passed on

@@ -19,8 +19,8 @@ from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, World
 from rrp_sheets.sim.messages import BEATS, IDLE, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
-from rrp_sheets.workers.transport import MessageReader, encode
-from rrp_sheets.workers.worker_process import Task, WorkerProcess, ready
+from rrp_sheets.workers.transport import MessageReader, encode, ready
+from rrp_sheets.workers.worker_process import Task, WorkerProcess
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Pixels

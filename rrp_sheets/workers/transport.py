@@ -6,6 +6,7 @@ A line with bytes begins with their lengths: `7,5 ["two pictures", …]`. JSON c
 from __future__ import annotations
 
 import json
+import selectors
 import socket
 from collections.abc import Iterator, Sequence
 from datetime import date, time
@@ -148,3 +149,10 @@ class NonBlockingWriter:
     def _leave(self) -> None:
         self.gone = True
         self._waiting.clear()
+
+
+def ready(fd: int, within: float | None, event: int = selectors.EVENT_READ) -> bool:
+    """Return whether something can be read, or written; `select` would fail for a busy server's file numbers."""
+    with selectors.DefaultSelector() as selector:
+        selector.register(fd, event)
+        return bool(selector.select(within))

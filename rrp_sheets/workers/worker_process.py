@@ -21,7 +21,7 @@ from typing import IO, Any
 from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workers.codec import unpack
-from rrp_sheets.workers.transport import MessageReader, encode
+from rrp_sheets.workers.transport import MessageReader, encode, ready
 
 
 @dataclass(frozen=True)
@@ -275,10 +275,3 @@ class RestartingWorker:
         worker, self._worker = self._worker, None
         if worker is not None:
             worker.close()
-
-
-def ready(fd: int, within: float | None, event: int = selectors.EVENT_READ) -> bool:
-    """Return whether something can be read, or written; `select` would fail for a busy server's file numbers."""
-    with selectors.DefaultSelector() as selector:
-        selector.register(fd, event)
-        return bool(selector.select(within))
