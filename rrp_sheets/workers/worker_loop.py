@@ -87,14 +87,14 @@ MOST_MEMORY = 3 << 29
 """Bytes of address space for a process that evaluates formulas: some five times what the largest workbooks need."""
 
 
-def limit_memory(most: int = MOST_MEMORY) -> None:
+def limit_memory() -> None:
     """Limit the memory of this process and of those that it starts; exceeding it raises a MemoryError.
 
     macOS accepts the limit but does not enforce it.
     """
     if resource is not None:
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        resource.setrlimit(resource.RLIMIT_AS, (most if hard < 0 else min(most, hard), hard))
+        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY if hard < 0 else min(MOST_MEMORY, hard), hard))
 
 
 def lift_limit() -> None:
