@@ -45,6 +45,20 @@ FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
 CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
 REMEDY_STUCK = "Look at that row's connector and formula; if they are of ours, please report it with the workbook."
 REMEDY_SLOW = "Let these rows work with shorter texts and lists, or less often."
+ROW_WITHIN = 2.0
+"""Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s
+are no slow row but one that never ends; and a robot should not be without its engine for longer."""
+INSTANT_WITHIN = 5.0
+"""Seconds of processor time that all rows together may take for one instant: a frame, or an event of the event loop."""
+STILL_WITHIN = 5.0
+"""Seconds (wall clock) that an engine may use no processor time while rows are worked out."""
+SILENT_AFTER = 30.0
+"""Seconds without a word between the frames of a run: of processor time, or of the wall clock without any."""
+PREPARED_AFTER = 90.0
+"""As many before the run: reading, checking, starting the simulator. Usually 2."""
+FINISHED_AFTER = 900.0
+"""As many after it, when the robot rests: a table of a million rows takes minutes."""
+_MOST_NAMED = 3  # rows
 
 
 @dataclass(frozen=True)
@@ -375,22 +389,6 @@ def close_trace(
             "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in lines).encode("utf-8", "backslashreplace")
         )
     return summary
-
-
-ROW_WITHIN = 2.0
-"""Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s
-are no slow row but one that never ends; and a robot should not be without its engine for longer."""
-INSTANT_WITHIN = 5.0
-"""Seconds of processor time that all rows together may take for one instant: a frame, or an event of the event loop."""
-STILL_WITHIN = 5.0
-"""Seconds (wall clock) that an engine may use no processor time while rows are worked out."""
-SILENT_AFTER = 30.0
-"""Seconds without a word between the frames of a run: of processor time, or of the wall clock without any."""
-PREPARED_AFTER = 90.0
-"""As many before the run: reading, checking, starting the simulator. Usually 2."""
-FINISHED_AFTER = 900.0
-"""As many after it, when the robot rests: a table of a million rows takes minutes."""
-_MOST_NAMED = 3  # rows
 
 
 class Watchdog:

@@ -11,6 +11,8 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.engine.run_events import RunEvent
 from rrp_sheets.errors import RunBroken
 
+_TOLD = {"by": "ended_by", "stopped_by": "stopped_by", "why": "why", "remedy": "remedy"}  # by their names in a trace
+
 
 @dataclass(frozen=True)
 class RunSettings:
@@ -77,9 +79,6 @@ class RunStart:
     hfov: float = 0.0
     vfov: float = 0.0
     resources: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-
-_TOLD = {"by": "ended_by", "stopped_by": "stopped_by", "why": "why", "remedy": "remedy"}  # by their names in a trace
 
 
 @dataclass

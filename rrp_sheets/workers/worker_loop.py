@@ -16,6 +16,14 @@ from rrp_sheets.workers.codec import pack
 from rrp_sheets.workers.liveness import Liveness, cpu_clock
 from rrp_sheets.workers.transport import MessageReader, encode
 
+try:
+    import resource
+except ImportError:  # Windows has no such limit: there only the watchdog holds a process in check
+    resource = None  # type: ignore[assignment]
+
+MOST_MEMORY = 3 << 29
+"""Bytes of address space for a process that evaluates formulas: some five times what the largest workbooks need."""
+
 
 def begin(link: int, grace: float, still: float, memory: bool) -> socket.socket:
     """Set up a process that has just been started; return its connection.
@@ -76,15 +84,6 @@ def _call(name: str, arguments: Sequence[Any], report: Callable[[float], None]) 
     function = named(name)
     progress = {"report_progress": report} if "report_progress" in inspect.signature(function).parameters else {}
     return function(*arguments, **progress)
-
-
-try:
-    import resource
-except ImportError:  # Windows has no such limit: there only the watchdog holds a process in check
-    resource = None  # type: ignore[assignment]
-
-MOST_MEMORY = 3 << 29
-"""Bytes of address space for a process that evaluates formulas: some five times what the largest workbooks need."""
 
 
 def limit_memory() -> None:

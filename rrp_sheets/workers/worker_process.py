@@ -23,6 +23,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 
+_TELL_EVERY = 0.25  # s
+
 
 @dataclass(frozen=True)
 class Task:
@@ -41,7 +43,6 @@ class Task:
     memory: bool = False
 
 
-_TELL_EVERY = 0.25  # s
 ANSWERS = Task("rrp_sheets.workers.worker_loop.answer_requests")
 
 

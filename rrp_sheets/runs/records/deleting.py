@@ -25,6 +25,8 @@ from rrp_sheets.runs.records.participant_search import Unsearched, places_of
 from rrp_sheets.runs.trace_reader import TraceReader, text_of
 from rrp_sheets.sim import face_memory
 
+_NOTED, _KNOWN = FACE_REMEMBERED.encode(), b'"recognised":true'  # in the lines that tell of faces
+
 
 @dataclass(frozen=True)
 class Deletion:
@@ -303,9 +305,6 @@ def _delete_folder(place: Path) -> None:
             f"“{error.filename or place}” cannot be deleted ({error.strerror}).",
             "See that you may write there, and that no other program has it open; then delete again.",
         ) from None
-
-
-_NOTED, _KNOWN = FACE_REMEMBERED.encode(), b'"recognised":true'
 
 
 @dataclass(frozen=True)
