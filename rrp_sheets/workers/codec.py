@@ -29,7 +29,7 @@ Change = Callable[[Any], Any] | None
 _ERRORS = {error.__name__: error for error in (SheetsError, MissingPart, RunBroken, UnreadableFile)}
 
 
-_AS_JSON = frozenset((bool, int, float, NoneType, list, dict, bytearray))
+_AS_JSON = frozenset((None, NoneType, bool, int, float, list, dict, bytearray))
 
 
 class _Codec(NamedTuple):
@@ -41,6 +41,8 @@ class _Codec(NamedTuple):
 
 def pack(value: Any, hint: Any = None) -> Any:
     """Return an object as JSON; without a hint it is a dataclass object, an error, or JSON already."""
+    if hint is None and not (is_dataclass(value) or isinstance(value, SheetsError | str)):
+        return value
     change = _codec(cast(Any, hint or type(value))).pack
     return change(value) if change else value
 
@@ -84,7 +86,7 @@ def _class(hint: Any) -> _Codec:
         return _Codec(lambda value: value.value, hint)
     if issubclass(hint, Path):
         return _Codec(str, Path)
-    if hint is str:
+    if issubclass(hint, str):
         return _Codec(_pack_text, _unpack_text)
     if hint is bytes:
         return _Codec(None, bytes)
@@ -122,7 +124,7 @@ def _union(inner: Sequence[Any]) -> _Codec:
         )
     others = [_codec(kind) for kind in inner if kind is not NoneType]
     if len(others) > 1:
-        if not _AS_JSON.issuperset(hint for hint in inner if hint is not str):
+        if not _AS_JSON.issuperset(hint for hint in inner if hint not in (str, bytes)):
             raise TypeError(f"there is no codec for one of {inner}")
         return _Codec(_pack_text, _unpack_text) if str in inner else _Codec()
     pack, unpack = others[0]
