@@ -24,6 +24,11 @@ SWING = (0.1, 0.9)  # of a step's time: when the foot is in the air
 ARRIVED = 1e-6  # m and rad
 AHEAD = 3.0  # rad: how far ahead the goal of a turn without end is
 SPREAD = (STRIDE, ASIDE, TURN)
+JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
+SLOPE = math.pi / 4  # rad, of the hip's first axis
+STRETCHED = 0.999  # of the leg's length: nearer to its end a knee would jerk
+CLOSE = 1e-5  # rad, of the hip's first joint: near enough when the foot's direction is searched for
+ROUNDS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,13 +255,6 @@ def _between(start: float, end: float, speed: float, speed_then: float, part: fl
     t, t2, t3 = part, part**2, part**3
     way = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * speed + (3 * t2 - 2 * t3) * end + (t3 - t2) * speed_then
     return way
-
-
-JOINTS = ("HipYawPitch", "HipRoll", "HipPitch", "KneePitch", "AnklePitch", "AnkleRoll")
-SLOPE = math.pi / 4  # rad, of the hip's first axis
-STRETCHED = 0.999  # of the leg's length: nearer to its end a knee would jerk
-CLOSE = 1e-5  # rad, of the hip's first joint: near enough when the foot's direction is searched for
-ROUNDS = 8
 
 
 class Legs:

@@ -46,6 +46,20 @@ _PAUSE, _FRAME = 0.2, 0.02  # s: of silence between two pieces; of a look at the
 _QUIET = 0.012  # of full scale: never taken for speech
 _EDGE = RATE // 8  # samples kept before and after a piece
 MOST_WORDS = 1_000
+MOST_WAYS = 4  # pronunciations of a word that are listened for
+LONGEST = 60  # sounds of a word: longer ones nobody says
+_PIECE = re.compile(r"[^\W_]+(?:['’][^\W_]+)*")
+# Letters of the phonetic alphabet, longest first, as sounds of the recogniser (CMU's 39).
+_SOUNDS: Mapping[str, str] = {
+    "tʃ": "CH", "dʒ": "JH", "aɪə": "AY ER", "aɪɚ": "AY ER", "aʊɚ": "AW ER", "aɪ": "AY", "aʊ": "AW", "eɪ": "EY",
+    "oʊ": "OW", "əʊ": "OW", "ɔɪ": "OY", "ɜː": "ER", "ɜ": "ER", "ɚ": "ER", "ɝ": "ER", "iː": "IY", "i": "IY", "ɪ": "IH",
+    "ᵻ": "IH", "ɨ": "IH", "uː": "UW", "u": "UW", "ʊ": "UH", "ɛ": "EH", "e": "EH", "æ": "AE", "a": "AE", "ɑː": "AA",
+    "ɑ": "AA", "ɒ": "AA", "ɔː": "AO", "ɔ": "AO", "oː": "AO", "o": "OW", "ʌ": "AH", "ə": "AH", "ɐ": "AH", "ŋ": "NG",
+    "ʃ": "SH", "ʒ": "ZH", "θ": "TH", "ð": "DH", "ɹ": "R", "r": "R", "ɾ": "T", "ʔ": "T", "ɡ": "G", "g": "G", "j": "Y",
+    "b": "B", "d": "D", "f": "F", "h": "HH", "k": "K", "l": "L", "ɫ": "L", "m": "M", "n": "N", "p": "P", "s": "S",
+    "t": "T", "v": "V", "w": "W", "z": "Z", "x": "K", "ç": "HH", "ɬ": "L", "ʁ": "R", "y": "UW", "ø": "ER", "œ": "ER",
+}  # fmt: skip
+_ANY = re.compile("|".join(sorted(map(re.escape, _SOUNDS), key=len, reverse=True)))
 
 
 @dataclass(frozen=True)
@@ -289,22 +303,6 @@ def words_in(text: str, words: tuple[str, ...]) -> list[str]:
 
 def _spoken(text: str) -> str:
     return " " + " ".join(re.findall(r"\w+", text.casefold())) + " "
-
-
-MOST_WAYS = 4  # pronunciations of a word that are listened for
-LONGEST = 60  # sounds of a word: longer ones nobody says
-_PIECE = re.compile(r"[^\W_]+(?:['’][^\W_]+)*")
-# Letters of the phonetic alphabet, longest first, as sounds of the recogniser (CMU's 39).
-_SOUNDS: Mapping[str, str] = {
-    "tʃ": "CH", "dʒ": "JH", "aɪə": "AY ER", "aɪɚ": "AY ER", "aʊɚ": "AW ER", "aɪ": "AY", "aʊ": "AW", "eɪ": "EY",
-    "oʊ": "OW", "əʊ": "OW", "ɔɪ": "OY", "ɜː": "ER", "ɜ": "ER", "ɚ": "ER", "ɝ": "ER", "iː": "IY", "i": "IY", "ɪ": "IH",
-    "ᵻ": "IH", "ɨ": "IH", "uː": "UW", "u": "UW", "ʊ": "UH", "ɛ": "EH", "e": "EH", "æ": "AE", "a": "AE", "ɑː": "AA",
-    "ɑ": "AA", "ɒ": "AA", "ɔː": "AO", "ɔ": "AO", "oː": "AO", "o": "OW", "ʌ": "AH", "ə": "AH", "ɐ": "AH", "ŋ": "NG",
-    "ʃ": "SH", "ʒ": "ZH", "θ": "TH", "ð": "DH", "ɹ": "R", "r": "R", "ɾ": "T", "ʔ": "T", "ɡ": "G", "g": "G", "j": "Y",
-    "b": "B", "d": "D", "f": "F", "h": "HH", "k": "K", "l": "L", "ɫ": "L", "m": "M", "n": "N", "p": "P", "s": "S",
-    "t": "T", "v": "V", "w": "W", "z": "Z", "x": "K", "ç": "HH", "ɬ": "L", "ʁ": "R", "y": "UW", "ø": "ER", "œ": "ER",
-}  # fmt: skip
-_ANY = re.compile("|".join(sorted(map(re.escape, _SOUNDS), key=len, reverse=True)))
 
 
 def pieces(text: str) -> list[str]:

@@ -33,6 +33,9 @@ REMEDY = "Use a PNG or JPEG picture of one person who looks into the camera."
 # Eyes, nose and corners of the mouth as a portrait has them: parts of half its side from its middle, y up.
 _PLACES = ((-0.33, 0.04), (0.33, 0.04), (0.0, -0.22), (-0.23, -0.53), (0.23, -0.53))
 _ANYBODY = Traits((1, 1, 1), (0, 0, 0), (0, 0, 0), (1, 0, 0), width=0.80, jaw=0.63, chin=0.52)
+Floats = NDArray[np.floating[Any]]
+SIDE = 192  # pixels of the finished picture
+EDGE = 0.012  # softness of edges, as a part of half the picture
 
 
 @dataclass(frozen=True)
@@ -191,11 +194,6 @@ def studied(portrait: Portrait, models: FaceModels) -> list[Features]:
         if faces:
             numbers.append(models.features(picture, faces[0]))
     return numbers
-
-
-Floats = NDArray[np.floating[Any]]
-SIDE = 192  # pixels of the finished picture
-EDGE = 0.012  # softness of edges, as a part of half the picture
 
 
 class _Canvas:

@@ -25,6 +25,9 @@ from rrp_sheets.sim.vision import Detector, Spot
 NEAREST, FARTHEST = 0.2, 2.5  # m
 APART = math.radians(2.5)  # between neighbouring rays
 SIDES = ("left", "right")
+STEPS_A_SECOND = 240
+DEGREE = 0.0175  # rad: a torso that turns less has not turned
+STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
 
 
 @lru_cache(maxsize=4)
@@ -91,11 +94,6 @@ def _rotation(roll: float, pitch: float, yaw: float) -> Vector:
         [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
         [-sp, cp * sr, cp * cr],
     ])  # fmt: skip
-
-
-STEPS_A_SECOND = 240
-DEGREE = 0.0175  # rad: a torso that turns less has not turned
-STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
 
 
 class Sight:

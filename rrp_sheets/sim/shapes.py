@@ -17,6 +17,9 @@ from rrp_sheets.sim.body import Vector
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS, RGB, parse_colour
 
 Point = Sequence[float] | Vector
+CLOTHES: tuple[RGB, ...] = ((0.42, 0.60, 0.62), (0.76, 0.64, 0.46), (0.60, 0.52, 0.68), (0.50, 0.62, 0.46))
+"""Too pale to be taken for a ball."""
+AROUND = 20  # faces around a shape that is turned on a lathe
 
 
 @dataclass(frozen=True)
@@ -144,11 +147,6 @@ def _first(enters: Vector, leaves: Vector) -> Vector:
     """Return how far rays go until they are within all of several spaces."""
     enter, leave = enters.max(axis=0), leaves.min(axis=0)
     return np.where((enter <= leave) & (leave >= 0), np.maximum(enter, 0.0), np.inf)
-
-
-CLOTHES: tuple[RGB, ...] = ((0.42, 0.60, 0.62), (0.76, 0.64, 0.46), (0.60, 0.52, 0.68), (0.50, 0.62, 0.46))
-"""Too pale to be taken for a ball."""
-AROUND = 20  # faces around a shape that is turned on a lathe
 
 
 class CompoundShape:

@@ -20,6 +20,17 @@ from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere
 BESIDE = 0.4  # m, between persons who are seen at the same time
 FRONT: Point = (1.0, 0.0, 0.62)  # where a person who "is seen" has the face: in view without moving the head
 LATER_US = 5_000  # a time so much after now has not come yet
+AWAY = math.radians(150)  # how far a person who looks away turns
+WIDE, SEATED_WIDE = 0.15, 0.19  # of a face's height: how wide a person is who stands, who sits (radius)
+Path = Still | LinePath | Circle
+Size = tuple[float, float, float]
+WALL_THICK = 0.05  # m
+TOP_THICK = 0.025  # m, of a table's top
+LEG = 0.035  # m
+WOOD: RGB = (0.80, 0.68, 0.52)
+PLASTER: RGB = (0.80, 0.82, 0.80)
+CARDBOARD: RGB = (0.72, 0.58, 0.42)
+CUP_WIDE = 0.8  # of its height
 
 
 class Stage:
@@ -239,11 +250,6 @@ def _point(value: Value, height: float = 0.0) -> Point:
     return x, y, z[0] if z else height
 
 
-AWAY = math.radians(150)  # how far a person who looks away turns
-WIDE, SEATED_WIDE = 0.15, 0.19  # of a face's height: how wide a person is who stands, who sits (radius)
-Path = Still | LinePath | Circle
-
-
 @dataclass
 class Ball:
     """A ball in the world."""
@@ -310,16 +316,6 @@ class ScenePerson:
             Cylinder(self.name, (x, y, body / 2), radius, max(body, 0.01)),
             Sphere(self.name, (x, y, z), HEAD),
         ]
-
-
-Size = tuple[float, float, float]
-WALL_THICK = 0.05  # m
-TOP_THICK = 0.025  # m, of a table's top
-LEG = 0.035  # m
-WOOD: RGB = (0.80, 0.68, 0.52)
-PLASTER: RGB = (0.80, 0.82, 0.80)
-CARDBOARD: RGB = (0.72, 0.58, 0.42)
-CUP_WIDE = 0.8  # of its height
 
 
 @dataclass

@@ -19,6 +19,30 @@ FASTEST_TURN = TURN / (2 * STEP_TIME)  # rad/s
 REST_AFTER = 0.4  # s without a step before the robot stands on its own again
 UPRIGHT, LOW = 0.8, 0.17  # the torso's axis upward and height (m) of a robot on its feet
 NEAR = 0.03  # rad: a leg's joint that is nearer to the start posture is there
+FORCE = 400.0  # N; holds the robot's weight (53 N) without letting it sway
+LEAD = 4.0  # steps of the physics: the constraint is behind by so much, and therefore sent ahead
+FRONT, BACK, INNER, OUTER = 0.105, -0.047, 0.037, 0.046  # m, of a sole, from below the ankle
+MARGIN = 0.03  # m: the robot does not tip over its soles' ends before its weight is so far beyond them
+ROLL_VELOCITY, ROLL_ACCELERATION = 1.0, 4.0  # rad/s, rad/s²: of the torso that settles
+SINK_VELOCITY = 0.6  # m/s, of the torso on its way down or up
+TOUCHES = 0.01  # m: what is nearer to the floor stands on it, the nearer the firmer
+WITHIN = 0.5  # rad around where it is to settle: it does not tip over, as a guide holds it
+SAME = 5e-4  # rad: a rest that is nearer is the same
+SEARCH_EVERY = 4  # steps of the physics
+AROUND, SHARPENINGS = 57, 4  # leans that are tried, and how often nearer ones are
+BALLS = {  # link, place on it and radius (m) of what may touch the floor besides the soles
+    "torso": ((-0.024, 0.025, -0.088, 0.037), (-0.024, -0.025, -0.088, 0.037), (-0.015, 0.035, 0.09, 0.03),
+              (-0.015, -0.035, 0.09, 0.03), (0.015, 0.035, 0.09, 0.03), (0.015, -0.035, 0.09, 0.03)),
+    "Head": ((0.0, 0.0, 0.058, 0.057),),
+    "LThigh": ((0.006, 0.003, -0.02, 0.033), (0.006, 0.003, -0.081, 0.033)),
+    "RThigh": ((0.006, -0.003, -0.02, 0.033), (0.006, -0.003, -0.081, 0.033)),
+    "LTibia": ((0.006, 0.0, -0.006, 0.03), (0.004, 0.002, -0.087, 0.031)),
+    "RTibia": ((0.006, 0.0, -0.006, 0.03), (0.004, -0.002, -0.087, 0.031)),
+    "LShoulder": ((0.0, -0.004, 0.0, 0.031),), "RShoulder": ((0.0, 0.004, 0.0, 0.031),),
+    "LBicep": ((0.086, 0.012, 0.0, 0.024),), "RBicep": ((0.086, -0.012, 0.0, 0.024),),
+    "LForeArm": ((0.03, 0.0, 0.0, 0.028),), "RForeArm": ((0.03, 0.0, 0.0, 0.028),),
+    "l_wrist": ((0.045, 0.0, 0.0, 0.026),), "r_wrist": ((0.045, 0.0, 0.0, 0.026),),
+}  # fmt: skip
 
 
 class Stance:
@@ -247,10 +271,6 @@ class Stance:
         return self._guide.yaw if self._guide.holds else self._body.tilt()[2]
 
 
-FORCE = 400.0  # N; holds the robot's weight (53 N) without letting it sway
-LEAD = 4.0  # steps of the physics: the constraint is behind by so much, and therefore sent ahead
-
-
 class Guide:
     """A constraint between the torso and the world; it acts from the first call of `hold` on.
 
@@ -299,30 +319,6 @@ class Guide:
         if self._constraint is not None:
             self._b.removeConstraint(self._constraint)
             self._constraint = None
-
-
-FRONT, BACK, INNER, OUTER = 0.105, -0.047, 0.037, 0.046  # m, of a sole, from below the ankle
-MARGIN = 0.03  # m: the robot does not tip over its soles' ends before its weight is so far beyond them
-ROLL_VELOCITY, ROLL_ACCELERATION = 1.0, 4.0  # rad/s, rad/s²: of the torso that settles
-SINK_VELOCITY = 0.6  # m/s, of the torso on its way down or up
-TOUCHES = 0.01  # m: what is nearer to the floor stands on it, the nearer the firmer
-WITHIN = 0.5  # rad around where it is to settle: it does not tip over, as a guide holds it
-SAME = 5e-4  # rad: a rest that is nearer is the same
-SEARCH_EVERY = 4  # steps of the physics
-AROUND, SHARPENINGS = 57, 4  # leans that are tried, and how often nearer ones are
-BALLS = {  # link, place on it and radius (m) of what may touch the floor besides the soles
-    "torso": ((-0.024, 0.025, -0.088, 0.037), (-0.024, -0.025, -0.088, 0.037), (-0.015, 0.035, 0.09, 0.03),
-              (-0.015, -0.035, 0.09, 0.03), (0.015, 0.035, 0.09, 0.03), (0.015, -0.035, 0.09, 0.03)),
-    "Head": ((0.0, 0.0, 0.058, 0.057),),
-    "LThigh": ((0.006, 0.003, -0.02, 0.033), (0.006, 0.003, -0.081, 0.033)),
-    "RThigh": ((0.006, -0.003, -0.02, 0.033), (0.006, -0.003, -0.081, 0.033)),
-    "LTibia": ((0.006, 0.0, -0.006, 0.03), (0.004, 0.002, -0.087, 0.031)),
-    "RTibia": ((0.006, 0.0, -0.006, 0.03), (0.004, -0.002, -0.087, 0.031)),
-    "LShoulder": ((0.0, -0.004, 0.0, 0.031),), "RShoulder": ((0.0, 0.004, 0.0, 0.031),),
-    "LBicep": ((0.086, 0.012, 0.0, 0.024),), "RBicep": ((0.086, -0.012, 0.0, 0.024),),
-    "LForeArm": ((0.03, 0.0, 0.0, 0.028),), "RForeArm": ((0.03, 0.0, 0.0, 0.028),),
-    "l_wrist": ((0.045, 0.0, 0.0, 0.026),), "r_wrist": ((0.045, 0.0, 0.0, 0.026),),
-}  # fmt: skip
 
 
 class Resting:

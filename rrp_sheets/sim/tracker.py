@@ -22,6 +22,16 @@ from rrp_sheets.sim.stance import Stance
 BESIDE = 0.12  # m, of the target to the other side: so far the arm that points keeps pointing, across the body
 HANGING, RAISED, OFF = 1.1, 0.9, 0.06  # rad: an arm that hangs lower or is raised higher keeps so far off the body
 OPEN, STRAIGHT = 1.0, {"ElbowYaw": 0.0, "ElbowRoll": 0.0, "WristYaw": 0.0}
+HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
+ARM_VELOCITY, ARM_ACCELERATION = 2.0, 10.0
+CALM = 0.008  # rad: nearer to the middle of the picture the head keeps still
+TURN_FROM, TURN_TO = 0.30, 0.05  # rad of head yaw: the body begins and stops turning
+TURN_GAIN = 1.6  # rad/s of turning per rad of head yaw
+LOST_AFTER = 1.0  # s without a detection: stop turning, it may be gone
+FAR_AWAY = 1.0  # m: where a detection without distance (a face) is taken to be, for pointing
+YIELDS_AFTER = 1.0  # s without an event: a tracker of another mode that gets one takes its place
+OVERLAP_US = 350_000  # between two arms' hand-over: the one that takes over is up before the other one goes down
+ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "none": None}
 
 
 class Pointing:
@@ -98,18 +108,6 @@ class MotionPredictor:
             self._speed = speed if self._speed is None else self._speed + self.SMOOTH * (speed - self._speed)
         self._us, self._last = us, where
         return where if self._speed is None else where + self._speed * self.LEAD
-
-
-HEAD_VELOCITY, HEAD_ACCELERATION = 2.5, 18.0  # rad/s, rad/s²: brisk, without jerks
-ARM_VELOCITY, ARM_ACCELERATION = 2.0, 10.0
-CALM = 0.008  # rad: nearer to the middle of the picture the head keeps still
-TURN_FROM, TURN_TO = 0.30, 0.05  # rad of head yaw: the body begins and stops turning
-TURN_GAIN = 1.6  # rad/s of turning per rad of head yaw
-LOST_AFTER = 1.0  # s without a detection: stop turning, it may be gone
-FAR_AWAY = 1.0  # m: where a detection without distance (a face) is taken to be, for pointing
-YIELDS_AFTER = 1.0  # s without an event: a tracker of another mode that gets one takes its place
-OVERLAP_US = 350_000  # between two arms' hand-over: the one that takes over is up before the other one goes down
-ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "none": None}
 
 
 @dataclass(frozen=True)

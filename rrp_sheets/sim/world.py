@@ -45,6 +45,15 @@ PICTURE = (320, 240)  # pixels of the head camera
 HOLD_US = 1_000_000  # after Stop the robot first holds still
 REST_WITHIN_US = 4_000_000  # and is then given so long to reach its rest
 REPEAT_US = 5_000_000  # the same complaint of the same stream is told again only after so long
+FORCES = {"gently": 11.0, "": 13.0, "hard": 40.0}  # N; from about 15 N the robot falls
+_FROM = {"front": math.pi, "behind": 0.0, "left": -math.pi / 2, "right": math.pi / 2}  # which way it goes, rad
+EVERY = 8  # physics steps between two looks for contacts: 30 a second
+REACH = 1.0  # m from the torso: farther away nothing touches
+USERS = ("FaceDetection", "RememberFace")
+"""The devices that look at faces; without them no network is loaded."""
+FACE_PICTURE = (640, 480)  # pixels, for faces: with half of that they are found to half the distance
+RELAXED = 0.6  # of the unhurried speed, on the way back to the start posture
+LEGS = frozenset({"LLeg", "RLeg"})
 
 
 class SimWorld:
@@ -287,10 +296,6 @@ class SimWorld:
         return Outcome(tuple(events), tuple(notices))
 
 
-FORCES = {"gently": 11.0, "": 13.0, "hard": 40.0}  # N; from about 15 N the robot falls
-_FROM = {"front": math.pi, "behind": 0.0, "left": -math.pi / 2, "right": math.pi / 2}  # which way it goes, rad
-
-
 def force(values: Mapping[str, Value], yaw: float) -> tuple[float, float, float]:
     """Return the force of a push (N, in the world), from a side of a robot that is turned by `yaw` (rad).
 
@@ -319,10 +324,6 @@ def quiet() -> Iterator[None]:
         os.close(nowhere)
 
 
-EVERY = 8  # physics steps between two looks: 30 a second
-REACH = 1.0  # m from the torso: farther away nothing touches
-
-
 class Contacts:
     """Finds the touch zones that something rests against."""
 
@@ -349,11 +350,6 @@ class Contacts:
         return frozenset(found)
 
 
-USERS = ("FaceDetection", "RememberFace")
-"""The devices that look at faces; without them no network is loaded."""
-FACE_PICTURE = (640, 480)  # pixels, for faces: with half of that they are found to half the distance
-
-
 def make_faces(
     spec: Spec, sight: Sight, stage: Stage, heads: Heads, lens: Lens, models: Callable[[], FaceModels]
 ) -> Faces:
@@ -376,10 +372,6 @@ def make_faces(
             faces.memory.know(known.number, known.name, views)
         models()
     return faces
-
-
-RELAXED = 0.6  # of the unhurried speed
-LEGS = frozenset({"LLeg", "RLeg"})
 
 
 class Relaxing:

@@ -16,6 +16,12 @@ from rrp_sheets.sim.body import Vector
 from rrp_sheets.sim.keyframes import Motion
 from rrp_sheets.sim.tracker import Detection, Pointing
 
+RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
+REACHED = 0.06  # rad: nearer than this a joint is where it was sent
+PATIENCE_US = 3_000_000  # joints that are not there so long after the motion are blocked: given up
+QUICKEST = 0.5  # s, of each part of the way
+CALM = 4.0  # rad/s at full speed
+
 
 class Keyframed(Base):
     """An actuator that makes one motion after the other.
@@ -115,9 +121,6 @@ def proposal(name: str, names: Sequence[str]) -> str:
     return f"Did you mean {guess}?" if guess else f"There are: {', '.join(names)}."
 
 
-RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
-
-
 class GestureActuator(Keyframed):
     """Makes the gesture of its setting, the one that a value names, or points at what was detected."""
 
@@ -158,12 +161,6 @@ class GestureActuator(Keyframed):
         camera = like.camera if like is not None else self.parts.body.camera()
         x, y = (min(max(angle, -1.4), 1.4) for angle in (x, y))
         return Detection(0, x, y, as_number(seen.values.get("distance")), 0.0, 0.0, camera).point()
-
-
-REACHED = 0.06  # rad: nearer than this a joint is where it was sent
-PATIENCE_US = 3_000_000  # joints that are not there so long after the motion are blocked: given up
-QUICKEST = 0.5  # s, of each part of the way
-CALM = 4.0  # rad/s at full speed
 
 
 class Posture(Keyframed):
