@@ -23,7 +23,6 @@ from rrp_sheets.cli.main import main
 from rrp_sheets.diagnostics import CODES, Diagnostic, Report
 from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
 from rrp_sheets.diagnostics.page import completed, load_page
-from rrp_sheets.diagnostics.phrase import Phrase, capital, listed, sentences, small
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
@@ -36,6 +35,7 @@ from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.output import account
 from rrp_sheets.runs.replay.report import as_text, in_words
 from rrp_sheets.runs.replay.result import Replayed, Spoken
+from rrp_sheets.texts import Phrase, capital, listed, sentences, small
 from rrp_sheets.workbook import read
 from rrp_sheets.workers.codec import pack, unpack
 

@@ -23,7 +23,6 @@ from rrp_sheets.devices.own_robot import own_robot
 from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.fix import Fix, Replace
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant, slips
 from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.formulas.functions import library
@@ -34,6 +33,7 @@ from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.model.exchange import ROW_ABOVE, SceneAction
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
+from rrp_sheets.texts import Phrase
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ from typing import Any
 
 from rrp_sheets.devices import DeviceType, Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Protocol, Workbook
+from rrp_sheets.texts import Phrase, listed
 from rrp_sheets.workbook.schema import FIELDS
 
 ENGINES = FIELDS["engine"].words

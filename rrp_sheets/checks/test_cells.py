@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase, sentences, small
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, compile_formula
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Cell
+from rrp_sheets.texts import Phrase, sentences, small
 
 __all__ = ["Expectation", "Place", "Value", "read_expect"]
 

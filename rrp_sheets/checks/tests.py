@@ -9,7 +9,6 @@ from functools import cached_property
 from rrp_sheets.checks.test_cells import Expectation, Place, Sending, read_expect, read_send
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import listed
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
@@ -18,6 +17,7 @@ from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Address, Cell, TestRow, TestSheet, Workbook
+from rrp_sheets.texts import listed
 
 LONGEST_US = 24 * 3_600_000_000  # a day: longer is surely a typing mistake
 MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]

@@ -135,7 +135,7 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: 
 def verdict(findings: Iterable[Diagnostic], language: str = "en") -> str:
     """The findings counted, in words: `2 errors, 1 warning`."""
     from rrp_sheets.diagnostics.languages import told
-    from rrp_sheets.diagnostics.phrase import Phrase, counted
+    from rrp_sheets.texts import Phrase, counted
 
     kinds = [d.severity.value for d in findings]
     counts = {kind: kinds.count(kind) for kind in ("error", "warning")}

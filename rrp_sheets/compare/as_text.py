@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.tokens import single
-from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.texts import Phrase
 
 MOST = 200  # lines of each kind; the JSON has all
 Style = Callable[[str, str], str]

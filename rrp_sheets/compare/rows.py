@@ -11,8 +11,8 @@ from rrp_sheets.compare.changes import Change
 from rrp_sheets.compare.match import Match, out_of_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
 from rrp_sheets.compare.tokens import meanings, pieces, shape
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.texts import Phrase
 
 OFF = "the row is switched off in both"
 RENAMED = "the same stream under another name"

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import ConnectorContext, first_with_latest
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.values import Failure, Value, show
+from rrp_sheets.texts import Phrase
 
 if TYPE_CHECKING:
     from reactivex import Observable

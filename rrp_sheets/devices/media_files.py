@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.workbook import SceneRow
+from rrp_sheets.texts import Phrase
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_BYTES = 5_000_000

@@ -31,9 +31,9 @@ from rrp_sheets.devices.catalogue import (
     robot_names,
 )
 from rrp_sheets.devices.gestures import Gesture
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import Phrase
 
 FOLDER = "robots"
 _MOST_FILES = 40

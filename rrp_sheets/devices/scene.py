@@ -42,7 +42,6 @@ from rrp_sheets.devices.scene_words import (  # fmt: skip
 )
 from rrp_sheets.devices.scene_words import place as read_place
 from rrp_sheets.devices.scene_words import seconds as read_seconds
-from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.durations import meant_duration
@@ -50,6 +49,7 @@ from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Cell, SceneRow
+from rrp_sheets.texts import Phrase, sentences
 
 __all__ = [
     "BALL_COLOURS",

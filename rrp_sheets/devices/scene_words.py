@@ -14,11 +14,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import Phrase
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES
-from rrp_sheets.diagnostics.phrase import SLOTS, Phrase
+from rrp_sheets.texts import SLOTS, Phrase
 
 _FOLDER = Path(__file__).parent / "catalogue"
 PHRASES = "phrases"

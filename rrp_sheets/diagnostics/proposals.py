@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from rrp_sheets.diagnostics.fix import Fix, Replace
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import Phrase
 
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
 """The detail that holds what is misspelt; of other codes it is `name`."""

@@ -11,11 +11,11 @@ from typing import Any
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
 from rrp_sheets.diagnostics.languages import places_in, told
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import proposed
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import Phrase
 
 Detail = str | int | float | None
 """Value of a detail: what the user typed, a number, or a `Phrase` of the program; all can be written as JSON."""

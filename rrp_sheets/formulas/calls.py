@@ -8,7 +8,6 @@ import unicodedata
 from abc import ABC, abstractmethod
 from typing import Any, NoReturn
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.functions.define import arguments
@@ -17,6 +16,7 @@ from rrp_sheets.formulas.parsing import unread
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.texts import Phrase
 
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])\d+,\d+")
 ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."

@@ -15,7 +15,6 @@ from typing import Any
 
 from asteval import Interpreter
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.functions.table_functions import members_of
@@ -27,6 +26,7 @@ from rrp_sheets.formulas.problems import FormulaProblem, kind_of, problem_of
 from rrp_sheets.formulas.scope import HelperDef
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.texts import Phrase
 
 _PLAIN = frozenset((float, bool, int, str, type(None)))
 

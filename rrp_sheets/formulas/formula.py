@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NoReturn
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.hints import refuse_setting
 from rrp_sheets.formulas.limits import LONGEST_FORMULA
@@ -20,6 +19,7 @@ from rrp_sheets.formulas.tokens import Token, tokenize
 from rrp_sheets.formulas.tree import resolve
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import Phrase
 
 if TYPE_CHECKING:
     from rrp_sheets.formulas.evaluator import GuardedInterpreter

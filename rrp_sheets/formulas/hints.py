@@ -6,10 +6,10 @@ import ast
 import re
 from typing import NamedTuple, NoReturn
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Token
+from rrp_sheets.texts import Phrase
 
 KEYWORDS = frozenset((
     "else", "for", "in", "is", "lambda", "await", "yield", "import", "from", "class", "def", "del", "try", "with",

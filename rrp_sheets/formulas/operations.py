@@ -7,12 +7,12 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
-from rrp_sheets.diagnostics.phrase import Phrase, capital
 from rrp_sheets.formulas.functions.define import shown
 from rrp_sheets.formulas.limits import LONGEST_FIELD, LONGEST_LIST, LONGEST_TEXT, Charge, free, letters, searching
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table, value_of
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.texts import Phrase, capital
 
 _SIGNS: dict[type, str] = {
     ast.Add: "+",

@@ -8,12 +8,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.limits import DEEPEST
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token
 from rrp_sheets.model.names import OPERATOR_WORDS
+from rrp_sheets.texts import Phrase
 
 Node = TypeVar("Node", bound=ast.AST)
 CONSTANTS = {"true": True, "false": False, "none": None, "blank": None}

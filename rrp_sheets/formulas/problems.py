@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from rrp_sheets.diagnostics import CODES
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.texts import Phrase
 
 
 class FormulaProblem(Exception):

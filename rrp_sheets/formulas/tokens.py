@@ -12,9 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import MOST_TEXTS_DEEP
 from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.texts import Phrase
 
 _DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
 QUOTES = _DOUBLE + _SINGLE

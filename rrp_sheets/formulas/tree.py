@@ -12,7 +12,6 @@ import unicodedata
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas.calls import Calls, plain
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
@@ -23,6 +22,7 @@ from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType
+from rrp_sheets.texts import Phrase
 
 _SPEC = re.compile(r"[<>^]?[+ -]?0?\d{0,2},?(\.\d{1,2})?[defgs%]?")
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)

@@ -12,7 +12,6 @@ from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
@@ -21,6 +20,7 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
+from rrp_sheets.texts import Phrase
 
 __all__ = ["StreamKind", "build_graph"]
 

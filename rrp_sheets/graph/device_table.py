@@ -11,13 +11,13 @@ from rrp_sheets.devices import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.devices.media_files import is_plain
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Address, Cell, Device, Workbook
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook.schema import DEVICES
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)

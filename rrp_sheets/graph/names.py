@@ -10,13 +10,13 @@ from typing import Any
 from rrp_sheets.connectors import Connector
 from rrp_sheets.devices import DeviceType, FoundDevice
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
 from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row
+from rrp_sheets.texts import Phrase
 
 DONE_DEVICE = FoundDevice(
     "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.worker_loop import lift_limit
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerClosed, WorkerError

@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.checks.test_cells import Expectation
 from rrp_sheets.checks.tests import Case, CaseRow
-from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.testing.results import TOLERANCE, Event, Fault, Frames, RowResult
+from rrp_sheets.texts import Phrase, listed
 
 __all__ = ["Holds", "equal", "make_holds"]
 

@@ -7,12 +7,12 @@ from pathlib import PurePath
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.values import to_json
 from rrp_sheets.render.measure import clean
 from rrp_sheets.testing.judge import seconds
 from rrp_sheets.testing.results import CaseResult, RowResult
 from rrp_sheets.testing.run import TestReport
+from rrp_sheets.texts import Phrase
 
 MOST_FAILURES = 20  # shown of one test; the rest are counted
 

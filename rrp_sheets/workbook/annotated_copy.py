@@ -12,8 +12,8 @@ from lxml import etree
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.languages import told
-from rrp_sheets.diagnostics.phrase import counted
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import counted
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.patch import sheet_list as listed

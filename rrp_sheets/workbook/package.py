@@ -9,7 +9,7 @@ import zipfile
 import zlib
 from typing import IO, Any
 
-from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 from rrp_sheets.workbook.xml_stream import Budget, Handler, XmlReader

@@ -8,8 +8,8 @@ from enum import Enum
 from typing import Protocol
 
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 
 

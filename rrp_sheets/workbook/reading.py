@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import (
     Address,
@@ -23,6 +22,7 @@ from rrp_sheets.model.workbook import (
     TestSheet,
     Workbook,
 )
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable

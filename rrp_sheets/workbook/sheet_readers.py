@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import (
@@ -24,6 +23,7 @@ from rrp_sheets.model.workbook import (
     TestRow,
     TestSheet,
 )
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.headers import Recognised

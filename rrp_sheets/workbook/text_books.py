@@ -14,8 +14,8 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Extent, RawCell, RawSheet, unreadable

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from rrp_sheets.diagnostics.phrase import Phrase
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.package import Package
 from rrp_sheets.workbook.raw import Kind, unreadable

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.package import Package
 from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, RawSheet, unreadable

@@ -7,8 +7,8 @@ from typing import IO, Any
 from xml.sax import SAXException
 from xml.sax.handler import ContentHandler
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 

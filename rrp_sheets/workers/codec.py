@@ -19,10 +19,10 @@ from types import NoneType, UnionType
 from typing import Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.values import Record, Value, record_from_mapping
+from rrp_sheets.texts import Phrase
 
 T = TypeVar("T")
 Change = Callable[[Any], Any] | None

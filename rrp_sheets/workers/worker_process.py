@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 from rrp_sheets.checks.dataflow import Route
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
 from rrp_sheets.checks.lints.material import Material, row_of
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import Phrase
 
 MOST_PAIRS = 5_000
 STEADY_HZ = 0.5  # what comes at least so often leaves no time for anything else

@@ -9,12 +9,12 @@ from rrp_sheets.checks.facts import LIST, RECORD, TEXT
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value, show
+from rrp_sheets.texts import Phrase
 
 _NO_CONDITION = {TEXT: "a text", LIST: "a list", RECORD: "a whole record"}
 _SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout", "forgetAfter", "merge"})

@@ -6,8 +6,8 @@ from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER
 from rrp_sheets.checks.lints.conflicts import VOICE
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import Step
+from rrp_sheets.texts import Phrase
 
 TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
 PERIOD = "10 s"  # of the throttle that is proposed, in words and as a fix

@@ -9,13 +9,13 @@ from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUT
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.devices import DeviceType, Robot, Setting
 from rrp_sheets.devices.trajectory import joint_limits
-from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import understand
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.texts import Phrase, sentences
 
 _WORDS = {NUMBER: "a number", TEXT: "a text", TRUTH: "TRUE or FALSE", LIST: "a list", RECORD: "a whole record"}
 

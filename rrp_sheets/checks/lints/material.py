@@ -10,10 +10,10 @@ from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.texts import Phrase
 
 
 @dataclass(frozen=True)

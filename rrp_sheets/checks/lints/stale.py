@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 from rrp_sheets.checks.facts import EVENT
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import Phrase
 
 _RARE = frozenset({"once", "timeout"})
 _TIMES = frozenset({"t", "timestamp"})

@@ -7,11 +7,11 @@ import ast
 from rrp_sheets.checks.facts import NUMBER
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
-from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.graph import Step, StreamKind
 from rrp_sheets.model.values import show
+from rrp_sheets.texts import Phrase, listed
 
 
 def lint_never(material: Material) -> None:

@@ -8,11 +8,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.texts import Phrase
 
 MANY = 255
 

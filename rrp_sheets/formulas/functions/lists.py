@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import bounded, define, flat, listing, number, whole
 from rrp_sheets.formulas.limits import LONGEST_LIST, Charge, free, letters
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import Phrase
 
 
 def range_(first: Value, end: Value = None, step: Value = 1) -> list[int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import MANY, Function, define, listing, shown, whole
 from rrp_sheets.formulas.limits import Charge, free
 from rrp_sheets.formulas.nodes import Pick
@@ -12,6 +11,7 @@ from rrp_sheets.formulas.operations import same
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import Phrase
 
 _NO_DEFAULT = object()
 

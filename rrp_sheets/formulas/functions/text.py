@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import (
     bounded,
     define,
@@ -21,6 +20,7 @@ from rrp_sheets.formulas.functions.maths import round_
 from rrp_sheets.formulas.limits import LONGEST_TEXT, Charge, free, searching
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import Phrase
 
 _LAYOUT = re.compile(r"(?P<digits>(?P<thousands>#,##)?[#0]{1,15})(?P<places>\.0{1,15})?(?P<percent>%?)")
 _NUMBER = re.compile(r"\s*[+-]?(\d{1,16}(\.\d{0,16})?|\.\d{1,16})\s*", re.ASCII)

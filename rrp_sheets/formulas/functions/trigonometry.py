@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.formulas.functions.define import define, number
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import Phrase
 
 
 def sin(angle: Value) -> float:

@@ -9,7 +9,6 @@ from typing import Any
 
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.phrase import Phrase, sentences
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.live_edits import compare, helper_text
 from rrp_sheets.engine.plan import make_plan
@@ -18,6 +17,7 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Behaviour, Cell, Helper, Row, Workbook
 from rrp_sheets.runs.replay.report import in_words
+from rrp_sheets.texts import Phrase, sentences
 
 _HELPERS = "Helpers!"
 _HELPER = re.compile(r"\(([^()]*)\) (.*)", re.DOTALL)

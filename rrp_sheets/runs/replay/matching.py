@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 from rrp_sheets.compare.match import match
 from rrp_sheets.compare.side import Side
-from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.report import in_words
 from rrp_sheets.runs.replay.source import ReplaySource
+from rrp_sheets.texts import Phrase, listed
 
 _FED = (StreamKind.SENSOR, StreamKind.DONE)
 

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.engine.run_events import RunObserver
@@ -22,6 +21,7 @@ from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.record import content, same_json
 from rrp_sheets.runs.replay.source import ReplaySource
+from rrp_sheets.texts import Phrase
 
 
 class ValueDecoder:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.run_files import WORKBOOK
@@ -24,6 +23,7 @@ from rrp_sheets.runs.replay.record import Events, Recorded, moments, read_record
 from rrp_sheets.runs.replay.report import ending, unknown
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import ReplaySource, another, remarks, the_one_that_ran
+from rrp_sheets.texts import Phrase
 
 _SAYS = ("SayInput", "SayParameter")
 _SWITCHED = (" is switched on.", " is switched off.")

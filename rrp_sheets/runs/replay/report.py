@@ -8,9 +8,9 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.diagnostics.languages import told
-from rrp_sheets.diagnostics.phrase import Phrase, listed
 from rrp_sheets.model.values import record_from_mapping, show
 from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
+from rrp_sheets.texts import Phrase, listed
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.replay.ends import Ends

@@ -8,12 +8,12 @@ from pathlib import Path
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.side import open_checked
-from rrp_sheets.diagnostics.phrase import Phrase
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.runs.replay.record import Recorded
+from rrp_sheets.texts import Phrase
 from rrp_sheets.workbook import Reading
 
 _KEPT = ("robot.toml", "gestures.toml")
