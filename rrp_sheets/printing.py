@@ -13,7 +13,6 @@ from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.compare import Change, Comparison, compare
 from rrp_sheets.compare.as_text import place, value
 from rrp_sheets.compare.side import open_checked
-from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
@@ -21,6 +20,7 @@ from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.result_text import failure_lines
+from rrp_sheets.texts import N_, told
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
@@ -179,7 +179,7 @@ def _one(change: Change, words: Texts) -> VersionDifference:
 
     before, after = (value(text) if text else "" for text in (change.before, change.after))
     if change.kind in ("on", "off"):
-        before, after = map(say, ("off", "on") if change.kind == "on" else ("on", "off"))
+        before, after = map(say, (N_("off"), N_("on")) if change.kind == "on" else (N_("on"), N_("off")))
     elif change.kind == "moved" and not change.before and change.rows[0] != change.rows[1]:
         before, after = (words.get("behaviour.row", n=row) for row in change.rows)
     what = f"{say(change.what)}: " if change.what and change.kind == "changed" else ""

@@ -1,54 +1,119 @@
-"""English texts that keep their template and its values, so that they can be translated.
-
-Findings are made in English, as strings that can be sorted, compared and shown. A language is a table from English
-templates to its own (`languages.py`), which is applied to the template and the values that a phrase has kept.
-"""
+"""Texts of the program: written in English, shown in the reader's language by gettext catalogues (`locale/`)."""
 
 from __future__ import annotations
 
+import gettext
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
+from pathlib import Path
+from string import Formatter
 from typing import Any
 
-_FIRST = re.compile(r"\{(\w+)\}")
-
-SLOTS = frozenset((
-    "after", "are", "at", "before", "between", "can", "come", "describe", "example", "first", "gets", "help", "hint",
-    "how", "kind", "kind2", "leave", "limit", "longest", "meant", "message", "named", "needed", "needs", "part",
-    "problem", "reason", "remedy", "resource", "rows", "second", "shown", "takes", "then", "usage", "use", "values",
-    "wants", "what", "when", "why",
-))  # fmt: skip
-"""The places that hold the program's words. In the others stands what the user typed, which is never translated."""
+LOCALE = Path(__file__).parent / "locale"
+_SPECIFICATION = re.compile(r",|\.?\d{0,2}[fg]|")
+_LONGEST = 100_000  # characters of a message from another process
 
 
-class Phrase(str):
-    """Text made from a `str.format` template; as a string it is English.
+class LazyMessage(str):
+    """Text of the program with its `str.format` template and values; as a string it is English.
 
-    >>> str(Phrase("Did you mean {guess}?", guess="redBall"))
+    Without values the template is a text in which braces are nothing special.
+
+    >>> LazyMessage("Did you mean {guess}?", guess="redBall")
     'Did you mean redBall?'
     """
 
     template: str
+    context: str
     places: Mapping[str, Any]
 
-    def __new__(cls, template: str, /, **places: Any) -> Phrase:
-        """Fill the places of a template."""
-        self = super().__new__(cls, template.format(**places))
-        self.template = template
+    def __new__(cls, template: str, /, *, msgctxt: str = "", **places: Any) -> LazyMessage:
+        """Fill the places of a template; `msgctxt` tells texts apart that are the same in English."""
+        self = super().__new__(cls, template.format(**places) if places else template)
+        self.template = str(template)
+        self.context = msgctxt
         self.places = places
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _made, (self.template, dict(self.places))
+        return partial(LazyMessage, self.template, msgctxt=self.context, **self.places), ()
 
 
-def _made(template: str, places: Mapping[str, Any]) -> Phrase:
-    return Phrase(template, **places)
+N_ = LazyMessage
+"""Marks a text of the program: `make texts` finds it by this name."""
+
+
+class MessageError(Exception):
+    """Error that says something of the program's; `make texts` knows its subclasses by name."""
+
+    def __init__(self, template: str = "", /, **places: Any) -> None:
+        super().__init__(*([LazyMessage(template, **places)] if template else []))
+
+
+def told(text: str, language: str) -> str:
+    """Return a message in a language; one without a translation stays English, and any other text is the user's.
+
+    >>> told(N_("Did you mean {guess}?", guess="a number"), "ja"), told("a number", "ja")
+    ('「a number」のことですか。', 'a number')
+    """
+    if not isinstance(text, LazyMessage) or language == "en":
+        return str(text)
+    template = _translated(text.template, text.context, _catalogue(language))
+    return template.format(**places_in(text.places, language)) if text.places else template
+
+
+def places_in(places: Mapping[str, Any], language: str) -> dict[str, Any]:
+    """Return the values of places, those that are messages in a language.
+
+    >>> places_in({"name": "Red", "remedy": N_("Did you mean {guess}?", guess="Blue")}, "en")
+    {'name': 'Red', 'remedy': 'Did you mean Blue?'}
+    """
+    return {name: told(value, language) if isinstance(value, str) else value for name, value in places.items()}
+
+
+@lru_cache(maxsize=8)
+def _catalogue(language: str) -> gettext.NullTranslations:
+    return gettext.translation("messages", LOCALE, [language], fallback=True)
+
+
+def _translated(template: str, context: str, catalogue: gettext.NullTranslations) -> str:
+    """Return the translation of a template, also of one whose first letter was recased."""
+    find = (lambda text: catalogue.pgettext(context, text)) if context else catalogue.gettext
+    for text in (template, template[:1].swapcase() + template[1:]):
+        if text and (found := find(text)) != text:  # the empty text is gettext's name for the head of a catalogue
+            return found
+    return template
+
+
+def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
+    """Return the message that another process sent; a template that no text of the program can have stays as it is."""
+    if not places:
+        return LazyMessage(template, msgctxt=context)
+    try:
+        parts = [part for part in Formatter().parse(template) if part[1] is not None]
+        used = [places[str(name)] for _, name, _, _ in parts]
+    except (ValueError, KeyError):
+        return template
+    plain = all(not conversion and _SPECIFICATION.fullmatch(str(spec)) for _, _, spec, conversion in parts)
+    short = sum(len(value) for value in used if isinstance(value, str)) <= _LONGEST
+    return LazyMessage(template, msgctxt=context, **places) if plain and short and "msgctxt" not in places else template
+
+
+# ---- several in one
+_JOINED = {
+    "": N_("{before}, {after}"), "and": N_("{before} and {after}"), "and of": N_("{before} and of {after}"),
+    "or": N_("{before} or {after}"), ", then": N_("{before}, then {after}"),
+}  # fmt: skip
+_COUNTED = {
+    "error": (N_("{n} error"), N_("{n} errors")), "warning": (N_("{n} warning"), N_("{n} warnings")),
+    "note": (N_("{n} note"), N_("{n} notes")),
+}  # fmt: skip
 
 
 def sentences(*parts: str) -> str:
     """Join sentences, without the empty ones."""
-    return _chain([part for part in parts if part], "{before} {after}")
+    return _chain([part for part in parts if part], N_("{before} {after}"))
 
 
 def listed(things: Sequence[str], joiner: str = "") -> str:
@@ -57,11 +122,9 @@ def listed(things: Sequence[str], joiner: str = "") -> str:
     >>> listed(["a", "b", "c"], "and")
     'a, b and c'
     """
-    if not joiner or len(things) < 2:
-        return _chain(things, "{before}, {after}")
-    if joiner.startswith(","):
-        return _chain(things, "{before}" + joiner + " {after}")
-    return _chain([_chain(things[:-1], "{before}, {after}"), things[-1]], "{before} " + joiner + " {after}")
+    if not joiner or joiner.startswith(",") or len(things) < 2:
+        return _chain(things, _JOINED[joiner])
+    return _chain([_chain(things[:-1], _JOINED[""]), things[-1]], _JOINED[joiner])
 
 
 def counted(counts: Mapping[str, int]) -> str:
@@ -70,16 +133,16 @@ def counted(counts: Mapping[str, int]) -> str:
     >>> counted({"error": 2, "warning": 1}), counted({"error": 0})
     ('2 errors, 1 warning', 'Everything is in order.')
     """
-    some = [Phrase(f"{{n}} {word}{'s' if n != 1 else ''}", n=n) for word, n in counts.items() if n]
-    return listed(some) if some else "Everything is in order."
+    some = [N_(_COUNTED[word][n != 1], n=n) for word, n in counts.items() if n]
+    return listed(some) if some else N_("Everything is in order.")
 
 
 def _chain(things: Sequence[str], template: str) -> str:
-    """Join texts half by half, as joining hundreds of them one by one would nest phrases too deeply."""
+    """Join texts half by half, as joining hundreds of them one by one would nest messages too deeply."""
     if len(things) < 2:
         return things[0] if things else ""
     half = len(things) // 2
-    return Phrase(template, before=_chain(things[:half], template), after=_chain(things[half:], template))
+    return N_(template, before=_chain(things[:half], template), after=_chain(things[half:], template))
 
 
 def capital(text: str) -> str:
@@ -92,15 +155,15 @@ def small(text: str) -> str:
     return _recased(text, str.lower)
 
 
+_FIRST = re.compile(r"\{(\w+)\}")
+
+
 def _recased(text: str, case: Callable[[str], str]) -> str:
-    if not isinstance(text, Phrase):
+    if not isinstance(text, LazyMessage):
         return case(text[:1]) + text[1:]
-    first = _FIRST.match(text.template)
-    if first is None:
-        return Phrase(case(text.template[:1]) + text.template[1:], **text.places)
-    return Phrase(text.template, **{**text.places, first[1]: _recased(str_of(text.places[first[1]]), case)})
-
-
-def str_of(value: object) -> str:
-    """Return a place's value as a text; a phrase stays one."""
-    return value if isinstance(value, str) else str(value)
+    places = dict(text.places)
+    if first := _FIRST.match(text.template):
+        value = places[first[1]]
+        places[first[1]] = _recased(value if isinstance(value, str) else str(value), case)
+        return LazyMessage(text.template, msgctxt=text.context, **places)
+    return LazyMessage(case(text.template[:1]) + text.template[1:], msgctxt=text.context, **places)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import io
 import json
 import pickle
@@ -10,18 +9,14 @@ import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import replace
-from pathlib import Path
-from string import Formatter
 
 import openpyxl
 import pytest
 from play import check
 from test_mistakes import base, markdown_of, mistakes
 
-import rrp_sheets
 from rrp_sheets.cli.main import main
 from rrp_sheets.diagnostics import CODES, Diagnostic, Report
-from rrp_sheets.diagnostics.languages import PHRASES, entries, title, told
 from rrp_sheets.diagnostics.page import completed, load_page
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
@@ -35,54 +30,12 @@ from rrp_sheets.runs.replay.differences import Count, Difference
 from rrp_sheets.runs.replay.output import account
 from rrp_sheets.runs.replay.report import as_text, in_words
 from rrp_sheets.runs.replay.result import Replayed, Spoken
-from rrp_sheets.texts import Phrase, capital, listed, sentences, small
+from rrp_sheets.texts import N_, LazyMessage, capital, listed, sentences, small, told
 from rrp_sheets.workbook import read
 from rrp_sheets.workers.codec import pack, unpack
 
 ENGLISH = re.compile(r"[A-Za-z]+ (a|an|the|is|are|of|to|in|it|that|this|for|no|not|has|and|or|with)\b", re.IGNORECASE)
 TO_TYPE = re.compile(r"ends with the run|x for x in list|what in text|`[^`]*`")  # what is written so in a cell
-LEFT_OUT = {"help", "takes", "are", "come", "leave"}  # what the Japanese sentences say without an English phrase
-
-
-def places(template: str) -> set[str]:
-    return {name for _, name, _, _ in Formatter().parse(template) if name}
-
-
-def test_every_code_has_a_title_a_message_and_a_remedy():
-    japanese = entries("ja")
-    assert set(japanese) - {PHRASES} == set(CODES)
-    assert all(set(table) == {"title", "message", "remedy"} for code, table in japanese.items() if code != PHRASES)
-    assert title("FORM005", "ja") == "知らない関数" and title("FORM005", "en") == "Unknown function"
-
-
-def test_every_text_has_the_places_of_the_english_one():
-    for code in CODES.values():
-        own = entries("ja")[code.id]
-        known = places(code.message) | places(code.remedy)
-        for part in ("message", "remedy"):
-            wanted, there = places(getattr(code, part)), places(own[part])
-            assert there <= known and wanted - there <= LEFT_OUT, f"{code.id} {part}"
-    for english, japanese in entries("ja")[PHRASES].items():
-        try:
-            wanted = places(english)
-        except ValueError:  # a text about braces, which has no places
-            continue
-        if all(name.isidentifier() for name in wanted) and "each" not in wanted:
-            assert places(japanese) == wanted or not wanted, english
-
-
-def test_every_phrase_of_the_program_has_its_japanese():
-    japanese = entries("ja")[PHRASES]
-    known = {english[:1].swapcase() + english[1:] for english in japanese} | set(japanese)
-    phrases = [
-        (path.name, call.args[0].value)
-        for path in Path(rrp_sheets.__file__).parent.rglob("*.py")
-        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Phrase"
-        and call.args and isinstance(call.args[0], ast.Constant)
-    ]  # fmt: skip
-    assert len(phrases) > 200
-    assert [said for said in phrases if said[1] not in known] == []
 
 
 def books() -> list[str]:
@@ -101,11 +54,11 @@ def findings():
 
 
 def without_typed(said: object) -> object:
-    """A phrase whose places hold no more what the user typed, so that only the program's words are left."""
-    if isinstance(said, Phrase):
-        return Phrase(said.template, **{n: without_typed(v) for n, v in said.places.items()})
-    known = isinstance(said, str) and told(said, "ja") != said
-    return said if known else 0 if isinstance(said, int | float) else ""
+    """A message whose places hold no more what the user typed, so that only the program's words are left."""
+    if isinstance(said, LazyMessage):
+        places = {n: without_typed(v) for n, v in said.places.items()}
+        return LazyMessage(said.template, msgctxt=said.context, **places)
+    return 0 if isinstance(said, int | float) else ""
 
 
 def test_nothing_of_the_programs_words_stays_english(findings):
@@ -121,13 +74,13 @@ def test_what_was_typed_is_never_translated():
     finding = report.add("GRAPH011", Address("Look", 2, 4), name="a number")
     assert told(finding.message, "ja") == "ストリーム「a number」を使うものがないため、この行には効果がありません。"
     hostile = report.add(
-        "GRAPH001", None, name="{name.__class__} <script>", remedy=Phrase("Did you mean {guess}?", guess="{0}")
+        "GRAPH001", None, name="{name.__class__} <script>", remedy=N_("Did you mean {guess}?", guess="{0}")
     )
     assert "「{name.__class__} <script>」" in told(hostile.message, "ja") and "「{0}」" in told(hostile.remedy, "ja")
 
 
-def test_a_phrase_is_the_english_text_and_survives_being_sent():
-    finding = Report().add("LINT004", Address("Look", 3, 4), other=Phrase("row {number}", number=5))
+def test_a_message_is_the_english_text_and_survives_being_sent():
+    finding = Report().add("LINT004", Address("Look", 3, 4), other=N_("row {number}", number=5))
     assert "This row and row 5 can speak" in finding.message
     sent = unpack(Diagnostic, json.loads(json.dumps(pack(finding))))
     assert sent == finding and told(sent.message, "ja").startswith("この行と5行目は同時に話す")
@@ -150,7 +103,7 @@ def test_a_refused_file_crosses_processes_as_its_finding(tmp_path):
 
 
 def test_details_are_values_by_name_in_the_reader_s_language():
-    details = {"name": "a number", "remedy": Phrase("Did you mean {guess}?", guess="Score"), "guess": "Score"}
+    details = {"name": "a number", "remedy": N_("Did you mean {guess}?", guess="Score"), "guess": "Score"}
     finding = Report().add("GRAPH001", Address("T", 2, 1), span=None, fixes=(), **details)
     assert json.loads(json.dumps(finding.as_dict()))["details"] == details
     assert finding.as_dict("ja")["details"] == details | {"remedy": "「Score」のことですか。"}
@@ -160,10 +113,10 @@ def test_details_are_values_by_name_in_the_reader_s_language():
         Report().add("GRAPH001", None, name="X")
 
 
-def test_phrases_are_joined_and_begin_sentences():
-    rows = [Phrase("row {number}", number=n) for n in (3, 5, 8)]
+def test_messages_are_joined_and_begin_sentences():
+    rows = [N_("row {number}", number=n) for n in (3, 5, 8)]
     assert listed(rows, "and") == "row 3, row 5 and row 8" and told(listed(rows, "and"), "ja") == "3行目、5行目と8行目"
-    many = listed([Phrase("row {number}", number=n) for n in range(2_000)], "and")
+    many = listed([N_("row {number}", number=n) for n in range(2_000)], "and")
     assert many.startswith("row 0, row 1, row 2, ") and many.endswith(", row 1998 and row 1999")
     found = Report().add("LINT004", Address("Look", 3, 4), other=many)  # some hundred would be too deep one in another
     again = unpack(Diagnostic, json.loads(json.dumps(pack(found))))
@@ -171,7 +124,7 @@ def test_phrases_are_joined_and_begin_sentences():
     assert (
         capital(rows[0]) == "Row 3" and told(capital(rows[0]), "ja") == "3行目" and small(capital(rows[0])) == "row 3"
     )
-    both = sentences(Phrase("It has {names}.", names="x, y"), "", "Leave the cell blank.")
+    both = sentences(N_("It has {names}.", names="x, y"), "", N_("Leave the cell blank."))
     assert both == "It has x, y. Leave the cell blank." and told(both, "ja") == "項目：x, y。セルを空にしてください。"
 
 
@@ -236,7 +189,7 @@ def test_a_replay_is_told_in_the_language_of_the_workbook_that_ran(other):
     counts = tuple(Count(s, "Look!3", "Look!4", 9, 9, 3) for s in streams)
     found = Replayed(
         "r1", "挨拶.xlsx", other, "frame", 90.0, 27, differences, counts, stamp=Stamp(language="ja"),
-        actuators=streams[:2], spoken={"Say": Spoken("")}, remarks=(Phrase("{row} gets", row=in_words("Look!3")),),
+        actuators=streams[:2], spoken={"Say": Spoken("")}, remarks=(N_("{row} gets", row=in_words("Look!3")),),
     )  # fmt: skip
     text = as_text(found)
     assert "Lookの4行目" in text and "『ええ』" in text and "ロボット：" in text

@@ -6,8 +6,8 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 69_530,
-    "modules": 383,
+    "lines of Python": 69_523,
+    "modules": 382,
     "docstrings that begin as a question": 84,
     "lines of README": 130,
     "modules under 40 lines that only one other imports": 0,

@@ -33,7 +33,7 @@ from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.model.exchange import ROW_ABOVE, SceneAction
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 
 @dataclass(frozen=True)
@@ -121,12 +121,12 @@ def _robot(workbook: Workbook, report: Report) -> Robot:
         return load_robot(name)
     address = workbook.protocol.fields["robot"].address
     guess = nearest(name, robot_names())
-    robots = Phrase("The robots are: {names}.", names=", ".join(robot_names()))
+    robots = N_("The robots are: {names}.", names=", ".join(robot_names()))
     report.add("PROT001", address, name=name, **meant(guess, robots))
     return load_robot("nao")
 
 
-_ANY = "Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done."
+_ANY = N_("Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done.")
 _PLAIN = (StreamKind.SENSOR, StreamKind.DONE, StreamKind.ORDINARY)
 
 
@@ -180,7 +180,7 @@ def _name(text: str) -> str:
     return f"{key(sheet)}!{key(name)}" if mark else key(sheet)
 
 
-_ELSE = "Put it there, or leave the cell blank and choose a Sound."
+_ELSE = N_("Put it there, or leave the cell blank and choose a Sound.")
 
 
 def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report: Report) -> None:

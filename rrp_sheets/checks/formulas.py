@@ -33,7 +33,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Address, Cell, Workbook
-from rrp_sheets.texts import Phrase, sentences
+from rrp_sheets.texts import N_, sentences
 
 MOST_TIMESTAMPS = 10
 
@@ -163,7 +163,7 @@ class _Compiler:
         guess = scope.propose(name, [*self.sheets, *scope.known()]) if self.sheets else None
         if guess is not None and guess in self.sheets:
             guess = argument_name(guess)
-            remedy = Phrase('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name)
+            remedy = N_('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name)
             problem.advise(remedy, guess)
 
 
@@ -174,13 +174,13 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
     name, what = (str(problem.details.get(detail, "")) for detail in ("name", "what"))
     formula = key(step.row.formula.text.strip("= ()"))
     if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004"):
-        problem.advise("Leave the Formula blank: that counts.")
+        problem.advise(N_("Leave the Formula blank: that counts."))
     elif formula == "count" and problem.code == "FORM006":
-        problem.details["usage"] = "nothing: with a blank Formula the row counts"
+        problem.details["usage"] = N_("nothing: with a blank Formula the row counts")
     elif problem.code == "FORM003" and what.casefold() == "the function count without brackets":
-        problem.advise("Write total, which is the count so far; or leave the Formula blank: that counts.")
+        problem.advise(N_("Write total, which is the count so far; or leave the Formula blank: that counts."))
     elif problem.code == "FORM004" and step.row.output and key(name) == key(step.row.output.text):
-        problem.advise("Did you mean total? In this row that is the total so far.", "total")
+        problem.advise(N_("Did you mean total? In this row that is the total so far."), "total")
 
 
 def own_sheets(workbook: Workbook) -> list[str]:
@@ -206,8 +206,8 @@ def helper_alone(cell: Cell, scope: Scope, count: int) -> str:
         return text
     if len(helper.parameters) != count:
         wanted = len(helper.parameters)
-        takes = "one input" if wanted == 1 else Phrase("{wanted} inputs", wanted=wanted)
-        raise FormulaProblem("FORM014", name=helper.shown, takes=takes, gets="one" if count == 1 else count)
+        takes = N_("one input") if wanted == 1 else N_("{wanted} inputs", wanted=wanted)
+        raise FormulaProblem("FORM014", name=helper.shown, takes=takes, gets=N_("one") if count == 1 else count)
     return f"{argument_name(helper.shown)}({', '.join(scope.order[-count:])})"
 
 
@@ -287,7 +287,7 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
     name = text[problem.column : problem.column + problem.length]
     bare = problem.code == "FORM003" and library().get(name) is not None
     if problem.code == "FORM004" or bare:
-        remedy = Phrase("If {name} is an input of the helper, write it into the column Inputs.", name=name)
+        remedy = N_("If {name} is an input of the helper, write it into the column Inputs.", name=name)
         problem.advise(sentences(remedy, problem.remedy))
 
 

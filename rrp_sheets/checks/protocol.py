@@ -15,7 +15,7 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Protocol, Workbook
-from rrp_sheets.texts import Phrase, listed
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.schema import FIELDS
 
 ENGINES = FIELDS["engine"].words
@@ -68,7 +68,7 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     if text := protocol.text("Time limit"):
         limit = parse_duration(text, bare="s")
         if not limit:
-            meant = meant_duration(text, "s") or "10 min or 90 s"
+            meant = meant_duration(text, "s") or N_("10 min or 90 s")
             report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=meant)
     memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FORGETS, KEEPS), t), report)
     pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((KEEPS, NOT_KEPT), t), report)
@@ -103,16 +103,16 @@ def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
             chosen.add(key(name))
         elif name and known:  # without any behaviour that is what is told
             guess = nearest(name, known.values())
-            every = Phrase("The behaviours are: {names}.", names=", ".join(known.values()))
+            every = N_("The behaviours are: {names}.", names=", ".join(known.values()))
             report.add("PROT004", workbook.protocol.fields["run"].address, name=name, **meant(guess, every))
     return frozenset(chosen)
 
 
 FIELD = "Data kept"
 _NAMES = {
-    "events": "every value with its time", "words": "the words that it hears",
-    "camera": "pictures of the robot's camera", "film": "a film of the robot",
-    "speech": "the sound of what the robot says", "faces": "what remembered faces look like",
+    "events": N_("every value with its time"), "words": N_("the words that it hears"),
+    "camera": N_("pictures of the robot's camera"), "film": N_("a film of the robot"),
+    "speech": N_("the sound of what the robot says"), "faces": N_("what remembered faces look like"),
 }  # fmt: skip
 # How people name each kind: beginnings of English words, and Japanese words.
 _ENGLISH = {
@@ -162,7 +162,7 @@ def kept_kinds(robot: Robot, graph: Graph, run: RunPlan) -> list[str]:
 
 def names_of(kinds: Iterable[str]) -> str:
     """Return the kinds of data as a list in words, in the reader's language."""
-    return listed([Phrase(_NAMES[kind]) for kind in kinds], "and")
+    return listed([N_(_NAMES[kind]) for kind in kinds], "and")
 
 
 def unnamed(text: str, kinds: Iterable[str]) -> list[str]:

@@ -15,7 +15,7 @@ from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Cell
-from rrp_sheets.texts import Phrase, sentences, small
+from rrp_sheets.texts import N_, sentences, small
 
 __all__ = ["Expectation", "Place", "Value", "read_expect"]
 
@@ -208,7 +208,7 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
         if k is None and record is not None:
             guess = nearest(name, [f.name for f in record.fields])
             every = ", ".join(f.name for f in record.fields)
-            otherwise = Phrase("Its fields are: {every}.", every=every)
+            otherwise = N_("Its fields are: {every}.", every=every)
             report.add("TEST008", cell.address, record=record.name, field=name, **meant(guess, otherwise))
             return False
         if k in seen:
@@ -230,12 +230,10 @@ def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem)
     why, remedy = small(problem.message), problem.remedy
     if code == "TEST007" and problem.code == "FORM004":
         name = problem.details.get("name", "")
-        why = Phrase("“{name}” is no number, no text in quotes, no helper and no table.", name=name)
-        remedy = Phrase(
-            'Put a text between quotes: "{name}". Fields of a record are written as field=value.', name=name
-        )
+        why = N_("“{name}” is no number, no text in quotes, no helper and no table.", name=name)
+        remedy = N_('Put a text between quotes: "{name}". Fields of a record are written as field=value.', name=name)
     elif code == "TEST007" and problem.code == "FORM001" and "quotes" not in problem.details:
-        remedy = sentences(remedy, 'A text to send stands in quotes: "Hello".')
+        remedy = sentences(remedy, N_('A text to send stands in quotes: "Hello".'))
     report.add(code, cell.address, text=cell.text, why=why, remedy=remedy)
 
 

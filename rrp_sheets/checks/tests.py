@@ -17,7 +17,7 @@ from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Address, Cell, TestRow, TestSheet, Workbook
-from rrp_sheets.texts import listed
+from rrp_sheets.texts import N_, listed
 
 LONGEST_US = 24 * 3_600_000_000  # a day: longer is surely a typing mistake
 MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]
@@ -121,16 +121,15 @@ class _Names:
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
-            otherwise = "Write a stream as it stands in a behaviour or in Devices."
+            otherwise = N_("Write a stream as it stands in a behaviour or in Devices.")
             report.add("TEST002", cell.address, name=cell.text, **meant(guess, otherwise))
         return unused
 
     def _of_graph(self, stream: Stream, typed: str) -> _Named:
         why = ""
         if stream.id not in self.used:
-            why = "its rows are switched off, or get nothing" if not stream.active else "its behaviour is not run"
-            if stream.active and self._in_a_running_sheet(stream):
-                why = "its rows are switched off, or get nothing"
+            dead = not stream.active or self._in_a_running_sheet(stream)
+            why = N_("its rows are switched off, or get nothing" if dead else "its behaviour is not run")
         return _Named(stream.id, stream.name or typed, stream.kind, self.records.get(stream.id), why)
 
     def _in_a_running_sheet(self, stream: Stream) -> bool:
@@ -148,7 +147,7 @@ class _Names:
         if found is None:
             return None
         kind = StreamKind.SENSOR if found.type.kind == "sensor" else StreamKind.ACTUATOR
-        return _Named(k, name, kind, found.type.payload, "no row uses it")
+        return _Named(k, name, kind, found.type.payload, N_("no row uses it"))
 
     @cached_property
     def _all_names(self) -> list[str]:

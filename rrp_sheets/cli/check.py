@@ -15,6 +15,7 @@ import click
 from rrp_sheets.cli.terminal import opened
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.texts import N_, counted, told
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from rrp_sheets.diagnostics import Diagnostic
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
+_SEVERITIES = {"error": N_("error"), "warning": N_("warning"), "info": N_("info")}
 
 
 _FIX = re.compile(r"(?P<code>[A-Za-z]{4,5}\d{3})(:(?P<fix>[\w-]+))?")
@@ -60,7 +62,6 @@ def check_command(
     Exit code: 0 fine or only warnings, 1 errors, 2 the file cannot be read.
     """
     from rrp_sheets import api
-    from rrp_sheets.diagnostics.languages import told
     from rrp_sheets.diagnostics.report import UnreadableWorkbook
 
     if chosen and mended is None:
@@ -121,11 +122,9 @@ def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
 
 def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: str = "en") -> None:
     """Print findings as people read them."""
-    from rrp_sheets.diagnostics.languages import told
-
     for d in findings:
         place = f"{d.address}: " if d.address else ""
-        kind = click.style(told(d.severity.value, language), fg=_COLOURS[d.severity.value], bold=True)
+        kind = click.style(told(_SEVERITIES[d.severity.value], language), fg=_COLOURS[d.severity.value], bold=True)
         click.echo(f"{kind} {d.code} {place}{told(d.message, language)}", err=err)
         click.echo(f"  → {told(d.remedy, language)}", err=err)
         for fix in d.fixes if len(d.fixes) > 1 else ():
@@ -134,9 +133,6 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: 
 
 def verdict(findings: Iterable[Diagnostic], language: str = "en") -> str:
     """The findings counted, in words: `2 errors, 1 warning`."""
-    from rrp_sheets.diagnostics.languages import told
-    from rrp_sheets.texts import Phrase, counted
-
     kinds = [d.severity.value for d in findings]
     counts = {kind: kinds.count(kind) for kind in ("error", "warning")}
-    return told(Phrase("{before}.", before=counted(counts)) if any(counts.values()) else counted(counts), language)
+    return told(N_("{before}.", before=counted(counts)) if any(counts.values()) else counted(counts), language)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.tokens import single
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 MOST = 200  # lines of each kind; the JSON has all
 Style = Callable[[str, str], str]
@@ -86,19 +86,19 @@ def place(change: Change) -> str:
     name = one_line(change.name)
     match change.part:
         case "device" | "protocol":
-            return Phrase("{sheet}: {name}", sheet=sheet, name=name)
+            return N_("{sheet}: {name}", sheet=sheet, name=name)
         case "helper":
-            return Phrase("Helper {name}", name=name)
+            return N_("Helper {name}", name=name)
         case "behaviour":
-            return Phrase("Behaviour {sheet}", sheet=sheet)
+            return N_("Behaviour {sheet}", sheet=sheet)
         case "stream":
             return sheet
         case "sheet":
-            return Phrase("Sheet {sheet}", sheet=sheet) if sheet else "Sheets"
+            return N_("Sheet {sheet}", sheet=sheet) if sheet else N_("Sheets")
         case "table":
-            words = "Table {sheet} row {row}" if row else "Table {sheet}"
-            return Phrase(words, sheet=sheet, row=row)
-    return Phrase("{sheet} row {number}", sheet=sheet, number=row) if row else sheet
+            words = N_("Table {sheet} row {row}") if row else N_("Table {sheet}")
+            return N_(words, sheet=sheet, row=row)
+    return N_("{sheet} row {number}", sheet=sheet, number=row) if row else sheet
 
 
 def say(change: Change) -> str:

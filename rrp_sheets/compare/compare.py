@@ -24,6 +24,7 @@ from rrp_sheets.model.changed import ChangedBehaviour
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawSheet
@@ -82,8 +83,8 @@ def _notes(old: Side, new: Side) -> list[Change]:
     return sorted(out, key=lambda c: (c.part, c.rows[1]))
 
 
-OWN = "a sheet of one's own, which the robot does not read"
-EMPTY = "it has no rows"
+OWN = N_("a sheet of one's own, which the robot does not read")
+EMPTY = N_("it has no rows")
 _OURS = ("devices", "helpers", "gestures")
 _LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by the program, not by people
 
@@ -100,7 +101,7 @@ def sheet_changes(first: Side, second: Side) -> list[Change]:
 
 
 def _untold(side: Side) -> dict[str, str]:
-    found = {}
+    found: dict[str, str] = {}
     for sheet in side.reading.sheets:
         what = recognise(sheet)
         if what.kind is None and key(sheet.name) not in {*side.workbook.tables, *_LISTS} and sheet.cells:
@@ -114,8 +115,8 @@ def _filled(sheet: RawSheet, header: int) -> bool:
     return any(row > header for row, _ in sheet.cells)
 
 
-FOR_PEOPLE = "for people; the robot does not act on it"
-DEFAULT = "this is what a blank field means"
+FOR_PEOPLE = N_("for people; the robot does not act on it")
+DEFAULT = N_("this is what a blank field means")
 
 # What the fields that have an effect mean, their defaults filled in.
 _ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
@@ -175,8 +176,8 @@ def _refused(side: Side, k: str) -> bool:
     return cell is not None and any(d.address == cell.address for d in side.checked.report.errors)
 
 
-UNUSED = "no row that is switched on uses it"
-_BY_NAME = "its name alone means the same device"
+UNUSED = N_("no row that is switched on uses it")
+_BY_NAME = N_("its name alone means the same device")
 
 
 # ---- devices
@@ -242,7 +243,7 @@ def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]
     mine = old.found.type.name if old.found else key(old.device)
     other = new.found.type.name if new.found else key(new.device)
     if mine != other:
-        return [_change(old, new, "changed", "device", old.device, new.device)]
+        return [_change(old, new, "changed", N_("device"), old.device, new.device)]
     if bool(old.row) != bool(new.row):
         if old.meaning(found.streams.sheets) != new.meaning({}) or key(old.name) != key(new.name):
             return []
@@ -250,7 +251,7 @@ def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]
         return [_change(old, new, "written", "declaration", before, after, False, _BY_NAME)]
     presets = [view.found.preset if view.found else {} for view in (old, new)]
     if presets[0] != presets[1] and old.row:
-        return [_change(old, new, "changed", "device", old.device, new.device)]
+        return [_change(old, new, "changed", N_("device"), old.device, new.device)]
     if old.device != new.device and old.row:
         return [_change(old, new, "written", "device", old.device, new.device, False, WRITTEN)]
     return []
@@ -270,7 +271,7 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
             was, now = texts[0] or _default(before), texts[1] or _default(after)
             out.append(_change(old, new, "changed", name, was, now))
         elif same and texts[0] != texts[1]:
-            note = WRITTEN if texts[0] and texts[1] else "this is what a blank cell means"
+            note = WRITTEN if texts[0] and texts[1] else N_("this is what a blank cell means")
             out.append(_change(old, new, "written", name, texts[0], texts[1], False, note))
     return out
 
@@ -327,7 +328,7 @@ def _helper(first: Side, second: Side, old: Helper | None, new: Helper | None, f
     k, now = key(old.name.text), key(new.name.text)
     if k != now:
         out.append(replace(change, kind="renamed", before=old.name.text, after=new.name.text, effect=False,
-                           note="the same helper under another name"))  # fmt: skip
+                           note=N_("the same helper under another name")))  # fmt: skip
     meanings_known = helper_meaning(first, k, found.helpers), helper_meaning(second, now, {})
     inputs = tuple(", ".join(c.text for c in h.inputs) for h in (old, new))
     before, after = old.formula.text, new.formula.text
@@ -336,8 +337,8 @@ def _helper(first: Side, second: Side, old: Helper | None, new: Helper | None, f
     else:
         same_inputs = [key(c.text) for c in old.inputs] == [key(c.text) for c in new.inputs]
         same = meanings(before, found.helpers) == meanings(after)
-    out += _cell(change, "inputs", inputs[0], inputs[1], same_inputs or inputs[0] == inputs[1], {})
-    out += _cell(change, "formula", before, after, same, found.helpers)
+    out += _cell(change, N_("inputs"), inputs[0], inputs[1], same_inputs or inputs[0] == inputs[1], {})
+    out += _cell(change, N_("formula"), before, after, same, found.helpers)
     return out
 
 

@@ -18,6 +18,7 @@ from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Cell, TestRow
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_name
 
 _SHOWN = frozenset(("changed", "on", "off"))  # kinds that make a row a changed one
@@ -124,7 +125,7 @@ class _Maker:
         if "priority" in cells:
             yield f"priority {cells['priority'].before} → {cells['priority'].after}"
         if cells and not (a.on or b.on):
-            yield "off in both"
+            yield N_("off in both")
 
     def _helper_remarks(self, b: RowView) -> Iterable[str]:
         if b.formula is None or not self.helpers:
@@ -206,7 +207,7 @@ def _kind(side: Side, stream: str, driven: bool) -> str:
 
 
 _HALF = 0.5
-TEST = "a test says what must come out; it changes nothing of it"
+TEST = N_("a test says what must come out; it changes nothing of it")
 
 
 @dataclass(frozen=True)
@@ -268,7 +269,7 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     for n in sorted(timed.moved(found.turned)):
         a, b = lines[n]
         if a.time == b.time:  # else its time is told
-            out.append(_change(kind, "moved", a, b, note="of several things at one time another comes first"))
+            out.append(_change(kind, "moved", a, b, note=N_("of several things at one time another comes first")))
     return out
 
 
@@ -276,7 +277,7 @@ def _scene(side: Side) -> list[ListRow]:
     actions = {a.row: a for a in side.checked.scene or ()}
     lines = []
     for row in side.workbook.scene or ():
-        cells = {"time": row.time, "thing": row.thing, "does": row.does, "value": row.value}
+        cells = {N_("time"): row.time, N_("thing"): row.thing, "does": row.does, N_("value"): row.value}
         place = row.thing.address
         us = parse_duration(row.time.text, bare="s")
         meaning: dict[str, Hashable] = {n: key(c.text) for n, c in cells.items()}
@@ -305,7 +306,7 @@ def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
 def _gestures(side: Side) -> list[ListRow]:
     lines = []
     for row in side.workbook.gestures:
-        cells = {"name": row.name, "time": row.time}
+        cells: dict[str, Cell] = {N_("name"): row.name, N_("time"): row.time}
         meaning: dict[str, Hashable] = {"name": key(row.name.text), "time": _duration(row.time, "s")}
         meaning |= {k: _angle(c.text) for k, c in sorted(row.joints.items())}
         place = row.name.address
@@ -352,7 +353,7 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 
 def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> ListRow:
-    cells = {"time": row.time, "stream": row.stream, "send": row.send, "expect": row.expect}
+    cells = {N_("time"): row.time, N_("stream"): row.stream, "send": row.send, "expect": row.expect}
     home, mark, name = row.stream.text.partition("!")
     stream = f"{key(home)}!{key(name)}" if mark else key(home)
     if not mark and stream not in side.streams:  # an ordinary stream without its sheet: that of the first that has it
@@ -391,7 +392,7 @@ def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]]
     mine, other = ([key(h) for h in head] for head in heads)
     if mine != other:
         before, after = (", ".join(h) for h in heads)
-        out.insert(0, Change("changed", "table", name, rows=(1, 1), what="columns", before=before, after=after))
+        out.insert(0, Change("changed", "table", name, rows=(1, 1), what=N_("columns"), before=before, after=after))
     return out
 
 

@@ -12,13 +12,13 @@ from rrp_sheets.compare.match import Match, out_of_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
 from rrp_sheets.compare.tokens import meanings, pieces, shape
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
-OFF = "the row is switched off in both"
-RENAMED = "the same stream under another name"
-WRITTEN = "it means the same"
-_DRAWS = "what PICK draws from one seed goes with the row's number"
-_PLACE = "the row stands elsewhere, which changes nothing"
+OFF = N_("the row is switched off in both")
+RENAMED = N_("the same stream under another name")
+WRITTEN = N_("it means the same")
+_DRAWS = N_("what PICK draws from one seed goes with the row's number")
+_PLACE = N_("the row stands elsewhere, which changes nothing")
 
 
 def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -33,7 +33,7 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
         old = first.behaviours[a]
         if old.key != behaviour.key:
             out.append(Change("renamed", "behaviour", behaviour.name, before=old.name, after=behaviour.name,
-                              effect=False, note="the same rows under another name"))  # fmt: skip
+                              effect=False, note=N_("the same rows under another name")))  # fmt: skip
         elif old.name != behaviour.name:
             out.append(Change("written", "behaviour", behaviour.name, what="name", before=old.name,
                               after=behaviour.name, effect=False, note=WRITTEN))  # fmt: skip
@@ -42,8 +42,8 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
         out += _whole("removed", first.behaviours[a])
     if found.behaviours.moved(found.turned):
         names = tuple(", ".join(b.name for b in side.behaviours) for side in (first, second))
-        out.append(Change("moved", "sheet", what="order of the sheets", before=names[0], after=names[1], effect=False,
-                          note="the rows are the same"))  # fmt: skip
+        out.append(Change("moved", "sheet", what=N_("order of the sheets"), before=names[0], after=names[1],
+                          effect=False, note=N_("the rows are the same")))  # fmt: skip
     return out
 
 
@@ -52,7 +52,7 @@ def _whole(kind: str, behaviour: BehaviourView) -> Iterator[Change]:
     count = f"{len(behaviour.rows)} row{'s' if len(behaviour.rows) != 1 else ''}"
     before, after = ("", count) if kind == "added" else (count, "")
     on = any(row.on for row in behaviour.rows)
-    note = "" if on else "none of its rows is switched on"
+    note = "" if on else N_("none of its rows is switched on")
     yield Change(kind, "behaviour", behaviour.name, before=before, after=after, effect=on, note=note)
     for row in behaviour.rows:
         yield _one_sided(kind, row)
@@ -61,7 +61,7 @@ def _whole(kind: str, behaviour: BehaviourView) -> Iterator[Change]:
 def _one_sided(kind: str, view: RowView) -> Change:
     number, text = view.row.number, row_text(view)
     rows, before, after = ((0, number), "", text) if kind == "added" else ((number, 0), text, "")
-    note = "" if view.on else "the row is switched off"
+    note = "" if view.on else N_("the row is switched off")
     return Change(kind, "row", view.sheet, rows=rows, before=before, after=after, effect=view.on, note=note)
 
 
@@ -129,16 +129,16 @@ class _Pair:
     def _connector(self, a: RowView, b: RowView) -> list[Change]:
         before, after = a.row.connector.text, b.row.connector.text
         if a.connector != b.connector:
-            return [self._change(a, b, "changed", "connector", before, after)]
+            return [self._change(a, b, "changed", N_("connector"), before, after)]
         return self._written(a, b, "connector", before, after)
 
     def _inputs(self, a: RowView, b: RowView) -> list[Change]:
         before, after = _said(a, self.first), _said(b, self.second)
         mine = self.found.inputs(a)
         if mine != b.inputs:
-            change = self._change(a, b, "changed", "inputs", before, after)
+            change = self._change(a, b, "changed", N_("inputs"), before, after)
             if self._same_by_names(a, b):
-                return [change.harmless("the order of these inputs changes nothing")]
+                return [change.harmless(N_("the order of these inputs changes nothing"))]
             return [change]
         if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
             return self._written(a, b, "inputs", before, after)
@@ -176,7 +176,7 @@ class _Pair:
         if self._same_by_fields(a, b):
             return []  # the stream's new name is told
         found = pieces(before, after, names) if before and after else ()
-        return [replace(self._change(a, b, "changed", "formula", before, after), pieces=found)]
+        return [replace(self._change(a, b, "changed", N_("formula"), before, after), pieces=found)]
 
     def _same_by_fields(self, a: RowView, b: RowView) -> bool:
         """Return whether only fields differ that a combineLatest without formula names after its streams."""
@@ -200,10 +200,10 @@ class _Pair:
     def _output(self, a: RowView, b: RowView) -> list[Change]:
         before, after = a.row.output.text, b.row.output.text
         if a.drives != b.drives:
-            return [self._change(a, b, "changed", "output", before, after)] if key(before) != key(after) else []
+            return [self._change(a, b, "changed", N_("output"), before, after)] if key(before) != key(after) else []
         if a.drives:
             if self.found.streams.of(a.output) != b.output:
-                return [self._change(a, b, "changed", "output", before, after)]
+                return [self._change(a, b, "changed", N_("output"), before, after)]
             return self._written(a, b, "output", before, after) if key(before) == key(after) else []
         if key(before) == key(after):
             return self._written(a, b, "output", before, after)
@@ -213,8 +213,8 @@ class _Pair:
     def _priority(self, a: RowView, b: RowView) -> list[Change]:
         if a.row.priority == b.row.priority:
             return []
-        change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
-        return [change if a.drives or b.drives else change.harmless("only rows that drive an actuator use it")]
+        change = self._change(a, b, "changed", N_("priority"), f"{a.row.priority:g}", f"{b.row.priority:g}")
+        return [change if a.drives or b.drives else change.harmless(N_("only rows that drive an actuator use it"))]
 
 
 def _draws(view: RowView) -> bool:
@@ -247,10 +247,10 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
     for (use, _), members in groups.items():
         for place in _late(members, found.turned):
             name = second.shown(use) if use in second.streams else use
-            out[place] = Phrase("of two commands for {name} in one instant another one comes last now", name=name)
+            out[place] = N_("of two commands for {name} in one instant another one comes last now", name=name)
     if key(second.workbook.protocol.text("Engine", "frame")) != "frame":
         for place in _late(rows, found.turned):
-            out.setdefault(place, "this engine works in the order of the rows")
+            out.setdefault(place, N_("this engine works in the order of the rows"))
     return out
 
 

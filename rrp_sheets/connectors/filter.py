@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rrp_sheets.connectors.spec import Connector, Parameter
 from rrp_sheets.connectors.wiring import ConnectorContext, first_with_latest
 from rrp_sheets.model.values import Failure, Value, show
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from reactivex import Observable
@@ -29,7 +29,7 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
         if isinstance(result, (int, float)):
             return result != 0
         if type(result) is not Failure:
-            words = Phrase("A filter needs TRUE or FALSE, but this gives {value}.", value=show(result))
+            words = N_("A filter needs TRUE or FALSE, but this gives {value}.", value=show(result))
             result = Failure("FORM108", words)
         fail(result, values)
         return False

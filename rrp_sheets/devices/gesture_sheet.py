@@ -13,7 +13,7 @@ from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Cell, GestureRow
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 LONGEST = 120.0  # s, of one gesture
 MOST = 200  # keyframes of a gesture
@@ -59,7 +59,7 @@ def _read_gesture(rows: Sequence[GestureRow], robot: Robot, report: Report) -> G
         return None
     _tell_limits(lines, robot, report)
     frames = tuple(Keyframe(line.at, line.angles) for line in lines)
-    return Gesture(rows[0].name.text, frames, help="a gesture of this workbook")
+    return Gesture(rows[0].name.text, frames, help=N_("a gesture of this workbook"))
 
 
 def _time(row: GestureRow, before: _Line | None, report: Report) -> float | None:
@@ -95,8 +95,8 @@ def _angles(row: GestureRow, robot: Robot, report: Report) -> tuple[dict[str, fl
 def _wants(joint: Joint) -> str:
     middle = (joint.lower + joint.upper) / 2
     if not joint.unit:
-        return "a number from 0 (closed) to 1 (open)"
-    return Phrase(
+        return N_("a number from 0 (closed) to 1 (open)")
+    return N_(
         "an angle such as {value:.1f} (rad) or {value2:.0f}°", value=middle + 0.3, value2=math.degrees(middle) + 20
     )
 
@@ -113,11 +113,11 @@ def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Repo
             header = row.headers.get(k, k)
             sides = [name for name in names if key(name)[1:] == k]
             near = " and ".join(sides) if sides else nearest(header, names)
-            remedy = Phrase("Did you mean {near}? Then correct the header of this column.", near=near) if near else (
-                Phrase("The joints are: {names}.", names=', '.join(names))
+            remedy = N_("Did you mean {near}? Then correct the header of this column.", near=near) if near else (
+                N_("The joints are: {names}.", names=', '.join(names))
             )  # fmt: skip
             if sides:
-                remedy = Phrase("Write a column for each side: {near}.", near=near)
+                remedy = N_("Write a column for each side: {near}.", near=near)
             report.add("GEST003", cell.address, header=header, remedy=remedy)
 
 
@@ -135,7 +135,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
             report.add(
                 "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),
                 nearest=_within(c.given, c.wanted > c.given, degrees="°" in cell.text),
-                when=Phrase(" while HeadYaw is at {shown}", shown=_shown(yaws[c.frame], 'rad')) if turned else "",
+                when=N_(" while HeadYaw is at {shown}", shown=_shown(yaws[c.frame], 'rad')) if turned else "",
             )  # fmt: skip
     late: dict[int, str] = {}
     for frame, joint in plan.slowed:
@@ -157,7 +157,7 @@ def _within(limit: float, upper: bool, *, degrees: bool) -> str:
     value = math.degrees(limit) if degrees else limit * 100
     whole = math.floor(value) if upper else math.ceil(value)
     angle = f"{whole}°" if degrees else f"{whole / 100:g}"
-    return Phrase("{angle} at most", angle=angle) if upper else Phrase("{angle} at least", angle=angle)
+    return N_("{angle} at most", angle=angle) if upper else N_("{angle} at least", angle=angle)
 
 
 def _shown(angle: float, unit: str) -> str:

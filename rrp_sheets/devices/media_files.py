@@ -13,14 +13,14 @@ from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.workbook import SceneRow
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_, MessageError
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_BYTES = 5_000_000
 MOST_PIXELS = 4_000  # of a side
 LEAST_PIXELS = 32
-_PUT = "Put the file beside the workbook, or leave out “with picture”."
-_NOWHERE = ("there is no folder to look in.", _PUT, None)
+_PUT = N_("Put the file beside the workbook, or leave out “with picture”.")
+_NOWHERE = (N_("there is no folder to look in."), _PUT, None)
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -53,25 +53,26 @@ def check_pictures(
 def _problem(folder: Path, name: str) -> tuple[str, str, str | None]:
     """Return why a picture cannot be used, the remedy, and the name that may be meant; empty texts when it can."""
     if PurePosixPath(name).name != name or PureWindowsPath(name).name != name or name.startswith("."):
-        return "it is not beside the workbook.", "Put the file beside the workbook, and write its name only.", None
+        remedy = N_("Put the file beside the workbook, and write its name only.")
+        return N_("it is not beside the workbook."), remedy, None
     if Path(name).suffix.casefold() not in SUFFIXES:
-        return "it is neither a .png nor a .jpg file.", "Save the picture as a .png or .jpg file.", None
+        return N_("it is neither a .png nor a .jpg file."), N_("Save the picture as a .png or .jpg file."), None
     path = folder / name
     try:
         if not path.is_file():
             there = [p.name for p in sorted(folder.iterdir()) if p.suffix.casefold() in SUFFIXES]
-            return "there is no such file beside the workbook.", _PUT, nearest(name, there)
+            return N_("there is no such file beside the workbook."), _PUT, nearest(name, there)
         if path.stat().st_size > MOST_BYTES:
-            why = Phrase("it is larger than {value} MB.", value=MOST_BYTES // 1_000_000)
-            return why, "Save it smaller: 400 x 400 pixels are enough.", None
+            why = N_("it is larger than {value} MB.", value=MOST_BYTES // 1_000_000)
+            return why, N_("Save it smaller: 400 x 400 pixels are enough."), None
         size = picture_size(path.read_bytes())
     except (OSError, ValueError):
-        return "it cannot be read.", "Save it anew as a .png or .jpg file.", None
+        return N_("it cannot be read."), N_("Save it anew as a .png or .jpg file."), None
     if size is None:
-        return "it is no picture.", "Save it anew as a .png or .jpg file.", None
+        return N_("it is no picture."), N_("Save it anew as a .png or .jpg file."), None
     if not all(LEAST_PIXELS <= side <= MOST_PIXELS for side in size):
-        why = Phrase("it is {value} x {value2} pixels large.", value=size[0], value2=size[1])
-        return why, Phrase("Save it with sides from {low} to {high} pixels.", low=LEAST_PIXELS, high=MOST_PIXELS), None
+        why = N_("it is {value} x {value2} pixels large.", value=size[0], value2=size[1])
+        return why, N_("Save it with sides from {low} to {high} pixels.", low=LEAST_PIXELS, high=MOST_PIXELS), None
     return "", "", None
 
 
@@ -102,7 +103,7 @@ MOST_CHANNELS = 8
 SUFFIX = ".wav"
 
 
-class BadSoundError(Exception):
+class BadSoundError(MessageError):
     """A file that cannot be played; the text goes on after the file's name."""
 
 
@@ -147,7 +148,7 @@ def read_wave(folder: Path, name: str) -> Wave:
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:
-        raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
+        raise BadSoundError("cannot be read ({strerror})", strerror=error.strerror) from None
 
 
 def look_at(folder: Path, name: str) -> None:
@@ -159,7 +160,7 @@ def look_at(folder: Path, name: str) -> None:
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:
-        raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
+        raise BadSoundError("cannot be read ({strerror})", strerror=error.strerror) from None
 
 
 def _beside(folder: Path, name: str) -> Path:
@@ -173,9 +174,9 @@ def _beside(folder: Path, name: str) -> Path:
             raise BadSoundError("is a link that leaves the folder of the workbook")
         size = path.stat().st_size
     except OSError as error:
-        raise BadSoundError(Phrase("cannot be read ({strerror})", strerror=error.strerror)) from None
+        raise BadSoundError("cannot be read ({strerror})", strerror=error.strerror) from None
     if size > LARGEST:
-        raise BadSoundError(Phrase("has {n:.0f} MB; {most:.0f} MB are possible", n=size / 1e6, most=LARGEST / 1e6))
+        raise BadSoundError("has {n:.0f} MB; {most:.0f} MB are possible", n=size / 1e6, most=LARGEST / 1e6)
     return path
 
 
@@ -183,18 +184,14 @@ def _judge(file: wave.Wave_read) -> None:
     rate, frames = file.getframerate(), file.getnframes()
     if not RATES[0] <= rate <= RATES[1]:
         raise BadSoundError(
-            Phrase(
-                "has {rate:,} samples a second; {value:,} to {value2:,} are possible",
-                rate=rate,
-                value=RATES[0],
-                value2=RATES[1],
-            )
+            "has {rate:,} samples a second; {value:,} to {value2:,} are possible",
+            rate=rate,
+            value=RATES[0],
+            value2=RATES[1],
         )
     if not 1 <= file.getnchannels() <= MOST_CHANNELS or file.getsampwidth() not in (1, 2, 3, 4):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM")
     if not frames:
         raise BadSoundError("is empty")
     if frames / rate > LONGEST:
-        raise BadSoundError(
-            Phrase("lasts {value:.0f} s; {longest:.0f} s are possible", value=frames / rate, longest=LONGEST)
-        )
+        raise BadSoundError("lasts {value:.0f} s; {longest:.0f} s are possible", value=frames / rate, longest=LONGEST)

@@ -33,7 +33,7 @@ from rrp_sheets.devices.catalogue import (
 from rrp_sheets.devices.gestures import Gesture
 from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
 from rrp_sheets.model.names import key
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import MessageError
 
 FOLDER = "robots"
 _MOST_FILES = 40
@@ -77,16 +77,14 @@ def _files(place: Path) -> list[Path]:
     """Return the files in the folder; raises CatalogueError for a link, and for too many or too large files."""
     found = sorted(place.iterdir())[: _MOST_FILES + 1]
     if len(found) > _MOST_FILES:
-        raise CatalogueError(Phrase("it has more than {most} files", most=_MOST_FILES))
+        raise CatalogueError("it has more than {most} files", most=_MOST_FILES)
     for path in found:
         if path.is_symlink() or not path.is_file():
             if path.is_dir() and not path.is_symlink():
                 continue  # examples, say: nothing reads them
-            raise CatalogueError(Phrase("“{file}” is a link and no file", file=path.name))
+            raise CatalogueError("“{file}” is a link and no file", file=path.name)
         if path.stat().st_size > _MOST_BYTES:
-            raise CatalogueError(
-                Phrase("“{file}” is larger than {most} MB", file=path.name, most=_MOST_BYTES // 1_000_000)
-            )
+            raise CatalogueError("“{file}” is larger than {most} MB", file=path.name, most=_MOST_BYTES // 1_000_000)
     return [p for p in found if p.is_file()]
 
 
@@ -100,10 +98,10 @@ def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> 
     data = tables[CATALOGUE]
     _judge_likeness(data, model.data, "")
     if [j.get("name") for j in data["joints"]] != [j.name for j in model.joints.values()]:
-        raise CatalogueError(Phrase("its joints are other ones than those that can be simulated here"))
+        raise CatalogueError("its joints are other ones than those that can be simulated here")
     shape = str(data["robot"]["urdf"])
     if not PLAIN.fullmatch(shape) or not (place / shape).is_file():
-        raise CatalogueError(Phrase("“{file}” is no file of its folder", file=shape[:80]))
+        raise CatalogueError("“{file}” is no file of its folder", file=shape[:80])
     body = read_shape(place / shape)
     judge_solids(place, body.meshes)
     try:
@@ -111,7 +109,7 @@ def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> 
         judge_limits(robot, body, model, _shape_of(model.name))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as problem:
         told = f"{type(problem).__name__}: {problem}"[:160]
-        raise CatalogueError(Phrase("its tables do not fit together ({problem})", problem=told)) from None
+        raise CatalogueError("its tables do not fit together ({problem})", problem=told) from None
     return robot
 
 
@@ -126,24 +124,22 @@ def _table(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as problem:
-        raise CatalogueError(
-            Phrase("“{file}” is no table ({problem})", file=path.name, problem=str(problem)[:100])
-        ) from None
+        raise CatalogueError("“{file}” is no table ({problem})", file=path.name, problem=str(problem)[:100]) from None
 
 
 def _judge_values(value: Any, where: str, depth: int = 0) -> None:
     """Raise CatalogueError unless a value consists of texts and numbers of sensible size, and nothing else."""
     if depth > _DEEPEST:
-        raise CatalogueError(Phrase("“{file}” is nested too deeply", file=where))
+        raise CatalogueError("“{file}” is nested too deeply", file=where)
     match value:
         case bool():
             return
         case int() | float():
             if not math.isfinite(value) or abs(value) > _LARGEST:
-                raise CatalogueError(Phrase("“{file}” has a number that no robot has", file=where))
+                raise CatalogueError("“{file}” has a number that no robot has", file=where)
         case str():
             if len(value) > _MOST_TEXT or any(not c.isprintable() and c not in "\n\t" for c in value):
-                raise CatalogueError(Phrase("“{file}” has a text that cannot be shown", file=where))
+                raise CatalogueError("“{file}” has a text that cannot be shown", file=where)
         case list():
             for entry in value:
                 _judge_values(entry, where, depth + 1)
@@ -152,15 +148,13 @@ def _judge_values(value: Any, where: str, depth: int = 0) -> None:
                 _judge_values(k, where, depth + 1)
                 _judge_values(entry, where, depth + 1)
         case _:
-            raise CatalogueError(Phrase("“{file}” has a date, which no robot has", file=where))
+            raise CatalogueError("“{file}” has a date, which no robot has", file=where)
 
 
 def _judge_likeness(found: Any, model: Any, where: str) -> None:
     """Raise CatalogueError unless a table has the tables, and values of the kinds, that the program's own has."""
     if _kind(found) is not _kind(model):
-        raise CatalogueError(
-            Phrase("“{file}” is not what it is in the program's own catalogue", file=where or CATALOGUE)
-        )
+        raise CatalogueError("“{file}” is not what it is in the program's own catalogue", file=where or CATALOGUE)
     if isinstance(model, Mapping):
         named = where in _NAMED
         for k, part in model.items():
@@ -169,12 +163,12 @@ def _judge_likeness(found: Any, model: Any, where: str) -> None:
                 _judge_likeness(found[k], part, at)
             elif not named and not (not where and k in _OPTIONAL):
                 raise CatalogueError(
-                    Phrase("“{file}” is missing; it was perhaps made for another version of the program", file=at)
+                    "“{file}” is missing; it was perhaps made for another version of the program", file=at
                 )
     elif isinstance(model, Sequence) and not isinstance(model, str):
         kinds = {_kind(part) for part in model}
         if len(kinds) == 1 and {_kind(part) for part in found} - kinds:
-            raise CatalogueError(Phrase("“{file}” is not what it is in the program's own catalogue", file=where))
+            raise CatalogueError("“{file}” is not what it is in the program's own catalogue", file=where)
 
 
 def _kind(value: Any) -> type:
@@ -207,17 +201,15 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
     for joint in model.joints.values():
         own = robot.joints[key(joint.name)]
         if (own.chain, own.unit) != (joint.chain, joint.unit):
-            raise CatalogueError(Phrase("joint {joint} has another chain or unit than in the program", joint=own.name))
+            raise CatalogueError("joint {joint} has another chain or unit than in the program", joint=own.name)
         _judge_joint(own, joint, known=known)
     _judge_shape(shape, model_shape, known=known)
     _judge_head(robot, model, known=known)
     if robot.data["chains"] != model.data["chains"]:
-        raise CatalogueError(Phrase("its chains are other ones than those of {robot}", robot=model.title))
+        raise CatalogueError("its chains are other ones than those of {robot}", robot=model.title)
     for name, members in model.groups.items():
         if robot.groups.get(name) != members:
-            raise CatalogueError(
-                Phrase("its group {name} has other joints than that of {robot}", name=name, robot=model.title)
-            )
+            raise CatalogueError("its group {name} has other joints than that of {robot}", name=name, robot=model.title)
     _judge_devices(robot, model)
     _judge_postures(robot)
     for gesture in (*robot.motions.values(), *robot.talking):
@@ -237,11 +229,8 @@ def _judge_joint(own: Joint, model: Joint, *, known: bool) -> None:
 def _within(joint: str, what: str, value: float, low: float, high: float, unit: str = "") -> None:
     if not low <= value <= high:
         raise CatalogueError(
-            Phrase(
                 "joint {joint} has {name} {value}{unit}; this catalogue may only narrow it, from {low} to {high}",
-                joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}", high=f"{high:g}",
-            )
-        )  # fmt: skip
+                joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}", high=f"{high:g}")  # fmt: skip
 
 
 def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
@@ -249,14 +238,10 @@ def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
     for joint in model.joints:
         mine = own.pop(joint.name, None)
         if mine is None or mine.fixed != joint.fixed:
-            raise CatalogueError(
-                Phrase("joint {joint} is missing in its shape, or is placed elsewhere", joint=joint.name)
-            )
+            raise CatalogueError("joint {joint} is missing in its shape, or is placed elsewhere", joint=joint.name)
         for name, limit in joint.limits.items() if known else ():
             if name not in mine.limits:
-                raise CatalogueError(
-                    Phrase("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name)
-                )
+                raise CatalogueError("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name)
             low, high = (joint.limits["lower"], joint.limits["upper"]) if name in ("lower", "upper") else (0.0, limit)
             _within(joint.name, name, mine.limits[name], low, high)
         if mine.limits.get("lower", 0.0) > mine.limits.get(
@@ -264,9 +249,9 @@ def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
         ):  # the simulator takes that for no limits at all
             _within(joint.name, "upper", mine.limits.get("upper", 0.0), mine.limits.get("lower", 0.0), _WIDEST)
     if own:
-        raise CatalogueError(Phrase("joint {joint} of its shape cannot be simulated here", joint=next(iter(own))))
+        raise CatalogueError("joint {joint} of its shape cannot be simulated here", joint=next(iter(own)))
     if missing := set(model.links) - set(shape.links):
-        raise CatalogueError(Phrase("the link {name} is missing in its shape", name=min(missing)))
+        raise CatalogueError("the link {name} is missing in its shape", name=min(missing))
 
 
 def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
@@ -278,7 +263,7 @@ def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
         a >= b for a, b in itertools.pairwise(yaws)
     ):
         raise CatalogueError(
-            Phrase("its table {name} does not rise, or has columns of different lengths", name="head_pitch_by_yaw")
+            "its table {name} does not rise, or has columns of different lengths", name="head_pitch_by_yaw"
         )
     for yaw in sorted({*yaws, *other["yaw"]}) if known else ():
         low, high = (_between(other, side, yaw) for side in ("lower", "upper"))
@@ -302,17 +287,15 @@ def _judge_devices(robot: Robot, model: Robot) -> None:
         for own in robot.data[kind]:
             other = entries.get((kind, own["name"]))
             if other is None or any(own.get(k) != other.get(k) for k in _SAME):
-                raise CatalogueError(
-                    Phrase("the device {name} is not what it is in the program", name=str(own["name"])[:80])
-                )
+                raise CatalogueError("the device {name} is not what it is in the program", name=str(own["name"])[:80])
             if len(own.get("shows", ())) > _MOST_SHOWN:
-                raise CatalogueError(Phrase("the device {name} shows too many things", name=str(own["name"])[:80]))
+                raise CatalogueError("the device {name} shows too many things", name=str(own["name"])[:80])
     for found in robot.names.values():
         settings = model.devices[key(found.type.name)].settings
         for k, setting in found.type.settings.items():
             if k in settings and not _narrower(setting, settings[k], found.preset.get(k)):
-                raise CatalogueError(Phrase("the setting {name} of {device} is wider than in the program",
-                                     name=setting.name[:80], device=found.type.name))  # fmt: skip
+                raise CatalogueError("the setting {name} of {device} is wider than in the program",
+                                     name=setting.name[:80], device=found.type.name)  # fmt: skip
 
 
 def _narrower(own: Setting, model: Setting, preset: Any) -> bool:
@@ -328,41 +311,35 @@ def _judge_postures(robot: Robot) -> None:
     start = str(robot.data["robot"]["start_posture"])
     for name in (start, REST_POSTURE):
         if lacking := {j.name for j in robot.joints.values()} - set(postures.get(name, ())):
-            raise CatalogueError(
-                Phrase("the posture {name} says nothing about {joint}", name=name[:80], joint=min(lacking))
-            )
+            raise CatalogueError("the posture {name} says nothing about {joint}", name=name[:80], joint=min(lacking))
     for name, angles in postures.items():
         for named, angle in angles.items():
             joint = robot.joints.get(key(named))
             if joint is None:
                 raise CatalogueError(
-                    Phrase("the posture {name} has a joint {joint} that there is not", name=name, joint=named[:80])
+                    "the posture {name} has a joint {joint} that there is not", name=name, joint=named[:80]
                 )
             if not joint.lower - _NEAR <= angle <= joint.upper + _NEAR:
-                raise CatalogueError(
-                    Phrase(
-                        "the posture {name} brings {joint} to {value}, outside of its limits",
-                        name=name, joint=joint.name, value=f"{angle:g}",
-                    )
-                )  # fmt: skip
+                raise CatalogueError("the posture {name} brings {joint} to {value}, outside of its limits",
+                        name=name, joint=joint.name, value=f"{angle:g}")  # fmt: skip
     ways: Mapping[str, str] = robot.data.get("posture_ways", {})
     for name in ways:
         path = [name]
         while path[-1] in ways and len(path) <= len(ways):
             path.append(ways[path[-1]])
         if path[-1] in ways or not set(path) <= set(postures):
-            raise CatalogueError(Phrase("the way to the posture {name} has no beginning", name=name[:80]))
+            raise CatalogueError("the way to the posture {name} has no beginning", name=name[:80])
     if any(abs(lean) > math.pi / 2 + 0.1 for lean in robot.data.get("posture_leans", {}).values()):
-        raise CatalogueError(Phrase("a posture leans farther than lying down"))
+        raise CatalogueError("a posture leans farther than lying down")
 
 
 def _judge_gesture(gesture: Gesture) -> None:
     times = [0.0, *(frame.at for frame in gesture.frames)]
     if len(times) < 2 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] > _LONGEST:
-        raise CatalogueError(Phrase("the times of the gesture {name} do not rise, or go beyond {longest} s",
-                             name=gesture.name[:80], longest=f"{_LONGEST:g}"))  # fmt: skip
+        raise CatalogueError("the times of the gesture {name} do not rise, or go beyond {longest} s",
+                             name=gesture.name[:80], longest=f"{_LONGEST:g}")  # fmt: skip
     if gesture.tempo and not _TEMPOS[0] <= gesture.tempo <= _TEMPOS[1]:
-        raise CatalogueError(Phrase("the gesture {name} has a tempo that no music has", name=gesture.name[:80]))
+        raise CatalogueError("the gesture {name} has a tempo that no music has", name=gesture.name[:80])
 
 
 def _judge_places(data: Mapping[str, Any]) -> None:
@@ -374,7 +351,7 @@ def _judge_places(data: Mapping[str, Any]) -> None:
     right &= all(0.01 <= data["legs"][bone] <= 1.0 for bone in ("thigh", "tibia"))
     right &= all(0.001 <= pad["radius"] <= 0.5 for pad in data.get("touch", {}).get("pads", ()))
     if not right or not all(_near(data.get(name)) for name in _PLACES):
-        raise CatalogueError(Phrase("its height, or a place or size of one of its parts, is one that no robot has"))
+        raise CatalogueError("its height, or a place or size of one of its parts, is one that no robot has")
 
 
 def _near(value: Any) -> bool:
@@ -422,8 +399,8 @@ _CORNER = r"\d{1,6}(?:/\d{0,6}){0,2}"
 _OBJ_LINE = re.compile(rf"(?:#.*|(?:v|vn)(?: {_NUMBER}){{3}}|vt(?: {_NUMBER}){{2,3}}|f(?: {_CORNER}){{3,4}}|)\r?")
 
 
-class CatalogueError(Exception):
-    """Raised when a catalogue is not used; its Phrase follows the name of the catalogue's folder."""
+class CatalogueError(MessageError):
+    """Raised when a catalogue is not used; its message follows the name of the catalogue's folder."""
 
 
 @dataclass(frozen=True)
@@ -468,15 +445,15 @@ def read_shape(path: Path) -> Shape:
     links = tuple(link.get("name", "") for link in root.findall("link"))
     joints = tuple(_joint(joint) for joint in root.findall("joint"))
     if not links or not joints:
-        raise CatalogueError(Phrase("“{file}” has no links and joints: there is no robot in it", file=path.name))
+        raise CatalogueError("“{file}” has no links and joints: there is no robot in it", file=path.name)
     for names in (links, [joint.name for joint in joints]):
         if len(set(names)) != len(names):
-            raise CatalogueError(Phrase("“{file}” has two parts of one name", file=path.name))
+            raise CatalogueError("“{file}” has two parts of one name", file=path.name)
     coloured = {m.get("name") for m in root.findall("material") if len(m)}
     used = [m for visual in root.iter("visual") for m in visual.findall("material") if not len(m)]
     shapes = [part.find("geometry") for part in (*root.iter("visual"), *root.iter("collision"))]
     if any(s is None or len(s) != 1 for s in shapes) or any(m.get("name") not in coloured for m in used):
-        raise CatalogueError(Phrase("“{file}” has a part without a shape, or without its colour", file=path.name))
+        raise CatalogueError("“{file}” has a part without a shape, or without its colour", file=path.name)
     return Shape(links, joints, meshes)
 
 
@@ -484,9 +461,7 @@ def judge_solids(folder: Path, meshes: Mapping[str, int]) -> None:
     """Raise CatalogueError unless every solid is corners and faces, and all of them together are not too large."""
     lines = sum(_judge_solid(folder / name) * often for name, often in sorted(meshes.items()))
     if lines > _MOST_SOLIDS:
-        raise CatalogueError(
-            Phrase("its solids have {n} lines together; at most {most} are taken", n=lines, most=_MOST_SOLIDS)
-        )
+        raise CatalogueError("its solids have {n} lines together; at most {most} are taken", n=lines, most=_MOST_SOLIDS)
 
 
 def _tree(path: Path) -> Any:
@@ -503,38 +478,34 @@ def _tree(path: Path) -> Any:
                 root = element
             count += 1
             if len(above) >= _DEEPEST_ELEMENT or count > _MOST_ELEMENTS:
-                raise CatalogueError(Phrase("“{file}” is too large", file=path.name))
+                raise CatalogueError("“{file}” is too large", file=path.name)
             _judge_part(element, above[-1] if above else None, path.name)
             above.append(element)
     except (ParseError, DefusedXmlException, UnicodeDecodeError, LookupError, ValueError) as problem:
         kind = type(problem).__name__
-        raise CatalogueError(
-            Phrase("“{file}” cannot be read ({kind_of_error})", file=path.name, kind_of_error=kind)
-        ) from None
+        raise CatalogueError("“{file}” cannot be read ({kind_of_error})", file=path.name, kind_of_error=kind) from None
     return root
 
 
 def _judge_part(element: Any, above: Any, file: str) -> None:
     tag = str(element.tag)
     if (above.tag if above is not None else "") not in _PARENTS.get(tag, ()):
-        raise CatalogueError(Phrase("“{file}” has a part “{tag}” that is not taken there", file=file, tag=tag[:40]))
+        raise CatalogueError("“{file}” has a part “{tag}” that is not taken there", file=file, tag=tag[:40])
     if tag not in _OFTEN and above is not None and sum(part.tag == tag for part in above) > 1:
-        raise CatalogueError(Phrase("“{file}” has a part “{tag}” twice in one place", file=file, tag=tag))
+        raise CatalogueError("“{file}” has a part “{tag}” twice in one place", file=file, tag=tag)
     for name, value in element.attrib.items():
         if tag == "mesh" and name == "filename":
             if not PLAIN.fullmatch(value) or not value.endswith(".obj"):
-                raise CatalogueError(Phrase("“{file}” names the file “{name}”, which is not in its folder",
-                                     file=file, name=value[:80]))  # fmt: skip
+                raise CatalogueError("“{file}” names the file “{name}”, which is not in its folder",
+                                     file=file, name=value[:80])  # fmt: skip
         elif (tag, name) in _NUMBERS:
             _judge_numbers(value, tag, name, above, file)
         elif name == "filename" or not _TEXT.fullmatch(value):
-            raise CatalogueError(
-                Phrase("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40]))
-            )
+            raise CatalogueError("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40]))
     for (part, name), _ in _NUMBERS.items():
         needed = part == tag and part not in ("origin", "dynamics", "limit") and name not in ("scale", *_MIXED)
         if needed and name not in element.attrib:
-            raise CatalogueError(Phrase("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name))
+            raise CatalogueError("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name)
 
 
 _MIXED = ("ixy", "ixz", "iyz")
@@ -546,12 +517,12 @@ def _judge_numbers(value: str, tag: str, name: str, above: Any, file: str) -> No
     if len(words) == count and all(_FIGURE.fullmatch(w) and low <= float(w) <= high for w in words):
         return
     if above is not None and above.tag == "joint":
-        raise CatalogueError(Phrase("joint {joint} has {name} {value}; from {low} to {high} {unit} is possible",
+        raise CatalogueError("joint {joint} has {name} {value}; from {low} to {high} {unit} is possible",
                              joint=above.get("name", "")[:80], name=f"{tag} {name}", value=value[:40], low=f"{low:g}",
-                             high=f"{high:g}", unit=unit))  # fmt: skip
-    raise CatalogueError(Phrase("“{file}” has {name} {value}; from {low} to {high} {unit} is possible", file=file,
+                             high=f"{high:g}", unit=unit)  # fmt: skip
+    raise CatalogueError("“{file}” has {name} {value}; from {low} to {high} {unit} is possible", file=file,
                          name=f"{tag} {name}", value=value[:40], low=f"{low:g}", high=f"{high:g}",
-                         unit=unit))  # fmt: skip
+                         unit=unit)  # fmt: skip
 
 
 def _joint(element: Any) -> ShapeJoint:
@@ -572,23 +543,23 @@ def _judge_solid(path: Path) -> int:
     try:
         lines = path.read_text(encoding="ascii").split("\n")
     except (OSError, UnicodeDecodeError):
-        raise CatalogueError(Phrase("“{file}” is missing, or no text", file=path.name)) from None
+        raise CatalogueError("“{file}” is missing, or no text", file=path.name) from None
     if len(lines) > _MOST_LINES:
-        raise CatalogueError(Phrase("“{file}” is too large", file=path.name))
+        raise CatalogueError("“{file}” is too large", file=path.name)
     corners = sum(line.startswith("v ") for line in lines)
     normals = sum(line.startswith("vn ") for line in lines)
     for line in lines:
         if not _OBJ_LINE.fullmatch(line):
             raise CatalogueError(
-                Phrase("“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40]))
+                "“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40])
             )
         words = line.split()
         if line.startswith("v") and any(abs(float(word)) > _LARGEST_CORNER for word in words[1:]):
             raise CatalogueError(
-                Phrase("“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40]))
+                "“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40])
             )
         for word in words[1:] if line.startswith("f") else ():
             corner, *rest = word.split("/")
             if not 1 <= int(corner) <= corners or any(r and not 1 <= int(r) <= max(normals, corners) for r in rest):
-                raise CatalogueError(Phrase("“{file}” has a face with a corner that there is not", file=path.name))
+                raise CatalogueError("“{file}” has a face with a corner that there is not", file=path.name)
     return len(lines)

@@ -49,7 +49,7 @@ from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Cell, SceneRow
-from rrp_sheets.texts import Phrase, sentences
+from rrp_sheets.texts import N_, sentences
 
 __all__ = [
     "BALL_COLOURS",
@@ -65,7 +65,9 @@ __all__ = [
 
 
 BALL_COLOURS = COLOURS
-_ANY = "Write a thing such as Red ball, Blue cup, Table or Wall; Person, Child or a name; Light, Noise, or Operator."
+_ANY = N_(
+    "Write a thing such as Red ball, Blue cup, Table or Wall; Person, Child or a name; Light, Noise, or Operator."
+)
 _PROPOSES = 0.8  # how like a known thing a word must be to be taken for a typing mistake
 
 
@@ -111,11 +113,11 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
 
 def _tell_time(time: Cell, report: Report) -> None:
     meant = meant_duration(time.text, "s")
-    remedy: str = Phrase("Write seconds from the start of the run, for example {value}.", value=meant or "2.5")
+    remedy: str = N_("Write seconds from the start of the run, for example {value}.", value=meant or "2.5")
     if "+" in time.text:
-        remedy = "Behind + write seconds: Ask done + 2."
+        remedy = N_("Behind + write seconds: Ask done + 2.")
     elif time.text and not meant:
-        remedy = sentences(remedy, "Or a stream, and seconds after its event: Say done + 2.")
+        remedy = sentences(remedy, N_("Or a stream, and seconds after its event: Say done + 2."))
     report.add("SCENE001", time.address, text=time.text or "blank", remedy=remedy)
 
 
@@ -124,7 +126,7 @@ def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Rep
         return read_value(kind, verb, row.value.text, colour)
     except BadValueError as error:
         remedy = (
-            Phrase("Write it like this: {example}.", example=verb.example) if verb.example else "Leave the cell blank."
+            N_("Write it like this: {example}.", example=verb.example) if verb.example else N_("Leave the cell blank.")
         )
         report.add("SCENE004", row.value.address, text=row.value.text or "blank", does=row.does.text,
                    remedy=sentences(*error.args, remedy))  # fmt: skip
@@ -148,9 +150,9 @@ def check_presses(
         if action.verb != "press" or key(label) in {key(b) for b in buttons}:
             continue
         near = nearest(label, buttons)
-        otherwise = Phrase("The buttons are: {buttons}.", buttons=", ".join(buttons))
+        otherwise = N_("The buttons are: {buttons}.", buttons=", ".join(buttons))
         if not buttons:
-            otherwise = Phrase("Declare it in the sheet Devices: Device Operator button, Label “{label}”.", label=label)
+            otherwise = N_("Declare it in the sheet Devices: Device Operator button, Label “{label}”.", label=label)
         report.add("SCENE006", cells[action.row].address, label=label, **meant(near, otherwise, quoted=True))
 
 
@@ -181,7 +183,7 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     if key(said) in zones:
         return True
     near = nearest(said, robot.touch_zones)
-    otherwise = Phrase("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
+    otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
     report.add("SCENE004", value.address, text=value.text, does=does.text, **meant(near, otherwise, quoted=True))
     return False
 
@@ -204,7 +206,7 @@ def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     if verb is None:
         names = [verb.name for verb in kind.verbs]
         near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
-        otherwise = Phrase("It can do this: {names}.", names=", ".join(names))
+        otherwise = N_("It can do this: {names}.", names=", ".join(names))
         remedy = meant(near, otherwise, quoted=True)
         report.add("SCENE003", does.address, text=does.text or "blank", kind=kind.name, **remedy)
     return verb
@@ -285,7 +287,7 @@ def _parts(verb: Verb, text: str) -> Said:
     said: Said = {}
     for part, words in _cut(verb, text):
         if part.name in said:
-            raise BadValueError(Phrase("Write “{value}” once.", value=part.word or words))
+            raise BadValueError("Write “{value}” once.", value=part.word or words)
         said[part.name] = _READERS[part.kind](part, words)
     return said
 
@@ -357,9 +359,7 @@ def _choice(part: Part, text: str) -> Value:
         words: dict[object, str] = {}
         for word, value in part.choices.items():
             words.setdefault(value, word)  # one for each
-        raise BadValueError(
-            Phrase("Behind “{word}” may stand: {names}.", word=part.word, names=", ".join(words.values()))
-        )
+        raise BadValueError("Behind “{word}” may stand: {names}.", word=part.word, names=", ".join(words.values()))
     return meant[key(text)]
 
 

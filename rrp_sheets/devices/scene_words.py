@@ -18,7 +18,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_, MessageError
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake
 
@@ -121,7 +121,7 @@ def _to(least: int, help: str = "") -> Part:
 
 
 _BALL = ThingKind(
-    "ball", "A ball", ("Red ball", "Green ball", "Blue ball", "Yellow ball"),
+    N_("ball"), "A ball", ("Red ball", "Green ball", "Blue ball", "Yellow ball"),
     (
         Verb("appears", "appear",
              (_at(3, 3, (0.8, 0.0, 0.4), "its middle"),
@@ -141,7 +141,7 @@ _BALL = ThingKind(
     coloured=True, help="Any colour; without one it is red. The ball sensors know red, green and blue.",
 )  # fmt: skip
 _CUP = ThingKind(
-    "cup", "A cup", ("Red cup", "Blue cup", "Yellow cup"),
+    N_("cup"), "A cup", ("Red cup", "Blue cup", "Yellow cup"),
     (
         Verb("appears", "appear",
              (_at(2, 3, (1.2, 0.0), "where it stands"), _ON,
@@ -172,7 +172,7 @@ _BOX = ThingKind(
     coloured=True, help="Any colour; without one it is brown.",
 )  # fmt: skip
 _TABLE = ThingKind(
-    "table", "A table", ("Table",),
+    N_("table"), "A table", ("Table",),
     (
         Verb("appears", "appear",
              (_at(2, 2, (0.55, 0.0), "its middle"),
@@ -185,7 +185,7 @@ _TABLE = ThingKind(
     ),
 )  # fmt: skip
 _WALL = ThingKind(
-    "wall", "A wall", ("Wall",),
+    N_("wall"), "A wall", ("Wall",),
     (
         Verb("appears", "appear",
              (_at(2, 2, (2.0, 0.0), "its middle"),
@@ -198,7 +198,7 @@ _WALL = ThingKind(
 )  # fmt: skip
 _POSTURES = Part("", "posture", "flag", choices={"seated": "seated", "sitting": "seated", "standing": "standing"})
 _PERSON = ThingKind(
-    "person", "A person", ("Person", "Child", "Adult", "Therapist", "Parent", "Visitor"),
+    N_("person"), "A person", ("Person", "Child", "Adult", "Therapist", "Parent", "Visitor"),
     (
         Verb("enters", "appear",
              (_at(2, 3, (1.0, 0.0), "where they are; a third number is the height of the face"), _POSTURES,
@@ -232,14 +232,14 @@ _PERSON = ThingKind(
     help="Any other name is a person's: Mia enters. They look at the robot until they look away.",
 )  # fmt: skip
 _LIGHT = ThingKind(
-    "light", "The light", ("Light",),
+    N_("light"), "The light", ("Light",),
     (
         Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
              (("40 %", "100 % is a bright room, 0 % is dark"), ("20 % in 3 s", "slowly")), also=("is", "is set to")),
     ),
 )  # fmt: skip
 _NOISE = ThingKind(
-    "noise", "The noise", ("Noise",),
+    N_("noise"), "The noise", ("Noise",),
     (
         Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
              (("30 %", "0 % is a quiet room; words are heard worse the louder it is"), ("60 % in 5 s", "slowly")),
@@ -247,7 +247,7 @@ _NOISE = ThingKind(
     ),
 )  # fmt: skip
 _OPERATOR = ThingKind(
-    "operator",
+    N_("operator"),
     "Operator",
     ("Operator",),
     (Verb("presses", "press", (Part("", "label", "rest", needed=True),), (("Start", "the label of a button"),)),),
@@ -387,7 +387,7 @@ _TIMES = re.compile(r"\s*[x×*]\s*", re.IGNORECASE)
 _LETTER = re.compile(r"[^\W\d_]")
 
 
-class BadValueError(Exception):
+class BadValueError(MessageError):
     """A cell cannot be understood. Its text says what to do; empty where only an example helps."""
 
 
@@ -520,6 +520,6 @@ def _within(amount: Amount, least: float, most: float, unit: str) -> Amount:
     if not (least <= low and high <= most):
         scale = 100 if unit == "%" else 1
         raise BadValueError(
-            Phrase("Write from {value:g} to {value2:g} {unit}.", value=least * scale, value2=most * scale, unit=unit)
+            "Write from {value:g} to {value2:g} {unit}.", value=least * scale, value2=most * scale, unit=unit
         )
     return amount

@@ -8,7 +8,7 @@ from typing import Any
 from rrp_sheets.diagnostics.fix import Fix, Replace
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
 """The detail that holds what is misspelt; of other codes it is `name`."""
@@ -25,7 +25,7 @@ def meant(guess: str | None, otherwise: str, quoted: bool = False) -> dict[str, 
     """
     if not guess:
         return {"remedy": otherwise}
-    remedy = Phrase("Did you mean “{guess}”?", guess=guess) if quoted else Phrase("Did you mean {guess}?", guess=guess)
+    remedy = N_("Did you mean “{guess}”?", guess=guess) if quoted else N_("Did you mean {guess}?", guess=guess)
     return {"remedy": remedy, "guess": guess}
 
 
@@ -34,7 +34,7 @@ def proposed(code: str, address: Address | None, details: Mapping[str, object]) 
     wrong, guess = details.get(_MISSPELT.get(code, "name")), details.get("guess")
     if address is None or not (isinstance(wrong, str) and isinstance(guess, str) and wrong and guess):
         return ()
-    title = Phrase("Write {value}", value=guess)
+    title = N_("Write {value}", value=guess)
     safe = code == "CONN008" or surely(wrong, guess)
     return (Fix("correct-spelling", title, (Replace(address, wrong, guess),), safe),)
 

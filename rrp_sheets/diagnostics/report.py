@@ -10,15 +10,14 @@ from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.diagnostics.fix import Fix
-from rrp_sheets.diagnostics.languages import places_in, told
 from rrp_sheets.diagnostics.proposals import proposed
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import LazyMessage, places_in, told
 
 Detail = str | int | float | None
-"""Value of a detail: what the user typed, a number, or a `Phrase` of the program; all can be written as JSON."""
+"""Value of a detail: what the user typed, a number, or a `LazyMessage` of the program; all can be written as JSON."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +27,7 @@ class Diagnostic:
     Attributes:
         code: the catalogue's code.
         address: the cell it belongs to; None for the whole file.
-        details: the values that fill the templates, by name; a phrase of the program is a `Phrase`.
+        details: the values that fill the templates, by name; a text of the program is a `LazyMessage`.
         span: first and last+1 character within the cell's text, where known.
         fixes: what would remove it, to choose from.
     """
@@ -45,14 +44,14 @@ class Diagnostic:
         return CODES[self.code].severity
 
     @property
-    def message(self) -> Phrase:
-        """The problem, in the user's words; `languages.told` translates it."""
-        return Phrase(CODES[self.code].message, **self.details)
+    def message(self) -> LazyMessage:
+        """The problem, in the user's words; `texts.told` translates it."""
+        return CODES[self.code].text("message", self.details)
 
     @property
-    def remedy(self) -> Phrase:
-        """The advice for removing it; `languages.told` translates it."""
-        return Phrase(CODES[self.code].remedy, **self.details)
+    def remedy(self) -> LazyMessage:
+        """The advice for removing it; `texts.told` translates it."""
+        return CODES[self.code].text("remedy", self.details)
 
     @property
     def id(self) -> str:

@@ -16,10 +16,10 @@ from rrp_sheets.formulas.parsing import unread
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])\d+,\d+")
-ADVICE = "Formulas are built of inputs, numbers, texts, operators and the library's functions."
+ADVICE = N_("Formulas are built of inputs, numbers, texts, operators and the library's functions.")
 
 
 class Calls(ABC):
@@ -49,7 +49,7 @@ class Calls(ABC):
             return node
         if name.startswith("_") or "__" in name:
             raise FormulaProblem(
-                "FORM004", node.col_offset, _length(node), name=name, remedy="Names start with a letter."
+                "FORM004", node.col_offset, _length(node), name=name, remedy=N_("Names start with a letter.")
             )
         if k in scope.inputs:
             node.id = scope.inputs[k].name
@@ -57,7 +57,7 @@ class Calls(ABC):
         helper = scope.helpers.get(k)
         if helper is not None:
             if helper.parameters:
-                raise FormulaProblem("FORM006", node.col_offset, _length(node), name=helper.shown, gets="none",
+                raise FormulaProblem("FORM006", node.col_offset, _length(node), name=helper.shown, gets=N_("none"),
                                      takes=arguments(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
             return _bind_helper(node, helper, [])
         if k in scope.constants:
@@ -68,15 +68,15 @@ class Calls(ABC):
         if k == "value" and len(scope.inputs) > 1:
             self.refuse(
                 node,
-                Phrase("{name} in a row with several inputs", name=name),
-                Phrase("Write an input's name: {names}.", names=", ".join(self._mine())),
+                N_("{name} in a row with several inputs", name=name),
+                N_("Write an input's name: {names}.", names=", ".join(self._mine())),
                 name=name,
             )
         if scope.functions.get(name) and not self._as_field(k):
             self.refuse(
                 node,
-                Phrase("The function {name} without brackets", name=name),
-                Phrase("Write {name}(…) with what it works on.", name=name),
+                N_("The function {name} without brackets", name=name),
+                N_("Write {name}(…) with what it works on.", name=name),
                 name=name,
             )
         if cell(name) and not any(cell(other) for other in scope.known()):
@@ -99,38 +99,38 @@ class Calls(ABC):
         k = key(name)
         guess = self._as_field(k)
         if guess:
-            return {"remedy": Phrase('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name),
+            return {"remedy": N_('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name),
                     "guess": guess}  # fmt: skip
         records = [i.record for i in self.scope.inputs.values() if i.record]
         if any(k == key(c) for r in records for f in r.fields for c in f.choices):
-            return {"remedy": Phrase('Put the text between quotes: "{name}".', name=name)}
+            return {"remedy": N_('Put the text between quotes: "{name}".', name=name)}
         guess = self.scope.propose(name, self.scope.known())
         if guess:
             guess = argument_name(guess)
-            return {"remedy": Phrase('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name),
+            return {"remedy": N_('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name),
                     "guess": guess}  # fmt: skip
         return {"remedy": name_here(k) or self._inputs_named(name)}
 
     def _inputs_named(self, name: str) -> str:
         mine = self._mine()
         if not mine:
-            return "Put a text between quotes."
+            return N_("Put a text between quotes.")
         named = (
-            Phrase("The inputs are called {mine}", mine=", ".join(mine))
+            N_("The inputs are called {mine}", mine=", ".join(mine))
             if len(mine) > 1
-            else Phrase("The input is called {value}", value=mine[0])
+            else N_("The input is called {value}", value=mine[0])
         )
-        return Phrase('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)
+        return N_('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)
 
     def new_name(self, target: ast.expr) -> str:
         """Bind a name after “for”, which must not be in use."""
         if not isinstance(target, ast.Name) or target.id.startswith("_") or "__" in target.id:
-            self.refuse(target, "This after “for”", "Write a new name after “for”.")
+            self.refuse(target, "This after “for”", N_("Write a new name after “for”."))
         name, k = unicodedata.normalize("NFKC", target.id), key(target.id)
         scope = self.scope
         taken = k in scope.inputs or k in scope.helpers or k in scope.constants or scope.table(name) is not None
         if taken or scope.functions.get(name) or k in _RESERVED:
-            self.refuse(target, Phrase("“{name}” after “for”", name=name), "Choose a name that is not in use yet.")
+            self.refuse(target, N_("“{name}” after “for”", name=name), N_("Choose a name that is not in use yet."))
         target.id = self.local[k] = name
         return k
 
@@ -140,7 +140,7 @@ class Calls(ABC):
         if isinstance(node.func, ast.Attribute):
             self._method(node.func)
         if not isinstance(node.func, ast.Name) or key(node.func.id) in self.local:
-            self.refuse(node, "A call of something that is not a function")
+            self.refuse(node, N_("A call of something that is not a function"))
         name, k, scope = node.func.id, key(node.func.id), self.scope
         helper = scope.helpers.get(k)
         function = scope.functions.get(name)
@@ -148,8 +148,8 @@ class Calls(ABC):
         if k in scope.inputs and not alias and not (helper is None and function is not None and k == "value"):
             self.refuse(
                 node,
-                Phrase("The input {name} followed by brackets", name=name),
-                "An input is a value: write it without ( ).",
+                N_("The input {name} followed by brackets", name=name),
+                N_("An input is a value: write it without ( )."),
             )
         if helper is not None:
             return self._helper(node, helper, depth)
@@ -180,8 +180,8 @@ class Calls(ABC):
             if getattr(arg, "sheet", False) and isinstance(arg, ast.Compare) and isinstance(arg.left, ast.Name):
                 left = arg.left.id
                 if not self._is_known(left):
-                    what = Phrase("{left}= inside the brackets", left=left)
-                    remedy = Phrase("Write the value alone. ({left} is no input here.)", left=left)
+                    what = N_("{left}= inside the brackets", left=left)
+                    remedy = N_("Write the value alone. ({left} is no input here.)", left=left)
                     problem = FormulaProblem("FORM003", arg.col_offset, _length(arg), what=what, remedy=remedy)
                     self.problems.append(problem)
                     unread(arg)
@@ -196,7 +196,7 @@ class Calls(ABC):
         if not found or not too_many:
             return usage
         value = found[0].replace(",", ".")
-        return Phrase("{usage} — decimal numbers with a point: {value}", usage=usage, value=value)
+        return N_("{usage} — decimal numbers with a point: {value}", usage=usage, value=value)
 
     def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
         unclear = any(hasattr(arg, "unread") for arg in node.args)
@@ -210,7 +210,7 @@ class Calls(ABC):
     def _method(self, method: ast.Attribute) -> NoReturn:
         function = self.scope.functions.get(method.attr)
         advice = (
-            Phrase("Write {name}(…) instead.", name=function.name)
+            N_("Write {name}(…) instead.", name=function.name)
             if function
             else function_here(key(method.attr)) or ADVICE
         )
@@ -219,14 +219,12 @@ class Calls(ABC):
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
         advice = function_here(key(name))
         if self.scope.table(name) is not None:
-            advice = Phrase(
-                "{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column.", name=name
-            )
+            advice = N_("{name} is a table: write INDEX({name}; 1) for a row, or {name}[…] for a column.", name=name)
         guess = None
         if advice is None and not name.startswith("_"):
             known = [h.shown for h in self.scope.helpers.values()] + self.scope.functions.names()
             guess = self.scope.propose(name, known)
-        told = meant(guess, advice or "See `rrp-sheets help functions`.")
+        told = meant(guess, advice or N_("See `rrp-sheets help functions`."))
         return FormulaProblem("FORM005", node.col_offset, len(name), name=name, **told)
 
 
@@ -256,7 +254,7 @@ def _length(node: ast.AST) -> int:
 
 
 def _given(n: int) -> str:
-    return "none" if n == 0 else str(n)
+    return N_("none") if n == 0 else str(n)
 
 
 def _usage(helper: HelperDef) -> str:
@@ -270,8 +268,8 @@ _RESERVED = frozenset((
 
 
 AMBIGUOUS = {  # where spreadsheets and Python disagree: never guess
-    "log": "Write LN(…) for the natural logarithm, or LOG10(…).",
-    "atan2": "Write ANGLE(x; y): the direction of a point, x ahead and y to the left.",
+    "log": N_("Write LN(…) for the natural logarithm, or LOG10(…)."),
+    "atan2": N_("Write ANGLE(x; y): the direction of a point, x ahead and y to the left."),
 }
 """By key: names that mean different things, with the remedy."""
 
@@ -280,14 +278,14 @@ _INSTEAD = {
     "lookup": "XLOOKUP(what; Table[Column]; Table)", "ifna": "IFERROR(value; otherwise)",
     "rand": "PICK([1; 2; 3])", "randbetween": "PICK([1; 2; 3])", "random": "PICK([1; 2; 3])", "choice": "PICK(list)",
     "randint": "PICK([1; 2; 3])", "choose": "INDEX([first; second]; place)", "filter": "[x for x in list if x > 0]",
-    "map": "[x * 2 for x in list]", "print": "the text alone", "format": 'f"{distance:.1f}"',
+    "map": "[x * 2 for x in list]", "print": N_("the text alone"), "format": 'f"{distance:.1f}"',
     "isnull": "ISBLANK(value)", "isempty": "ISBLANK(value)", "isnone": "ISBLANK(value)", "isna": "ISERROR(value)",
     "float": "VALUE(text)", "tonumber": "VALUE(text)", "tostring": "STR(number)", "length": "LEN(text)",
     "replace": "SUBSTITUTE(text; old; new)", "split": "TEXTSPLIT(text; between)", "contains": '"ball" in text',
     "indexof": "FIND(what; text)", "strip": "TRIM(text)", "capitalize": "PROPER(text)", "factorial": "PRODUCT(1; 2; 3)",
-    "square": "x^2", "sqr": "SQRT(x) for the root, or x^2", "cbrt": "x^(1/3)", "norm": "HYPOT(x; y)",
+    "square": "x^2", "sqr": N_("SQRT(x) for the root, or x^2"), "cbrt": "x^(1/3)", "norm": "HYPOT(x; y)",
     "dist": "DISTANCE(x1; y1; x2; y2)", "limit": "CLAMP(value; low; high)", "clip": "CLAMP(value; low; high)",
-    "bool": "value <> 0", "columns": "the number of columns", "indirect": "the stream's name",
+    "bool": "value <> 0", "columns": N_("the number of columns"), "indirect": N_("the stream's name"),
     "offset": "INDEX(table; n)",
 }  # fmt: skip
 _GERMAN_FRENCH = {
@@ -306,9 +304,9 @@ _GERMAN_FRENCH = {
 }  # fmt: skip
 _CLOCK = frozenset(("now", "today", "time", "timevalue", "date", "hour", "minute", "second", "clock"))
 _REFUSED = {
-    "repr": "Write STR(…) for a number as a text.",
-    "eval": "A formula cannot hold another one as a text: write it into a helper.",
-    "zip": "Use a table, or INDEX with a place.",
+    "repr": N_("Write STR(…) for a number as a text."),
+    "eval": N_("A formula cannot hold another one as a text: write it into a helper."),
+    "zip": N_("Use a table, or INDEX with a place."),
 }
 _NAMES = {
     "null": "BLANK", "nil": "BLANK", "undefined": "BLANK", "empty": "BLANK", "nothing": "BLANK", "wahr": "TRUE",
@@ -323,11 +321,11 @@ def function_here(name: str) -> str | None:
     ('Write IF: functions have their English names.', 'Write XLOOKUP(what; Table[Column]; Table).')
     """
     if name in _GERMAN_FRENCH:
-        return Phrase("Write {value}: functions have their English names.", value=_GERMAN_FRENCH[name])
+        return N_("Write {value}: functions have their English names.", value=_GERMAN_FRENCH[name])
     if name in _INSTEAD:
-        return Phrase("Write {usage}.", usage=_INSTEAD[name])
+        return N_("Write {usage}.", usage=_INSTEAD[name])
     if name in _CLOCK:
-        return "Use the connector timestamp: it gives the time with every event."
+        return N_("Use the connector timestamp: it gives the time with every event.")
     return _REFUSED.get(name)
 
 
@@ -337,4 +335,4 @@ def name_here(name: str) -> str | None:
     >>> name_here("null")
     'Write BLANK.'
     """
-    return Phrase("Write {value}.", value=_NAMES[name]) if name in _NAMES else None
+    return N_("Write {value}.", value=_NAMES[name]) if name in _NAMES else None

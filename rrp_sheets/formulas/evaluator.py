@@ -26,7 +26,7 @@ from rrp_sheets.formulas.problems import FormulaProblem, kind_of, problem_of
 from rrp_sheets.formulas.scope import HelperDef
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Record, Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _PLAIN = frozenset((float, bool, int, str, type(None)))
 
@@ -88,7 +88,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """Count work that a handler or a function does in one go."""
         self.steps -= steps
         if self.steps < 0:
-            raise OutOfSteps("FORM105", reason="it takes too long to work out")
+            raise OutOfSteps("FORM105", reason=N_("it takes too long to work out"))
 
     # ---- values; the handlers of constants, lists and tuples are asteval's own
     def on_name(self, node: Any) -> Value:
@@ -110,9 +110,9 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """Return the slice for `[first:end]`."""
         parts = [None if p is None else self.run(p) for p in (node.lower, node.upper, node.step)]
         if any(p is not None and type(p) is not int for p in parts):
-            raise FormulaProblem("FORM103", what="Places in a list are whole numbers")
+            raise FormulaProblem("FORM103", what=N_("Places in a list are whole numbers"))
         if parts[2] == 0:
-            raise FormulaProblem("FORM107", what="A step of 0 never ends")
+            raise FormulaProblem("FORM107", what=N_("A step of 0 never ends"))
         return slice(*parts)
 
     # ---- operators
@@ -144,8 +144,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if isinstance(node.op, ast.Not):
             return not self._truth(value)
         if type(value) not in NUMBERS:
-            raise FormulaProblem("FORM102", needed="a number") if value is None else FormulaProblem(
-                "FORM103", what=Phrase("This needs a number, but gets {kind}", kind=kind_of(value)))  # fmt: skip
+            raise FormulaProblem("FORM102", needed=N_("a number")) if value is None else FormulaProblem(
+                "FORM103", what=N_("This needs a number, but gets {kind}", kind=kind_of(value)))  # fmt: skip
         return -value if isinstance(node.op, ast.USub) else +value
 
     def _truth(self, value: Value) -> bool:
@@ -231,7 +231,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         self.helpers_deep += 1
         if self.helpers_deep > DEEPEST_HELPERS:
             raise OutOfSteps(
-                "FORM105", reason=Phrase("helpers call each other more than {most} deep", most=DEEPEST_HELPERS)
+                "FORM105", reason=N_("helpers call each other more than {most} deep", most=DEEPEST_HELPERS)
             )
         self.symtable = dict(zip(node.parameters, args, strict=True))
         try:
@@ -255,7 +255,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if level == len(comprehension.generators):
             found.append(self.run(comprehension.elt))
             if len(found) > LONGEST_LIST:
-                raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
+                raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
             return
         loop = comprehension.generators[level]
         for member in listing(self.run(loop.iter)):
@@ -270,7 +270,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             return
         if not isinstance(member, (list, tuple)) or len(member) != len(target.elts):
             raise FormulaProblem(
-                "FORM103", what=Phrase("Each member must be a list of {count} values", count=len(target.elts))
+                "FORM103", what=N_("Each member must be a list of {count} values", count=len(target.elts))
             )
         for name, value in zip(target.elts, member, strict=True):
             self.symtable[name.id] = value
@@ -303,7 +303,7 @@ def failure_of(error: Exception) -> Failure:
     failure = problem.failure(column)
     if not helper:
         return failure
-    message = Phrase("In the helper {helper}: {message}", helper=helper, message=failure.message)
+    message = N_("In the helper {helper}: {message}", helper=helper, message=failure.message)
     return Failure(failure.code, message, column)
 
 
@@ -374,7 +374,7 @@ class Binder:
 def _written(node: ast.expr) -> str:
     """Return an argument of PICK as a text, which seeds its draws; a table by its name alone."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
-        return Phrase("the table {name}", name=node.value.name)
+        return N_("the table {name}", name=node.value.name)
     # The text seeds the draws, so it must be the same in every Python: 3.13 adds the context that our own nodes lack,
     # and leaves out what is empty.
     for inner in ast.walk(node):

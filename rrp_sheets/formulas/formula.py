@@ -19,7 +19,7 @@ from rrp_sheets.formulas.tokens import Token, tokenize
 from rrp_sheets.formulas.tree import resolve
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.formulas.evaluator import GuardedInterpreter
@@ -87,7 +87,7 @@ def compile_formula(text: str, scope: Scope, *, condition: bool = True) -> Formu
             _propose_name(one, text, scope)
         raise
     except RecursionError:  # whoever calls from deep within another program has less room for brackets
-        raise FormulaProblem("FORM002", 0, reason="it is nested too deeply") from None
+        raise FormulaProblem("FORM002", 0, reason=N_("it is nested too deeply")) from None
 
 
 def read_formula(text: str) -> ast.expr:
@@ -100,43 +100,43 @@ def read_formula(text: str) -> ast.expr:
     try:
         return parse(tokenize(text), text)
     except RecursionError:
-        raise FormulaProblem("FORM002", 0, reason="it is nested too deeply") from None
+        raise FormulaProblem("FORM002", 0, reason=N_("it is nested too deeply")) from None
 
 
 def _check_characters(text: str) -> None:
     size = len(text.strip())
     if size > LONGEST_FORMULA:
         raise FormulaProblem(
-            "FORM002", LONGEST_FORMULA, reason=Phrase("it has more than {most} characters", most=LONGEST_FORMULA)
+            "FORM002", LONGEST_FORMULA, reason=N_("it has more than {most} characters", most=LONGEST_FORMULA)
         )
     if text.isprintable():
         return
     for i, c in enumerate(text):
         if unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\r\t":
-            raise FormulaProblem("FORM001", i, reason="there is a character in it that cannot be seen",
-                                 remedy="Type the formula again.")  # fmt: skip
+            raise FormulaProblem("FORM001", i, reason=N_("there is a character in it that cannot be seen"),
+                                 remedy=N_("Type the formula again."))  # fmt: skip
 
 
 def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """Set the remedy where a stream's or table's name is spelt as in the sheet, with a space for instance."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
     if problem.code == "FORM018" and names and "example" in problem.details:
-        problem.advise(Phrase("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])))
+        problem.advise(N_("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])))
     if problem.code not in ("FORM001", "FORM003"):
         return
     lower = text.casefold()
     at = text[problem.column : problem.column + problem.length].casefold() if problem.column >= 0 else ""
     for shown in [*(i.shown for i in scope.inputs.values()), *(t.name for t in scope.tables.values())]:
         if at and shown.casefold() == at and key(argument_name(shown)) != key(shown):  # a word of Python's: class
-            problem.advise(Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
+            problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return
         if problem.code == "FORM003":
             continue
         if shown and shown.casefold() in lower and key(shown) != shown.casefold():
-            problem.advise(Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
+            problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return
         if shown[:1].isdigit() and key(shown) in key(text):
-            problem.advise(Phrase("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
+            problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return
 
 
@@ -191,7 +191,7 @@ class _Parser(Values):
         start = self.step()
         test = self.condition()
         if self.word != "else":
-            self.fail("an if without else", 'Write: IF(distance < 1; "near"; "far").', start)
+            self.fail(N_("an if without else"), N_('Write: IF(distance < 1; "near"; "far").'), start)
         self.step()
         return self.between(ast.IfExp(test, body, orelse := self.expression()), body, orelse)
 
@@ -216,7 +216,7 @@ class _Parser(Values):
         operand = self.deeper(self._not)
         end = operand.end_col_offset or 0
         if bracket and not getattr(operand, "bracketed", False):
-            self.note("“not” before a bracket and more", "Write not (a = b), or (not a) = b.", start.start, end)
+            self.note(N_("“not” before a bracket and more"), N_("Write not (a = b), or (not a) = b."), start.start, end)
         return self.at(ast.UnaryOp(ast.Not(), operand), start.start, end)
 
     def _comparison(self) -> ast.expr:
@@ -231,23 +231,23 @@ class _Parser(Values):
             kind = _COMPARE[sign.text]
             if sign.text == "not":
                 if self.word != "in":
-                    self.fail("there is a “not” that does not belong there", "Write and not, or <>.", sign)
+                    self.fail(N_("there is a “not” that does not belong there"), N_("Write and not, or <>."), sign)
                 self.step()
             elif sign.text == "is" and self.word == "not":
                 self.step()
                 kind = ast.IsNot
             elif self.word in ("=", "=="):
-                self.fail("two signs = stand apart", "Write x = 3 or x == 3.", sign)
+                self.fail(N_("two signs = stand apart"), N_("Write x = 3 or x == 3."), sign)
             sheet = sheet or sign.text in _SHEET_EQUALS
             ops.append(kind())
             others.append(self._join())
         node = self.between(ast.Compare(left, ops, others), left, others[-1])
         if sheet and len(ops) > 1:
-            self.note("A chain of comparisons with = or <>", "Write AND(a = b; b = c), or (a = b) = c.",
+            self.note(N_("A chain of comparisons with = or <>"), N_("Write AND(a = b; b = c), or (a = b) = c."),
                         node.col_offset, node.end_col_offset or 0)  # fmt: skip
         if sheet and hints.truth_beside_number(left, others[0]):
-            self.note("TRUE or FALSE compared with a number", "Compare it with TRUE or FALSE, or take it as it is.",
-                        node.col_offset, node.end_col_offset or 0)  # fmt: skip
+            remedy = N_("Compare it with TRUE or FALSE, or take it as it is.")
+            self.note(N_("TRUE or FALSE compared with a number"), remedy, node.col_offset, node.end_col_offset or 0)
         node.sheet = sheet  # type: ignore[attr-defined]
         return node
 
@@ -283,7 +283,7 @@ class _Parser(Values):
         operand = self.deeper(self._signed)
         end = operand.end_col_offset or 0
         if sign.text == "-" and _is_power(operand):
-            self.note("A minus before a power without brackets", "Write -(x^2) or (-x)^2.", sign.start, end)
+            self.note(N_("A minus before a power without brackets"), N_("Write -(x^2) or (-x)^2."), sign.start, end)
         return self.at(ast.UnaryOp(ast.USub() if sign.text == "-" else ast.UAdd(), operand), sign.start, end)
 
     def _power(self) -> ast.expr:
@@ -293,7 +293,7 @@ class _Parser(Values):
         self.step()
         exponent = self.deeper(self._signed)
         if _is_power(exponent):
-            self.note("A power of a power without brackets", "Write (2^3)^2 or 2^(3^2).",
+            self.note(N_("A power of a power without brackets"), N_("Write (2^3)^2 or 2^(3^2)."),
                         base.col_offset, exponent.end_col_offset or 0)  # fmt: skip
         return self.between(ast.BinOp(base, ast.Pow(), exponent), base, exponent)
 
@@ -317,7 +317,7 @@ class _Parser(Values):
                 self.step()
                 targets.append(self._target())
             if self.word != "in":
-                self.fail("“in” is missing behind “for”", "Write for example [n * 2 for n in numbers].")
+                self.fail(N_("“in” is missing behind “for”"), N_("Write for example [n * 2 for n in numbers]."))
             self.step()
             target = targets[0] if len(targets) == 1 else self.between(
                 ast.Tuple(list(targets), ast.Store()), targets[0], targets[-1])  # fmt: skip
@@ -333,12 +333,13 @@ class _Parser(Values):
     def _target(self) -> ast.expr:
         bracket = self.word == "("
         if bracket:
-            self.refuse("A bracket after “for”", "Write for a, b in … without brackets.", self.now.start, self.now.end)
+            remedy = N_("Write for a, b in … without brackets.")
+            self.refuse(N_("A bracket after “for”"), remedy, self.now.start, self.now.end)
         if self.now.kind != "name" or self.word or self.now.text.casefold() in CONSTANTS:
-            self.refuse("This after “for”", "Write a new name after “for”.", self.now.start, self.now.end)
+            self.refuse("This after “for”", N_("Write a new name after “for”."), self.now.start, self.now.end)
         token = self.step()
         if self.word in ("[", ".", "("):
-            self.refuse("This after “for”", "Write a new name after “for”.", token.start, self.now.end)
+            self.refuse("This after “for”", N_("Write a new name after “for”."), token.start, self.now.end)
         return self.at(ast.Name(token.text, ast.Store()), token.start, token.end)
 
     def read_inner(self, tokens: list[Token]) -> ast.expr:

@@ -9,7 +9,7 @@ from typing import NamedTuple, NoReturn
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Token
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 KEYWORDS = frozenset((
     "else", "for", "in", "is", "lambda", "await", "yield", "import", "from", "class", "def", "del", "try", "with",
@@ -21,17 +21,18 @@ _TIMES = frozenset(("s", "ms", "sec", "min", "h"))
 _UNITS = frozenset(("m", "cm", "mm", "km", "kg", "g", "hz", "deg", "degree", "degrees", "rad"))
 _CELL = re.compile(r"\$?[A-Za-z]{1,3}\$?[1-9]\d{0,6}")
 _SIGNS = {  # a sign that nothing here is called by: what people mean with it
-    "&&": "Write AND(…; …).", "||": "Write OR(…; …).", "?": "Write IF(condition; then; otherwise).",
-    "=>": "Write >=.", "=<": "Write <=.", "><": "Write <>.", "|": "Write OR(…; …).",
-    "~": "Write NOT(…), or <> for not equal.",
-    "<<": "Write < once, or multiply by 2.", ">>": "Write > once, or divide by 2.", "@": "Leave it out.",
-    "\\": "Write / to divide.", "`": "Put texts between quotes.", "{": "Write lists in brackets [ ]: [1; 2].",
-    "}": "Write lists in brackets [ ]: [1; 2].", "$": "Write the stream's name.", "°": "Write RADIANS(…).",
-    ":=": "A formula only calculates: use an accumulate row to remember a value.",
-    "!": "Write NOT(…) for not, <> for not equal, PRODUCT(1; 2; 3) for a factorial.",
+    "&&": N_("Write AND(…; …)."), "||": N_("Write OR(…; …)."), "?": N_("Write IF(condition; then; otherwise)."),
+    "=>": N_("Write >=."), "=<": N_("Write <=."), "><": N_("Write <>."), "|": N_("Write OR(…; …)."),
+    "~": N_("Write NOT(…), or <> for not equal."),
+    "<<": N_("Write < once, or multiply by 2."), ">>": N_("Write > once, or divide by 2."), "@": N_("Leave it out."),
+    "\\": N_("Write / to divide."), "`": N_("Put texts between quotes."),
+    "{": N_("Write lists in brackets [ ]: [1; 2]."), "}": N_("Write lists in brackets [ ]: [1; 2]."),
+    "$": N_("Write the stream's name."), "°": N_("Write RADIANS(…)."),
+    ":=": N_("A formula only calculates: use an accumulate row to remember a value."),
+    "!": N_("Write NOT(…) for not, <> for not equal, PRODUCT(1; 2; 3) for a factorial."),
 }  # fmt: skip
-_BETWEEN = "Write what to do with the two values: & + - * / < =, or ; between."
-_ADVICE = "A formula is one calculation of inputs, numbers, texts, operators and the library's functions."
+_BETWEEN = N_("Write what to do with the two values: & + - * / < =, or ; between.")
+_ADVICE = N_("A formula is one calculation of inputs, numbers, texts, operators and the library's functions.")
 
 
 def syntax(token: Token, reason: str, remedy: str, **details: object) -> FormulaProblem:
@@ -53,9 +54,9 @@ def cell(name: str) -> bool:
 def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
     """Return the problem FORM018: a cell where a stream's name belongs."""
     if names:
-        remedy = Phrase("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3]))
+        remedy = N_("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3]))
         return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
-    remedy = Phrase("Write the name of one of the row's inputs instead, such as {example}.", example="redBall")
+    remedy = N_("Write the name of one of the row's inputs instead, such as {example}.", example="redBall")
     return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy, example="redBall")
 
 
@@ -72,7 +73,7 @@ def number(token: Token) -> int | float:
         )
     except ValueError:
         raise syntax(
-            token, Phrase("“{text}” is not a number", text=token.text), "Write a number such as 0.5."
+            token, N_("“{text}” is not a number", text=token.text), N_("Write a number such as 0.5.")
         ) from None
     if abs(found) > LARGEST_NUMBER:
         shown = token.text if len(token.text) <= 13 else token.text[:12] + "…"
@@ -90,12 +91,12 @@ def bare_separator(tokens: list[Token], i: int) -> NoReturn:
     """Raise the problem of a comma or semicolon without brackets around it."""
     decimal = _decimal(tokens, i)
     if decimal:
-        raise decimal.problem(Phrase("Write {value}; for a pair, use brackets: (x; y).", value=decimal.shown))
-    name = "comma" if tokens[i].text == "," else "semicolon"
+        raise decimal.problem(N_("Write {value}; for a pair, use brackets: (x; y).", value=decimal.shown))
+    name = N_("comma") if tokens[i].text == "," else N_("semicolon")
     raise refused(
         tokens[i],
-        Phrase("A {name} without brackets", name=name),
-        "Put brackets around values that belong together: (x; y).",
+        N_("A {name} without brackets", name=name),
+        N_("Put brackets around values that belong together: (x; y)."),
     )
 
 
@@ -104,9 +105,9 @@ def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
     comma = i if tokens[i].text == "," else tokens.index(separator)
     decimal = _decimal(tokens, comma)
     if decimal:
-        raise decimal.problem(Phrase("Write {value}.", value=decimal.shown))
-    raise refused(tokens[i], "Both ; and , in one pair of brackets",
-                  "Write the same sign between all values; decimal numbers have a point.")  # fmt: skip
+        raise decimal.problem(N_("Write {value}.", value=decimal.shown))
+    raise refused(tokens[i], N_("Both ; and , in one pair of brackets"),
+                  N_("Write the same sign between all values; decimal numbers have a point."))  # fmt: skip
 
 
 class _Decimal(NamedTuple):
@@ -120,7 +121,7 @@ class _Decimal(NamedTuple):
 
     def problem(self, remedy: str) -> FormulaProblem:
         """Return the problem FORM003 for it."""
-        return FormulaProblem("FORM003", self.start, self.end - self.start, what="A decimal comma", remedy=remedy,
+        return FormulaProblem("FORM003", self.start, self.end - self.start, what=N_("A decimal comma"), remedy=remedy,
                               typed=self.typed, guess=self.guess)  # fmt: skip
 
 
@@ -132,7 +133,7 @@ def _decimal(tokens: list[Token], i: int) -> _Decimal | None:
     typed, whole = f"{before.text},{after.text}", before.text.replace(".", "")
     number, joined = f"{whole}.{after.text}", f"{whole}{after.text}"
     if "." not in before.text and len(after.text) == 3 and whole != "0":
-        shown = Phrase("{joined} for thousands, or {number}", joined=joined, number=number)
+        shown = N_("{joined} for thousands, or {number}", joined=joined, number=number)
         return _Decimal(before.start, after.end, typed, shown, None)
     return _Decimal(before.start, after.end, typed, number, number if joined.isdecimal() else None)
 
@@ -142,34 +143,34 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
     now, before = tokens[i], tokens[i - 1] if i else None
     if now.kind == "end":
         if before is None:
-            raise syntax(now, "there is nothing in it", "Write a formula.")
-        raise syntax(before, Phrase("it breaks off after “{near}”", near=_near(before)), "Write what belongs there.")
+            raise syntax(now, N_("there is nothing in it"), N_("Write a formula."))
+        raise syntax(before, N_("it breaks off after “{near}”", near=_near(before)), N_("Write what belongs there."))
     if now.text in ("*", "**") and (before is None or before.text in ("(", "[", ",", ";")):
-        raise refused(now, "A star", "Write the list itself: MAX(balls).")
+        raise refused(now, N_("A star"), N_("Write the list itself: MAX(balls)."))
     if now.text == "{":
         raise _braces(tokens, i)
     if now.text == "$":
         raise cell_reference(now.start, now.text + "".join(t.text for t in tokens[i + 1 : i + 4] if t.kind != "end"))
     if now.text in _SIGNS:
-        raise refused(now, Phrase("The sign {text}", text=now.text), _SIGNS[now.text])
+        raise refused(now, N_("The sign {text}", text=now.text), _SIGNS[now.text])
     if now.text in (")", "]"):
         raise syntax(
             now,
-            Phrase("there is nothing before “{text}”", text=now.text),
-            "Write a value there, or take the sign away.",
+            N_("there is nothing before “{text}”", text=now.text),
+            N_("Write a value there, or take the sign away."),
         )
     if now.text == ":":
-        raise syntax(now, "there is a colon in it", "Colons stand only in brackets: balls[0:2].")
+        raise syntax(now, N_("there is a colon in it"), N_("Colons stand only in brackets: balls[0:2]."))
     if before is not None and before.text in ("=", "==") and now.text in ("=", "=="):
-        raise syntax(now, "two signs = stand apart", "Write x = 3 or x == 3.")
-    raise syntax(now, Phrase("a value is missing before “{near}”", near=_near(now)), "Write what belongs there.")
+        raise syntax(now, N_("two signs = stand apart"), N_("Write x = 3 or x == 3."))
+    raise syntax(now, N_("a value is missing before “{near}”", near=_near(now)), N_("Write what belongs there."))
 
 
 def _braces(tokens: list[Token], i: int) -> FormulaProblem:
     """Return the problem of braces, which are lists to a spreadsheet, and sets or dictionaries to Python."""
     inner = [t.text for t in tokens[i:] if t.kind == "sign"]
     if ":" in inner:
-        return refused(tokens[i], "A dictionary", "Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP.")
+        return refused(tokens[i], N_("A dictionary"), N_("Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP."))
     return refused(tokens[i], "{ }", _SIGNS["{"])
 
 
@@ -179,12 +180,12 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
     if lower in _REFUSED_WORDS:
         raise refused(now, _REFUSED_WORDS[lower], _ADVICE)
     if lower == "if":
-        raise syntax(now, "“if” stands at its beginning", 'Write IF(distance < 1; "near"; "far").')
+        raise syntax(now, N_("“if” stands at its beginning"), N_('Write IF(distance < 1; "near"; "far").'))
     if lower == "not":
-        raise syntax(now, "NOT in capitals needs brackets", "Write NOT(…), or not in small letters.")
+        raise syntax(now, N_("NOT in capitals needs brackets"), N_("Write NOT(…), or not in small letters."))
     if lower in ("and", "or", "in", "is", "else", "for"):
-        raise syntax(now, Phrase("a value is missing before “{text}”", text=now.text), "Write what belongs there.")
-    raise syntax(now, Phrase("“{text}” belongs to a program", text=now.text), _ADVICE)
+        raise syntax(now, N_("a value is missing before “{text}”", text=now.text), N_("Write what belongs there."))
+    raise syntax(now, N_("“{text}” belongs to a program", text=now.text), _ADVICE)
 
 
 def leftover(tokens: list[Token], i: int) -> NoReturn:
@@ -193,53 +194,53 @@ def leftover(tokens: list[Token], i: int) -> NoReturn:
     if now.kind == "sign":
         raise _odd_sign(tokens, i)
     if now.kind == "number" and before.kind == "number" and now.start == before.end:
-        raise syntax(now, "there are two points in a number", "Write numbers with one point: 1.5.")
+        raise syntax(now, N_("there are two points in a number"), N_("Write numbers with one point: 1.5."))
     if now.kind == "number" and before.kind == "number":
         raise syntax(
-            now, "there is a space in a number", Phrase("Write {text}{text2}.", text=before.text, text2=now.text)
+            now, N_("there is a space in a number"), N_("Write {text}{text2}.", text=before.text, text2=now.text)
         )
     if now.kind in ("text", "texts") and before.kind in ("text", "texts"):
-        raise syntax(now, "two texts stand side by side", "Write & between them to join them.")
+        raise syntax(now, N_("two texts stand side by side"), N_("Write & between them to join them."))
     if now.kind == "name":
         raise _odd_word(before, now)
-    shown = "a text" if now.kind in ("text", "texts") else f"“{_near(now)}”"
+    shown = N_("a text") if now.kind in ("text", "texts") else f"“{_near(now)}”"
     raise syntax(
         now,
-        Phrase("there is no sign before {shown}", shown=shown),
-        "Write what to do with the two values: & + - * / < =, or ; between.",
+        N_("there is no sign before {shown}", shown=shown),
+        N_("Write what to do with the two values: & + - * / < =, or ; between."),
     )
 
 
 def _odd_word(before: Token, now: Token) -> FormulaProblem:
     lower = now.text.casefold()
     if lower in ("and", "or", "not"):
-        return syntax(now, "AND, OR and NOT in capitals need brackets",
-                      "Write and, or, not in small letters, or AND(…; …).")  # fmt: skip
+        return syntax(now, N_("AND, OR and NOT in capitals need brackets"),
+                      N_("Write and, or, not in small letters, or AND(…; …)."))  # fmt: skip
     if lower in ("then", "elif", "elseif"):
-        return syntax(now, Phrase("“{text}” is not understood", text=now.text), "Write IF(condition; then; otherwise).")
+        return syntax(now, N_("“{text}” is not understood", text=now.text), N_("Write IF(condition; then; otherwise)."))
     if lower == "between":
-        return syntax(now, "“between” is not understood", "Write 1 <= distance <= 2.")
+        return syntax(now, N_("“between” is not understood"), N_("Write 1 <= distance <= 2."))
     if lower in ("equals", "equal", "is"):
-        return syntax(now, Phrase("“{text}” is not understood", text=now.text), "Write = to compare.")
+        return syntax(now, N_("“{text}” is not understood", text=now.text), N_("Write = to compare."))
     if lower == "mod":
-        return syntax(now, "“mod” stands between two values", "Write MOD(x; y).")
+        return syntax(now, N_("“mod” stands between two values"), N_("Write MOD(x; y)."))
     if before.kind == "number" and lower in _TIMES:
         spelt = f"{before.text} {now.text}"
-        advice: str = Phrase('Write "{spelt}" in quotes for Wait, and a number of seconds elsewhere.', spelt=spelt)
-        return syntax(now, "there is a unit of time behind a number", advice, quotes=True)
+        advice: str = N_('Write "{spelt}" in quotes for Wait, and a number of seconds elsewhere.', spelt=spelt)
+        return syntax(now, N_("there is a unit of time behind a number"), advice, quotes=True)
     if before.kind == "number" and lower in _UNITS:
-        advice = "Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees)."
-        return syntax(now, "there is a unit behind a number", advice)
+        advice = N_("Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees).")
+        return syntax(now, N_("there is a unit behind a number"), advice)
     if before.kind == "number":
         return syntax(
             now,
-            "there is no sign between a number and a name",
-            Phrase("Write {text} * {text2}.", text=before.text, text2=now.text),
+            N_("there is no sign between a number and a name"),
+            N_("Write {text} * {text2}.", text=before.text, text2=now.text),
         )
     return syntax(
         now,
-        Phrase("there is no sign before “{near}”", near=_near(now)),
-        Phrase("{between} A text needs quotes.", between=_BETWEEN),
+        N_("there is no sign before “{near}”", near=_near(now)),
+        N_("{between} A text needs quotes.", between=_BETWEEN),
         quotes=True,
     )
 
@@ -249,7 +250,7 @@ def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
     following = tokens[i + 1] if i + 1 < len(tokens) else now
     if now.text == "!" and before.kind in ("name", "text") and following.kind != "end":
         end = tokens[i + 2].end if following.text == "$" and i + 2 < len(tokens) else following.end
-        remedy = "Write the name of one of the row's inputs, or of a table's column: Parts[Ask]."
+        remedy = N_("Write the name of one of the row's inputs, or of a table's column: Parts[Ask].")
         shown = f"{before.text}!{following.text}"
         return FormulaProblem("FORM018", before.start, end - before.start, cell=shown, remedy=remedy)
     if now.text == ":" and cell(before.text):
@@ -257,18 +258,18 @@ def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
     if now.text == "$" and before.kind == "name":
         return cell_reference(before.start, f"{before.text}${following.text}")
     if now.text in (")", "]"):
-        return syntax(now, "an opening bracket is missing", "Add the opening bracket, or take this one away.")
+        return syntax(now, N_("an opening bracket is missing"), N_("Add the opening bracket, or take this one away."))
     if now.text == ":":
-        return syntax(now, "there is a colon in it", "Colons stand only in brackets: balls[0:2].")
+        return syntax(now, N_("there is a colon in it"), N_("Colons stand only in brackets: balls[0:2]."))
     if now.text == ":=":
-        return refused(now, "An assignment", _SIGNS[":="])
+        return refused(now, N_("An assignment"), _SIGNS[":="])
     if now.text in _SIGNS:
-        return refused(now, Phrase("The sign {text}", text=now.text), _SIGNS[now.text])
-    return syntax(now, Phrase("“{text}” does not belong there", text=now.text), "Check what stands there.")
+        return refused(now, N_("The sign {text}", text=now.text), _SIGNS[now.text])
+    return syntax(now, N_("“{text}” does not belong there", text=now.text), N_("Check what stands there."))
 
 
 def _near(token: Token) -> str:
-    text = token.text or "a text"
+    text = token.text or N_("a text")
     return text if len(text) <= 20 else text[:19] + "…"
 
 
@@ -286,7 +287,7 @@ def refuse_setting(tree: ast.expr, typed: str) -> None:
     if settable and number and sign.strip() == "=" and sign != sign.strip() and not typed.lstrip().startswith("="):
         text = typed.strip()
         raise FormulaProblem(
-            "FORM003", tree.col_offset, len(text), what="Setting a value with =",
-            remedy=Phrase("To ask whether they are equal write {twice}, or ={text}.",
+            "FORM003", tree.col_offset, len(text), what=N_("Setting a value with ="),
+            remedy=N_("To ask whether they are equal write {twice}, or ={text}.",
                           twice=text.replace("=", "==", 1), text=text),
         )  # fmt: skip

@@ -12,7 +12,7 @@ from rrp_sheets.formulas.limits import LONGEST_FIELD, LONGEST_LIST, LONGEST_TEXT
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table, value_of
 from rrp_sheets.model.values import Record, Value
-from rrp_sheets.texts import Phrase, capital
+from rrp_sheets.texts import N_, capital
 
 _SIGNS: dict[type, str] = {
     ast.Add: "+",
@@ -50,12 +50,12 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
             charge(size)
             return many * times
     if left is None or right is None:
-        raise FormulaProblem("FORM102", needed=Phrase("a value beside {value}", value=_SIGNS[kind]))
+        raise FormulaProblem("FORM102", needed=N_("a value beside {value}", value=_SIGNS[kind]))
     if kind is ast.Add and {type(left), type(right)} & {str} and {type(left), type(right)} & NUMBERS:
         raise FormulaProblem("FORM114")
     raise FormulaProblem(
         "FORM103",
-        what=Phrase(
+        what=N_(
             "{value} cannot work with {kind} and {kind2}", value=_SIGNS[kind], kind=kind_of(left), kind2=kind_of(right)
         ),
     )
@@ -63,16 +63,16 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
 
 def _fits(size: int, like: Value) -> None:
     if size > (LONGEST_TEXT if isinstance(like, str) else LONGEST_LIST):
-        raise FormulaProblem("FORM105", reason="it becomes too long")
+        raise FormulaProblem("FORM105", reason=N_("it becomes too long"))
 
 
 def field(owner: Value, name: str) -> Value:
     """Return a field of a record; nothing else has fields."""
     if type(owner) is not Record:
         if owner is None:
-            raise FormulaProblem("FORM102", needed=Phrase("something with a field “{name}”", name=name))
+            raise FormulaProblem("FORM102", needed=N_("something with a field “{name}”", name=name))
         raise FormulaProblem(
-            "FORM103", what=Phrase("{what} has no field “{name}”", what=capital(kind_of(owner)), name=name)
+            "FORM103", what=N_("{what} has no field “{name}”", what=capital(kind_of(owner)), name=name)
         )
     if len(name) <= LONGEST_FIELD:  # looking a name up folds it, and keeps what it is folded to
         try:
@@ -80,7 +80,7 @@ def field(owner: Value, name: str) -> Value:
         except KeyError:
             pass
     short = name if len(name) <= 40 else name[:39] + "…"
-    raise FormulaProblem("FORM104", record=owner.type.name, field=short, remedy="Check its fields.")
+    raise FormulaProblem("FORM104", record=owner.type.name, field=short, remedy=N_("Check its fields."))
 
 
 def at_place(owner: Value, index: Value, charge: Charge) -> Value:
@@ -93,16 +93,16 @@ def at_place(owner: Value, index: Value, charge: Charge) -> Value:
                 return owner.get(index)
             except KeyError:
                 raise FormulaProblem("FORM106", index=index, count=len(owner.type.positions)) from None
-        raise FormulaProblem("FORM103", what="Write a field's name between the brackets")
+        raise FormulaProblem("FORM103", what=N_("Write a field's name between the brackets"))
     if isinstance(owner, Table):
-        raise FormulaProblem("FORM103", what="A whole table has columns and rows: write INDEX(table; 1)")
+        raise FormulaProblem("FORM103", what=N_("A whole table has columns and rows: write INDEX(table; 1)"))
     if not isinstance(owner, (list, tuple, str)):
-        raise wrong_kind("a list", owner)
+        raise wrong_kind(N_("a list"), owner)
     if isinstance(index, slice):
         charge(len(owner) // 10)
         return owner[index]
     if type(index) is not int:
-        raise wrong_kind("a whole number as the place in a list", index)
+        raise wrong_kind(N_("a whole number as the place in a list"), index)
     if not -len(owner) <= index < len(owner):
         raise FormulaProblem("FORM106", index=index, count=len(owner))
     return owner[index]
@@ -120,7 +120,7 @@ def formatted(value: Value, spec: str) -> str:
         return format(value, spec)
     except ValueError:
         raise FormulaProblem(
-            "FORM107", what=Phrase("The format “{spec}” does not fit {kind}", spec=spec, kind=kind_of(value))
+            "FORM107", what=N_("The format “{spec}” does not fit {kind}", spec=spec, kind=kind_of(value))
         ) from None
 
 
@@ -183,7 +183,7 @@ def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = free) -> 
             charge(searching(what, text))
             held = what in text
         else:
-            raise wrong_kind("a list", right)
+            raise wrong_kind(N_("a list"), right)
         return held is isinstance(op, ast.In)
     if isinstance(left, str) and isinstance(right, str):
         charge(letters(left, right))
@@ -191,8 +191,7 @@ def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = free) -> 
     if type(left) in NUMBERS and type(right) in NUMBERS:
         return ORDER[type(op)](left, right)
     if left is None or right is None:
-        raise FormulaProblem("FORM102", needed="a value to compare")
+        raise FormulaProblem("FORM102", needed=N_("a value to compare"))
     raise FormulaProblem(
-        "FORM103",
-        what=Phrase("{what} cannot be compared with {kind}", what=capital(kind_of(left)), kind=kind_of(right)),
+        "FORM103", what=N_("{what} cannot be compared with {kind}", what=capital(kind_of(left)), kind=kind_of(right))
     )

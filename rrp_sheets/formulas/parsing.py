@@ -13,7 +13,7 @@ from rrp_sheets.formulas.limits import DEEPEST
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token
 from rrp_sheets.model.names import OPERATOR_WORDS
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 Node = TypeVar("Node", bound=ast.AST)
 CONSTANTS = {"true": True, "false": False, "none": None, "blank": None}
@@ -87,7 +87,7 @@ class Values(ABC):
         """Return what a rule reads one level deeper; raises FORM002 when that is too deep."""
         self.depth += 1
         if self.depth > _TREE_DEPTH:
-            raise FormulaProblem("FORM002", self.now.start, reason="it is nested too deeply")
+            raise FormulaProblem("FORM002", self.now.start, reason=N_("it is nested too deeply"))
         node = rule()
         self.depth -= 1
         return node
@@ -117,7 +117,7 @@ class Values(ABC):
             if word == ".":
                 self.step()
                 if self.now.kind != "name":
-                    self.fail("a field's name is missing behind a point", "Write for example redBall.distance.")
+                    self.fail(N_("a field's name is missing behind a point"), N_("Write for example redBall.distance."))
                 name = self.step()
                 node = self.at(ast.Attribute(node, name.text, ast.Load()), node.col_offset, name.end)
             elif word == "[":
@@ -133,7 +133,10 @@ class Values(ABC):
                 end = self.step().end
                 if not _is_number(node):
                     self.refuse(
-                        "The sign ° behind something that is no number", "Write RADIANS(…).", node.col_offset, end
+                        N_("The sign ° behind something that is no number"),
+                        N_("Write RADIANS(…)."),
+                        node.col_offset,
+                        end,
                     )
                 node = self._scaled(node, end, math.radians, 1)
             else:
@@ -147,12 +150,12 @@ class Values(ABC):
         if following.text in ("-", "+"):
             shown = self.typed[node.col_offset : self.now.start].strip()
             sign = following.text
-            advice = Phrase(
+            advice = N_(
                 "Write ({shown}%) {sign} … for percent, or MOD({shown}; {sign}…) for the remainder.",
                 shown=shown,
                 sign=sign,
             )
-            self.refuse("“%” before a sign", advice, self.now.start, following.end)
+            self.refuse(N_("“%” before a sign"), advice, self.now.start, following.end)
         if following.text == "not":
             return False
         return following.text not in _STARTS
@@ -178,13 +181,14 @@ class Values(ABC):
             else:
                 if self.word in (",", ";"):
                     self.fail(
-                        "there are two places in brackets", "Write balls[0] for one place, balls[0:2] for a part."
+                        N_("there are two places in brackets"),
+                        N_("Write balls[0] for one place, balls[0:2] for a part."),
                     )
                 self.unclosed(start, "]")
         if colons == 0 and parts[0] is None:
-            self.fail("there is nothing between [ and ]", "Write a field's name or a place: balls[0].")
+            self.fail(N_("there is nothing between [ and ]"), N_("Write a field's name or a place: balls[0]."))
         if colons > 2:
-            self.fail("there are too many : in brackets", "Write [first:end].")
+            self.fail(N_("there are too many : in brackets"), N_("Write [first:end]."))
         index: ast.expr
         if colons == 0:
             assert parts[0] is not None
@@ -227,8 +231,8 @@ class Values(ABC):
                 start = self.step()
                 if self.word != ")":
                     self.fail(
-                        Phrase("there is something between the brackets of {text}", text=token.text),
-                        Phrase("Write {text} alone.", text=token.text),
+                        N_("there is something between the brackets of {text}", text=token.text),
+                        N_("Write {text} alone.", text=token.text),
                         start,
                     )
                 token = token._replace(end=self.step().end)
@@ -252,7 +256,7 @@ class Values(ABC):
     def _open(self, start: Token) -> None:
         self.brackets += 1
         if self.brackets > DEEPEST:
-            raise FormulaProblem("FORM002", start.start, reason="its brackets are nested too deeply")
+            raise FormulaProblem("FORM002", start.start, reason=N_("its brackets are nested too deeply"))
 
     def members(self, closer: str, start: Token, call: bool = False) -> list[ast.expr]:
         """Read the values up to a closing bracket, which is not taken; `;` and `,` both separate, but not mixed."""
@@ -275,7 +279,7 @@ class Values(ABC):
         first, depth, brackets = self.i, self.depth, self.brackets
         try:
             if self.word in (",", ";", closer):
-                self.fail("there is nothing between two separators", "Write a value there, or BLANK for none.")
+                self.fail(N_("there is nothing between two separators"), N_("Write a value there, or BLANK for none."))
             member = self.expression()
             if self.word not in (",", ";", closer) and not (may_loop and self.word == "for"):
                 self.unclosed(start, closer)
@@ -305,9 +309,9 @@ class Values(ABC):
     def unclosed(self, start: Token, closer: str) -> NoReturn:
         """Raise the problem of a token that stands where a closing bracket belongs."""
         if self.word == "for":
-            self.refuse("A generator", "Write the brackets [ ] around it.", self.now.start, self.now.end)
+            self.refuse("A generator", N_("Write the brackets [ ] around it."), self.now.start, self.now.end)
         if self.now.kind == "end":
-            self.fail("a closing bracket is missing", Phrase("Add the closing bracket {closer}.", closer=closer), start)
+            self.fail(N_("a closing bracket is missing"), N_("Add the closing bracket {closer}.", closer=closer), start)
         hints.leftover(self.tokens, self.i)
 
     def _text_with_values(self, token: Token) -> ast.expr:

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 
 class FormulaProblem(Exception):
@@ -42,12 +42,12 @@ class FormulaProblem(Exception):
     @property
     def message(self) -> str:
         """Description of the problem in the user's words."""
-        return Phrase(CODES[self.code].message, **self.details)
+        return CODES[self.code].text("message", self.details)
 
     @property
     def remedy(self) -> str:
         """Advice for correcting the formula."""
-        return Phrase(CODES[self.code].remedy, **self.details)
+        return CODES[self.code].text("remedy", self.details)
 
     def failure(self, column: int = -1) -> Failure:
         """Return the problem as a value."""
@@ -61,18 +61,18 @@ def kind_of(value: Value) -> str:
     ('a text', 'a number', 'blank', 'a list')
     """
     if value is None:
-        return "blank"
+        return N_("blank")
     if isinstance(value, bool):
-        return "TRUE or FALSE"
+        return N_("TRUE or FALSE")
     if isinstance(value, (int, float)):
-        return "a number"
+        return N_("a number")
     if isinstance(value, str):
-        return "a text"
+        return N_("a text")
     if isinstance(value, (list, tuple)):
-        return "a list"
+        return N_("a list")
     if isinstance(value, Table):
-        return "a whole table"
-    return "a whole record"
+        return N_("a whole table")
+    return N_("a whole record")
 
 
 def wrong_kind(needed: str, value: Value) -> FormulaProblem:
@@ -80,7 +80,7 @@ def wrong_kind(needed: str, value: Value) -> FormulaProblem:
     if value is None:
         return FormulaProblem("FORM102", needed=needed)
     return FormulaProblem(
-        "FORM103", what=Phrase("This needs {needed}, but gets {kind}", needed=needed, kind=kind_of(value))
+        "FORM103", what=N_("This needs {needed}, but gets {kind}", needed=needed, kind=kind_of(value))
     )
 
 
@@ -108,9 +108,9 @@ def problem_of(error: Exception) -> FormulaProblem | None:
     if isinstance(error, ZeroDivisionError):
         return FormulaProblem("FORM101")
     if isinstance(error, RecursionError):
-        return FormulaProblem("FORM105", reason="it is nested too deeply")
+        return FormulaProblem("FORM105", reason=N_("it is nested too deeply"))
     if isinstance(error, (OverflowError, MemoryError)):
-        return FormulaProblem("FORM105", reason="numbers go up to 1e15")
+        return FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
     if isinstance(error, _OWN_FAULTS):
         # a mistake of ours in a library function: the session goes on, and the tests hold that it never happens
         return FormulaProblem("FORM109")

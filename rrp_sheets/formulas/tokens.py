@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from rrp_sheets.formulas.limits import MOST_TEXTS_DEEP
 from rrp_sheets.formulas.problems import FormulaProblem
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
 QUOTES = _DOUBLE + _SINGLE
@@ -43,18 +43,18 @@ def closing(typed: str, at: int) -> int:
         end = _next(typed, at, kind)
     if end >= 0:
         return end
-    remedy = "Close the text with the same quote as at its beginning."
+    remedy = N_("Close the text with the same quote as at its beginning.")
     if opener == "'" and typed[at - 1 : at].isalnum():
-        remedy = 'Put a text with an apostrophe between double quotes: "it\'s".'
+        remedy = N_('Put a text with an apostrophe between double quotes: "it\'s".')
     if typed.endswith("\\" + opener):
-        remedy = "The backslash makes the last quote a part of the text: write two backslashes."
+        remedy = N_("The backslash makes the last quote a part of the text: write two backslashes.")
     raise FormulaProblem("FORM001", at, max(len(typed) - at, 1),
-                         reason="a quote is missing at the end of a text", remedy=remedy, quotes=True)  # fmt: skip
+                         reason=N_("a quote is missing at the end of a text"), remedy=remedy, quotes=True)  # fmt: skip
 
 
 def _next(typed: str, at: int, closers: str) -> int:
     if typed[at] == "'" and typed.startswith("'''", at):
-        raise FormulaProblem("FORM003", at, 3, what="A triple quote", remedy="Write one quote on each side.")
+        raise FormulaProblem("FORM003", at, 3, what=N_("A triple quote"), remedy=N_("Write one quote on each side."))
     end = at + 1
     while end < len(typed):
         c = typed[end]
@@ -102,8 +102,8 @@ def _escape(body: str, i: int, start: int) -> tuple[str, int]:
         if re.fullmatch(r"[0-9a-fA-F]+", digits) and len(digits) == _CODED[following] and int(digits, 16) < 0x110000:
             return chr(int(digits, 16)), 2 + len(digits)
     if following and following in "xuUN01234567abfrv":
-        raise FormulaProblem("FORM003", start + i, 2, what=Phrase("“\\{following}” in a text", following=following),
-                             remedy="Write the character itself; for a backslash, write two.")  # fmt: skip
+        raise FormulaProblem("FORM003", start + i, 2, what=N_("“\\{following}” in a text", following=following),
+                             remedy=N_("Write the character itself; for a backslash, write two."))  # fmt: skip
     return "\\", 1
 
 
@@ -245,8 +245,8 @@ class _Lexer:
         following = self.typed[end : end + 1]
         if following and following in QUOTES and set(name) <= _LETTERS:
             if name not in "fF":
-                what = Phrase("The letter {name} before a text", name=name)
-                raise FormulaProblem("FORM003", token.start, len(name), what=what, remedy="Leave it out.")
+                what = N_("The letter {name} before a text", name=name)
+                raise FormulaProblem("FORM003", token.start, len(name), what=what, remedy=N_("Leave it out."))
             parts, end = self._text_with_values(end)
             return Token("texts", "", token.start, end, parts)
         if following == "[" and self.is_table(name):
@@ -264,7 +264,7 @@ class _Lexer:
                     title = title[1:-1]
                 return Token("column", title, start, end, (name,))
         raise FormulaProblem(
-            "FORM001", at, reason="a closing bracket is missing", remedy=Phrase("Write {name}[Column].", name=name)
+            "FORM001", at, reason=N_("a closing bracket is missing"), remedy=N_("Write {name}[Column].", name=name)
         )
 
     # ---- texts with values in them
@@ -273,7 +273,8 @@ class _Lexer:
         typed, opener = self.typed, self.typed[at]
         closers = PAIRS.get(opener, opener)
         if typed.startswith(opener * 3, at):  # Python's triple quote; to a spreadsheet, a quote at the beginning
-            raise FormulaProblem("FORM003", at, 3, what="A triple quote", remedy="Write one quote on each side.")
+            remedy = N_("Write one quote on each side.")
+            raise FormulaProblem("FORM003", at, 3, what=N_("A triple quote"), remedy=remedy)
         parts: list[str | Hole] = []
         begin = i = at + 1
         while i < len(typed):
@@ -289,7 +290,8 @@ class _Lexer:
                 parts.append(hole)
                 begin = i = hole.end
             elif c == "}":
-                raise FormulaProblem("FORM001", i, reason="there is a } without {", remedy="Write }} to show one }.")
+                remedy = N_("Write }} to show one }.")
+                raise FormulaProblem("FORM001", i, reason=N_("there is a } without {"), remedy=remedy)
             elif c not in closers:
                 i += 1
             elif typed[i + 1 : i + 2] == c:
@@ -297,18 +299,19 @@ class _Lexer:
             else:
                 parts.append(decode(typed, at, begin, i))
                 return tuple(parts), i + 1
-        raise FormulaProblem("FORM001", at, max(len(typed) - at, 1), reason="a quote is missing at the end of a text",
-                             remedy="Close the text with the same quote as at its beginning.", quotes=True)  # fmt: skip
+        remedy = N_("Close the text with the same quote as at its beginning.")
+        reason, rest = N_("a quote is missing at the end of a text"), max(len(typed) - at, 1)
+        raise FormulaProblem("FORM001", at, rest, reason=reason, remedy=remedy, quotes=True)
 
     def _hole(self, start: int) -> Hole:
         self.holes += 1
         if self.holes > MOST_TEXTS_DEEP:
-            raise FormulaProblem("FORM002", start, reason="its texts with values are nested too deeply")
+            raise FormulaProblem("FORM002", start, reason=N_("its texts with values are nested too deeply"))
         tokens, end = self.read(start + 1, True)
         self.holes -= 1
         if self.typed.startswith("!", end):
-            raise FormulaProblem("FORM003", end, 2, what="“!” in a text",
-                                 remedy="Write the value alone, or with a format such as {distance:.1f}.")  # fmt: skip
+            remedy = N_("Write the value alone, or with a format such as {distance:.1f}.")
+            raise FormulaProblem("FORM003", end, 2, what=N_("“!” in a text"), remedy=remedy)
         spec = None
         if self.typed.startswith(":", end):
             begin = end + 1
@@ -317,20 +320,20 @@ class _Lexer:
             if self.typed.startswith("{", end):
                 raise FormulaProblem("FORM010", begin, max(end - begin, 1), spec=spec + "{…}")
         if not self.typed.startswith("}", end):
-            raise FormulaProblem("FORM001", start, reason="a } is missing in a text with values",
-                                 remedy='Write for example f"It is {distance} away".')  # fmt: skip
+            raise FormulaProblem("FORM001", start, reason=N_("a } is missing in a text with values"),
+                                 remedy=N_('Write for example f"It is {distance} away".'))  # fmt: skip
         return Hole(tokens, spec, start, end + 1)
 
 
-_QUOTED = 'Put texts between quotes: "red".'
-_LEAVE_OUT = "Leave it out; texts stand between quotes."
+_QUOTED = N_('Put texts between quotes: "red".')
+_LEAVE_OUT = N_("Leave it out; texts stand between quotes.")
 _REMEDIES = {
-    "²": "Write ^2 for a square.", "³": "Write ^3.", "√": "Write SQRT(…).", "∛": "Write (…) ^ (1/3).",
-    "½": "Write 0.5.", "¼": "Write 0.25.", "¾": "Write 0.75.", "∞": "There is no infinite number here.",
-    "·": "Write * to multiply.", "•": "Write * to multiply.", "«": _QUOTED,
-    "»": _QUOTED, "「": _QUOTED, "€": "Write the number alone.",
-    "、": "Write ; or , between values.", "…": "Write all of it.", "¬": "Write NOT(…).", "→": "Write IF(…; …; …).",
-    "$": "Write the number alone.", "‰": "Write for example 0.005.",
+    "²": N_("Write ^2 for a square."), "³": N_("Write ^3."), "√": N_("Write SQRT(…)."), "∛": N_("Write (…) ^ (1/3)."),
+    "½": N_("Write 0.5."), "¼": N_("Write 0.25."), "¾": N_("Write 0.75."), "∞": N_("There is no infinite number here."),
+    "·": N_("Write * to multiply."), "•": N_("Write * to multiply."), "«": _QUOTED,
+    "»": _QUOTED, "「": _QUOTED, "€": N_("Write the number alone."),
+    "、": N_("Write ; or , between values."), "…": N_("Write all of it."), "¬": N_("Write NOT(…)."),
+    "→": N_("Write IF(…; …; …)."), "$": N_("Write the number alone."), "‰": N_("Write for example 0.005."),
 }  # fmt: skip
 
 
@@ -339,14 +342,12 @@ def _strange(typed: str, at: int) -> FormulaProblem:
     c = typed[at]
     found = _ERROR_VALUE.match(typed, at)
     if found:
-        reason = Phrase("it holds the error value {value} of a spreadsheet", value=found[0])
-        return FormulaProblem("FORM001", at, len(found[0]), reason=reason,
-                              remedy="Type the formula again; write the streams' names instead of cells.")  # fmt: skip
+        reason = N_("it holds the error value {value} of a spreadsheet", value=found[0])
+        remedy = N_("Type the formula again; write the streams' names instead of cells.")
+        return FormulaProblem("FORM001", at, len(found[0]), reason=reason, remedy=remedy)
     if unicodedata.category(c) in ("Cc", "Cs", "Co", "Cn", "Cf"):
-        return FormulaProblem("FORM001", at, reason="there is a character in it that cannot be seen",
-                              remedy="Type the formula again.")  # fmt: skip
+        return FormulaProblem("FORM001", at, reason=N_("there is a character in it that cannot be seen"),
+                              remedy=N_("Type the formula again."))  # fmt: skip
     remedy = _REMEDIES.get(c, _LEAVE_OUT)
     about = {"quotes": True} if remedy in (_QUOTED, _LEAVE_OUT) else {}
-    return FormulaProblem(
-        "FORM001", at, reason=Phrase("“{c}” has no meaning in a formula", c=c), remedy=remedy, **about
-    )
+    return FormulaProblem("FORM001", at, reason=N_("“{c}” has no meaning in a formula", c=c), remedy=remedy, **about)

@@ -22,7 +22,7 @@ from rrp_sheets.formulas.scope import Scope
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _SPEC = re.compile(r"[<>^]?[+ -]?0?\d{0,2},?(\.\d{1,2})?[defgs%]?")
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
@@ -66,7 +66,7 @@ class _Resolver(Calls):
             raise FormulaProblem(
                 "FORM002",
                 node.col_offset,
-                reason=Phrase("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
+                reason=N_("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
             )
         if hasattr(node, "unread"):
             return node
@@ -75,7 +75,7 @@ class _Resolver(Calls):
         method = _METHODS.get(type(node))
         try:
             if method is None:
-                self.refuse(node, "This")
+                self.refuse(node, N_("This"))
             return method(self, node, depth + 1)
         except FormulaProblem as problem:
             if problem.code == "FORM002":  # of a formula that is too large nothing else is said
@@ -102,7 +102,7 @@ class _Resolver(Calls):
             if not abs(value) <= LARGEST_NUMBER:
                 raise FormulaProblem("FORM008", node.col_offset, number=f"{value:.3g}")
         elif value is not None and not isinstance(value, bool):
-            self.refuse(node, "This kind of value")
+            self.refuse(node, N_("This kind of value"))
         return node
 
     # ---- operators
@@ -149,7 +149,7 @@ class _Resolver(Calls):
     def on_listcomp(self, node: ast.ListComp, depth: int) -> ast.expr:
         if len(node.generators) > MOST_LOOPS:
             raise FormulaProblem(
-                "FORM002", node.col_offset, reason=Phrase("it has more than {most} loops", most=MOST_LOOPS)
+                "FORM002", node.col_offset, reason=N_("it has more than {most} loops", most=MOST_LOOPS)
             )
         before = dict(self.local)
         for loop in node.generators:
@@ -182,14 +182,14 @@ class _Resolver(Calls):
         names = [f.name for f in table.type.fields]
         guess = nearest(name, names)
         remedy = (
-            Phrase("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
+            N_("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
             if guess
-            else Phrase("Its columns are {names}.", names=", ".join(names))
+            else N_("Its columns are {names}.", names=", ".join(names))
             if names
             else "None of its columns has a name: write one into its first row."
         )
         if name.strip().isdecimal():
-            remedy = Phrase("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)
+            remedy = N_("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)
         raise FormulaProblem("FORM017", node.slice.col_offset, max(len(name), 1), table=table.name, title=name,
                              remedy=remedy)  # fmt: skip
 
@@ -207,8 +207,8 @@ class _Resolver(Calls):
         if isinstance(node.value, ast.Name) and key(node.value.id) not in self.local:
             table = self.scope.table(node.value.id)
             if table is not None:
-                what = Phrase("The table {name}", name=table.name)
-                remedy = Phrase("Write {name}[{column}] for the column.", name=table.name, column=node.attr)
+                what = N_("The table {name}", name=table.name)
+                remedy = N_("Write {name}[{column}] for the column.", name=table.name, column=node.attr)
                 raise FormulaProblem("FORM021", node.col_offset, len(table.name), what=what, remedy=remedy)
         node.value = self.visit_at(node.value, depth)
         self._check_field(node.value, node.attr, node)
@@ -220,9 +220,9 @@ class _Resolver(Calls):
         if record is None:
             found = self.scope.inputs.get(key(owner.id)) if isinstance(owner, ast.Name) else None
             if found is not None and found.kind and key(found.name) not in self.local:
-                kind = {"number": "a number", "text": "a text"}.get(found.kind, "TRUE or FALSE")
-                what = Phrase("{name} is {kind}: it", name=found.name, kind=kind)
-                remedy = Phrase("Write {name} alone.", name=found.name)
+                kind = {"number": N_("a number"), "text": N_("a text")}.get(found.kind, N_("TRUE or FALSE"))
+                what = N_("{name} is {kind}: it", name=found.name, kind=kind)
+                remedy = N_("Write {name} alone.", name=found.name)
                 raise FormulaProblem("FORM021", at.col_offset, len(found.name), what=what, remedy=remedy)
             return
         if key(field) in record.keys:
@@ -230,7 +230,7 @@ class _Resolver(Calls):
         guess = nearest(field, [f.name for f in record.fields] + list(record.aliases))
         names = ", ".join(f.name for f in record.fields)
         column = (at.end_col_offset or 0) - len(field) if isinstance(at, ast.Attribute) else at.col_offset + 1
-        told = meant(guess, Phrase("It has {names}.", names=names))
+        told = meant(guess, N_("It has {names}.", names=names))
         raise FormulaProblem("FORM007", column, len(field), record=record.name, field=field, **told)
 
     def _record_of(self, owner: ast.expr) -> RecordType | None:
@@ -259,7 +259,8 @@ class _Resolver(Calls):
 
     def on_formattedvalue(self, node: ast.FormattedValue, depth: int) -> ast.expr:
         if node.conversion != -1:
-            self.refuse(node, "“!” in a text", "Write the value alone, or with a format such as {distance:.1f}.")
+            remedy = N_("Write the value alone, or with a format such as {distance:.1f}.")
+            self.refuse(node, N_("“!” in a text"), remedy)
         if node.format_spec is not None:
             parts = getattr(node.format_spec, "values", [])
             spec = "".join(str(p.value) if isinstance(p, ast.Constant) else "{…}" for p in parts)

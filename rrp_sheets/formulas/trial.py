@@ -16,6 +16,7 @@ from rrp_sheets.formulas.scope import make_scope
 from rrp_sheets.formulas.tables import value_of
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping, to_json
+from rrp_sheets.texts import N_
 
 _MOST_INPUTS = 50
 _DEEPEST = 8  # objects and lists within each other
@@ -88,7 +89,7 @@ def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Ans
     except ValueError as error:
         return _no_request(str(error) if type(error) is ValueError else "it is not JSON")
     except RecursionError:
-        return _no_request("it is nested too deeply")
+        return _no_request(N_("it is nested too deeply"))
     if not isinstance(request, dict) or not isinstance(request.get("formula"), str):
         return _no_request('it is no object with a text as its "formula"')
     inputs = request.get("inputs", {})

@@ -20,7 +20,7 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 __all__ = ["StreamKind", "build_graph"]
 
@@ -37,8 +37,8 @@ _ELSEWHERE = {
 }  # fmt: skip
 """Names that other reactive software and newcomers use for the connectors."""
 _IN_SIMULATION = {
-    "sensor": "In a simulated run it gives nothing.",
-    "actuator": "In a simulated run its commands are done at once, as not completed.",
+    "sensor": N_("In a simulated run it gives nothing."),
+    "actuator": N_("In a simulated run its commands are done at once, as not completed."),
 }
 _EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
 
@@ -130,10 +130,10 @@ class _Builder:
         if connector is None and row.on:
             names = list(dict.fromkeys(c.name for c in self.connectors))
             guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
-            remedy = Phrase("Choose one of {names}.", names=", ".join(names))
+            remedy = N_("Choose one of {names}.", names=", ".join(names))
             if _FORMULA.search(cell.text):
-                words = "What looks like a formula belongs in the column Formula. Here, choose one of {names}."
-                remedy = Phrase(words, names=", ".join(names))
+                words = N_("What looks like a formula belongs in the column Formula. Here, choose one of {names}.")
+                remedy = N_(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
         return connector
 
@@ -168,9 +168,9 @@ class _Builder:
             self.report.add("CONN009", row.inputs_cell.address)
         elif connector.max_inputs is not None and count > connector.max_inputs:
             most = (
-                "one input stream"
+                N_("one input stream")
                 if connector.max_inputs == 1
-                else Phrase("{most} input streams", most=connector.max_inputs)
+                else N_("{most} input streams", most=connector.max_inputs)
             )
             self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)
         period = self._parameter(row, connector)
@@ -186,11 +186,11 @@ class _Builder:
             period = parse_duration(cell.text)
             if not period:
                 guess = meant_duration(cell.text)
-                remedy = Phrase("Did you mean {meant}? ", meant=guess) if guess else ""
+                remedy = N_("Did you mean {meant}? ", meant=guess) if guess else ""
                 self.report.add("CONN008", cell.address, text=cell.text, remedy=remedy, guess=guess)
             elif period < SHORTEST_US and cell.text.replace(".", "").isdigit():
                 seconds = f"{cell.text} s"
-                title = Phrase("Write {value}", value=seconds)
+                title = N_("Write {value}", value=seconds)
                 fix = Fix("write-seconds", title, (Put(cell.address, seconds),), safe=True)
                 self.report.add("CONN010", cell.address, text=cell.text, fixes=[fix])
             return period or None
@@ -203,7 +203,7 @@ class _Builder:
 
 
 LONGEST_CHAIN = 500
-_BREAK = "Break the circle: one of these rows must take another input."
+_BREAK = N_("Break the circle: one of these rows must take another input.")
 
 
 def set_in_order(
@@ -258,7 +258,7 @@ def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
     name = streams[step.output].name
     if step.connector.name != "accumulate" or not name:
         return _BREAK
-    return Phrase(
+    return N_(
         "Take {name} out of the input streams: in the formula of accumulate, “total” is its last value.", name=name
     )
 

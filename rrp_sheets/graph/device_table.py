@@ -17,7 +17,7 @@ from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Address, Cell, Device, Workbook
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.schema import DEVICES
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
@@ -74,7 +74,7 @@ class DeviceTable:
             if guess:
                 meant[k] = key(guess)
                 cell, found = uses[0]
-                remedy = Phrase("Did you mean {guess}? Then correct the header of this column.", guess=guess)
+                remedy = N_("Did you mean {guess}? Then correct the header of this column.", guess=guess)
                 self.report.add(
                     "DEV007", cell.address, device=found.name, setting=self._headers.get(k, k), remedy=remedy
                 )
@@ -97,7 +97,7 @@ class DeviceTable:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
                 guess = nearest(device.text, [f.name for f in self.robot.names.values()])
-                remedy = meant(guess, "See `rrp-sheets help devices`.")
+                remedy = meant(guess, N_("See `rrp-sheets help devices`."))
                 self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
             return
@@ -123,13 +123,13 @@ class DeviceTable:
 
     def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
-        remedy: str = Phrase("Leave the cell blank; its settings are: {names}.", names=", ".join(names))
+        remedy: str = N_("Leave the cell blank; its settings are: {names}.", names=", ".join(names))
         if not names:
-            remedy = "It has no settings: leave the cell blank."
+            remedy = N_("It has no settings: leave the cell blank.")
         others = self.robot.others_with(found, k)[:2]
         if others:
             each = " ".join(f"{one.name}: {one.type.help}" for one in (found, *others))
-            remedy = Phrase("{each} Use that device, or leave the cell blank.", each=each)
+            remedy = N_("{each} Use that device, or leave the cell blank.", each=each)
         here = device.address
         fixes = [_use(here, o.name) for o in others if here]
         self.report.add(
@@ -196,11 +196,11 @@ def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
 
 def describe(device: DeviceType) -> str:
     """Return `a sensor` or `an actuator`."""
-    return "a sensor" if device.kind == "sensor" else "an actuator"
+    return N_("a sensor") if device.kind == "sensor" else N_("an actuator")
 
 
 def _use(cell: Address, device: str) -> Fix:
-    return Fix(f"use-{device.casefold().replace(' ', '-')}", Phrase("Use {name}", name=device), (Put(cell, device),))
+    return Fix(f"use-{device.casefold().replace(' ', '-')}", N_("Use {name}", name=device), (Put(cell, device),))
 
 
 _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
@@ -228,7 +228,7 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         return _number(setting, text)
     if setting.kind == "truth":
         meant = truth_of(text)
-        return meant, "" if meant is not None else "TRUE or FALSE (yes and no do as well)"
+        return meant, "" if meant is not None else N_("TRUE or FALSE (yes and no do as well)")
     if setting.kind == "angle":
         return _number(
             setting, str(math.radians(float(text.strip()[:-1]))) if _DEGREES.fullmatch(text.strip()) else text
@@ -244,24 +244,22 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         if k in robot.groups:
             return next(g for g in robot.data["groups"] if key(g) == k), ""
         guess = nearest(text, [j.name for j in robot.joints.values()] + list(robot.data["groups"]))
-        return None, Phrase("a joint such as {value}", value=guess or "HeadYaw")
+        return None, N_("a joint such as {value}", value=guess or "HeadYaw")
     if setting.kind == "colour":
         if _HEX.fullmatch(text):
             return text.casefold(), ""
-        wants = Phrase("a colour such as {value} or #ff8000", value=nearest(text, COLOURS) or "red")
+        wants = N_("a colour such as {value} or #ff8000", value=nearest(text, COLOURS) or "red")
         return key(text), "" if key(text) in COLOURS else wants
     if setting.kind == "words":
         words = tuple(dict.fromkeys(phrases(text)))
         good = bool(words) and len(text) <= LONGEST_SETTING
-        return words, "" if good else "words with commas between them, for example yes, no"
+        return words, "" if good else N_("words with commas between them, for example yes, no")
     if setting.kind in ("language", "sound file"):
         return _language(text, robot) if setting.kind == "language" else _sound_file(text.strip())
     if setting.kind == "duration":
         us = parse_duration(text, bare="s")
-        return us, "" if us is not None else Phrase("a time such as {value}", value=meant_duration(text, "s") or "2 s")
-    return text, "" if len(text) <= LONGEST_SETTING else Phrase(
-        "a text of at most {most} characters", most=LONGEST_SETTING
-    )
+        return us, "" if us is not None else N_("a time such as {value}", value=meant_duration(text, "s") or "2 s")
+    return text, "" if len(text) <= LONGEST_SETTING else N_("a text of at most {most} characters", most=LONGEST_SETTING)
 
 
 def phrases(text: str) -> list[str]:
@@ -311,7 +309,7 @@ def divided_phrase(text: str) -> tuple[str, int]:
 
 
 def _sound_file(name: str) -> tuple[Value, str]:
-    wants = "the name of a .wav file beside the workbook, such as song.wav, without a folder"
+    wants = N_("the name of a .wav file beside the workbook, such as song.wav, without a folder")
     return name, "" if is_plain(name) else wants
 
 
@@ -326,7 +324,7 @@ def _language(text: str, robot: Robot) -> tuple[Value, str]:
         return names[key(text)], ""
     guess = nearest(text, languages.values()) or nearest(text, languages)
     near = names.get(key(guess), guess) if guess else "de"
-    return None, Phrase("a language such as {near} ({value})", near=near, value=languages[near])
+    return None, N_("a language such as {near} ({value})", near=near, value=languages[near])
 
 
 def _names_for(setting: Setting, robot: Robot, mine: Sequence[str]) -> tuple[str, ...] | None:
@@ -346,22 +344,22 @@ def _one_of(text: str, names: Sequence[str]) -> str:
     guess = nearest(text, names)
     listed = ", ".join(names)
     if not names:
-        return "the name of a sheet with rows"
+        return N_("the name of a sheet with rows")
     if guess and len(names) > 3:
-        return Phrase("{guess} (it can be {listed})", guess=guess, listed=listed)
-    return Phrase("one of {listed}", listed=listed) if len(names) > 1 else listed
+        return N_("{guess} (it can be {listed})", guess=guess, listed=listed)
+    return N_("one of {listed}", listed=listed) if len(names) > 1 else listed
 
 
 def _number(setting: Setting, text: str) -> tuple[Value, str]:
     low, high = setting.lower, setting.upper
-    wants = Phrase("a number ({unit})", unit=setting.unit) if setting.unit else "a number"
+    wants = N_("a number ({unit})", unit=setting.unit) if setting.unit else N_("a number")
     if low is not None and high is not None:
         unit = f" ({setting.unit})" if setting.unit else ""
-        wants = Phrase("a number from {low:g} to {high:g}{unit}", low=low, high=high, unit=unit)
+        wants = N_("a number from {low:g} to {high:g}{unit}", low=low, high=high, unit=unit)
     bare = text.strip().removesuffix(setting.unit).strip() if setting.unit else text.strip()
     if not _NUMBER.fullmatch(bare):
         pointed = bare.replace(",", ".")
-        return None, Phrase("{pointed}, with a decimal point", pointed=pointed) if _NUMBER.fullmatch(pointed) else wants
+        return None, N_("{pointed}, with a decimal point", pointed=pointed) if _NUMBER.fullmatch(pointed) else wants
     number = float(bare)
     if not math.isfinite(number):
         return None, wants

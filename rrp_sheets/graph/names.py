@@ -16,7 +16,7 @@ from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 DONE_DEVICE = FoundDevice(
     "Done", DeviceType("Done", "sensor", "Tells the end of every command of an actuator stream.", payload=DONE)
@@ -25,8 +25,7 @@ _AND = re.compile(r"[;&+/]|\band\b", re.IGNORECASE)  # what is written between t
 _ENDED = re.compile(r"[\W_]+(?:done|finished|ended|completed?|over|ready|end)$", re.IGNORECASE)
 _IS = re.compile(r"[\W_]+(?:is|has|was)$", re.IGNORECASE)
 _LONGEST_ENDED = 100  # letters of a name that is looked at as one of a done stream
-_SHARED = "Behaviours share only devices: take the same sensor here, and repeat the rows that are needed."
-_DECLARED = "“{text}” in the sheet Devices, with its device and settings."
+_SHARED = N_("Behaviours share only devices: take the same sensor here, and repeat the rows that are needed.")
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 
@@ -95,17 +94,17 @@ class Names:
         """Return the details `remedy` and `guess` for an input name that no row gives."""
         parts = [part.strip() for part in _AND.split(text)]
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(map(self._known, parts))):
-            return {"remedy": "Write a comma between two streams."}
+            return {"remedy": N_("Write a comma between two streams.")}
         of = self.devices.find(done_of(text)) if done_of(text) else None
         if of is not None:
             named, kind = done_of(text), describe(of.found.type)
-            remedy = Phrase("Only actuators have a done stream; {done_of} is {describe}.", done_of=named, describe=kind)
+            remedy = N_("Only actuators have a done stream; {done_of} is {describe}.", done_of=named, describe=kind)
             return {"remedy": remedy}
         guess = self._meant_done(text) or self.devices.propose(text, self._inputs)
         made = self.made.get(key(guess)) if guess else None
         if guess is None or made is None or key(guess) in self._read:
-            return meant(guess, "Write the output stream of another row, or a sensor.")
-        remedy = Phrase("Did you mean {guess}? Or write “{text}” into {cell}, which nothing uses yet.",
+            return meant(guess, N_("Write the output stream of another row, or a sensor."))
+        remedy = N_("Did you mean {guess}? Or write “{text}” into {cell}, which nothing uses yet.",
                         guess=guess, text=text, cell=made.output.address.cell)  # fmt: skip
         return {"remedy": remedy, "guess": guess}
 
@@ -149,7 +148,7 @@ class Names:
             return False
         if row.on:
             mine = key(sheet) == self.sheet
-            remedy = Phrase("Write {value}.", value=stream.strip()) if mine else _SHARED
+            remedy = N_("Write {value}.", value=stream.strip()) if mine else _SHARED
             self.report.add("GRAPH017", cell.address, name=cell.text, remedy=remedy)
         return True
 
@@ -213,14 +212,15 @@ class Names:
             return None
         self._told.add(key(cell.text))
         guess = self.devices.propose(cell.text, self.devices.names("actuator"))
-        remedy = (
-            Phrase(f"Did you mean {{guess}}? Or declare {_DECLARED}", guess=guess, text=cell.text)
-            if guess
-            else Phrase(f"Write an actuator, for example Head tracker, or declare {_DECLARED}", text=cell.text)
-        )
-        what = "the stream of another row" if key(cell.text) in self.made else "not a device of the robot"
+        remedy = N_("Write an actuator, for example Head tracker, or declare “{text}” in the sheet Devices, with its "
+                    "device and settings.", text=cell.text)  # fmt: skip
+        if guess:
+            remedy = N_("Did you mean {guess}? Or declare “{text}” in the sheet Devices, with its device and settings.",
+                        guess=guess, text=cell.text)  # fmt: skip
         if declared is not None:
             what = describe(declared.found.type)
+        else:
+            what = N_("the stream of another row") if key(cell.text) in self.made else N_("not a device of the robot")
         self.report.add("GRAPH006", cell.address, name=cell.text, what=what, remedy=remedy, guess=guess)
         return None
 

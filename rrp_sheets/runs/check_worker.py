@@ -13,7 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.model.values import show
 from rrp_sheets.private import only_for_this_user
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.worker_loop import lift_limit
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerClosed, WorkerError
@@ -66,7 +66,7 @@ class CheckWorker:
             raise
         except SheetsError as error:  # too many open files are one as well
             report = Report()
-            why = Phrase("it {why}", why=error.why) if isinstance(error, WorkerError) else error.message.rstrip(".")
+            why = N_("it {why}", why=error.why) if isinstance(error, WorkerError) else error.message.rstrip(".")
             report.add("FILE018", None, name=path.name, why=why)
             return Findings(tuple(report))
 

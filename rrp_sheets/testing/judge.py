@@ -15,7 +15,7 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.testing.results import TOLERANCE, Event, Fault, Frames, RowResult
-from rrp_sheets.texts import Phrase, listed
+from rrp_sheets.texts import N_, listed
 
 __all__ = ["Holds", "equal", "make_holds"]
 
@@ -160,14 +160,14 @@ def _judged(
         reasons = [mine.holds(e.value) for e in near]
         got = listed([came(e, names) for e in near[:3]], ", then")
         if len(near) > 3:
-            got = Phrase("{shown} and {n} more", shown=got, n=len(mine.window) - 3)
+            got = N_("{shown} and {n} more", shown=got, n=len(mine.window) - 3)
         hints += [r for r in dict.fromkeys(reasons) if r not in ("", "different")][:2]
         if not all(reasons):
-            hints.append("Another row of this test has taken it; each value counts for one row.")
+            hints.append(N_("Another row of this test has taken it; each value counts for one row."))
     elif not lane.events:
-        got = Phrase("nothing came on “{name}” in the whole test", name=row.name)
+        got = N_("nothing came on “{name}” in the whole test", name=row.name)
     else:
-        got = Phrase("nothing came at {ms}", ms=seconds(row.time_us))
+        got = N_("nothing came at {ms}", ms=seconds(row.time_us))
     if lane.events:
         hints += _elsewhere(mine)
     return RowResult(row, False, None, got, (*hints, *_faults_near(row, faults, frames)))
@@ -182,11 +182,11 @@ def _elsewhere(mine: _Wanted) -> list[str]:
     outside = sorted((i for i in about if i not in inside), key=lambda i: abs(lane.events[i].us - row.time_us))
     fitting = next((i for i in outside if i not in lane.taken and not mine.holds(lane.events[i].value)), None)
     if fitting is not None:
-        return [Phrase("It came at {ms}.", ms=seconds(lane.events[fitting].us))]
+        return [N_("It came at {ms}.", ms=seconds(lane.events[fitting].us))]
     if inside or not outside:
         return []
     event = lane.events[outside[0]]
-    return [Phrase("The nearest was {value} at {ms}.", value=show(event.value, 80), ms=seconds(event.us))]
+    return [N_("The nearest was {value} at {ms}.", value=show(event.value, 80), ms=seconds(event.us))]
 
 
 def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
@@ -211,7 +211,7 @@ def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames,
     events = [lane.events[i] for i in late]
     got = came(events[0], names)
     if len(events) > 1:
-        got = Phrase("{shown} and {n} more", shown=got, n=len(events) - 1)
+        got = N_("{shown} and {n} more", shown=got, n=len(events) - 1)
     return RowResult(row, False, events[0], got)
 
 
@@ -238,8 +238,8 @@ def since(case: Case, frames: Frames) -> list[int]:
 
 def came(event: Event, names: Mapping[str, str]) -> str:
     """`“Hello” at 2 s from Talk!4`."""
-    template = "{value} at {ms} from {row}" if event.row else "{value} at {ms}"
-    return Phrase(template, value=show(event.value, 90), ms=seconds(event.us), row=event.row)
+    value, ms = show(event.value, 90), seconds(event.us)
+    return N_("{value} at {ms} from {row}" if event.row else "{value} at {ms}", value=value, ms=ms, row=event.row)
 
 
 def seconds(us: int) -> str:
@@ -257,7 +257,7 @@ def _faults_near(row: CaseRow, faults: Sequence[Fault], frames: Frames) -> list[
     at = frames.at(row.time_us)
     near = [f for f in faults if at - TOLERANCE <= frames.at(f.us) <= at + TOLERANCE]
     return [
-        Phrase("{row} could not be worked out at {ms}: {message}", row=f.row, ms=seconds(f.us), message=f.message)
+        N_("{row} could not be worked out at {ms}: {message}", row=f.row, ms=seconds(f.us), message=f.message)
         for f in near[:3]
     ]
 
@@ -325,11 +325,11 @@ def _kind_hint(value: Value, wanted: Value) -> str:
     if isinstance(value, str) and not isinstance(wanted, str) and _bare(value) == show(wanted, 60):
         return f'It is a text; write "{value}" in quotes to expect it.'
     if isinstance(wanted, str) and _number(value) and wanted == show(value):
-        return Phrase("It is a number; write {wanted} without quotes to expect it.", wanted=wanted)
+        return N_("It is a number; write {wanted} without quotes to expect it.", wanted=wanted)
     if isinstance(wanted, str) and _number(value) and _DECIMAL_COMMA.fullmatch(wanted):
-        return Phrase("Numbers are written with a point: {value}.", value=wanted.replace(",", "."))
+        return N_("Numbers are written with a point: {value}.", value=wanted.replace(",", "."))
     if isinstance(value, Record):
-        return "It is a record; write for example any, or field=value."
+        return N_("It is a record; write for example any, or field=value.")
     return "different"
 
 
@@ -339,7 +339,7 @@ def _about(expectation: Expectation) -> Holds:
 
     def holds(value: Value) -> str:
         if not _number(value):
-            return "It is no number."
+            return N_("It is no number.")
         slack = abs(wanted) * RELATIVE + NEAR_ZERO
         return "" if abs(value - wanted) <= within + slack else "different"
 
@@ -353,7 +353,7 @@ def _condition(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
     def holds(value: Value) -> str:
         result = evaluate(value)
         if type(result) is Failure:
-            return Phrase("The condition cannot be worked out for it: {reason}", reason=result.message)
+            return N_("The condition cannot be worked out for it: {reason}", reason=result.message)
         return "" if (result is True or (_number(result) and result != 0)) else "different"
 
     return holds
@@ -364,15 +364,16 @@ def _fields(expectation: Expectation, interpreter: GuardedInterpreter) -> Holds:
 
     def holds(value: Value) -> str:
         if not isinstance(value, Record):
-            return "" if isinstance(value, str) and equal(value, expectation.text) else "It is no record with fields."
+            same = isinstance(value, str) and equal(value, expectation.text)
+            return "" if same else N_("It is no record with fields.")
         for name, one in parts:
             try:
                 field = value.get(name)
             except KeyError:
-                return Phrase("It has no field “{name}”.", name=name)
+                return N_("It has no field “{name}”.", name=name)
             wrong = one(field)
             if wrong:
-                return Phrase("Its {name} is {value}.", name=name, value=show(field))
+                return N_("Its {name} is {value}.", name=name, value=show(field))
         return ""
 
     return holds

@@ -12,7 +12,7 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.testing.judge import seconds
 from rrp_sheets.testing.results import CaseResult, RowResult
 from rrp_sheets.testing.run import TestReport
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 MOST_FAILURES = 20  # shown of one test; the rest are counted
 
@@ -21,27 +21,27 @@ def failure_lines(result: CaseResult) -> list[str]:
     """Return the failures of a test in words, a few lines for each row."""
     name = result.case.name
     unsent: list[str] = [
-        Phrase("{name} row {row}: this could not be sent: {reason}", name=name, row=row, reason=reason)
+        N_("{name} row {row}: this could not be sent: {reason}", name=name, row=row, reason=reason)
         for row, reason in result.broken.items()
     ]
     lines = unsent[:MOST_FAILURES]
     if len(unsent) > MOST_FAILURES:
-        lines.append(Phrase("and {n} more rows that could not be sent", n=len(unsent) - MOST_FAILURES))
+        lines.append(N_("and {n} more rows that could not be sent", n=len(unsent) - MOST_FAILURES))
     for row in result.failed_rows[:MOST_FAILURES]:
         lines += [
             _headline(row),
-            Phrase("  got: {message}", message=row.got),
-            *(Phrase("  {message}", message=h) for h in row.hints),
+            N_("  got: {message}", message=row.got),
+            *(N_("  {message}", message=h) for h in row.hints),
         ]
     if len(result.failed_rows) > MOST_FAILURES:
-        lines.append(Phrase("and {n} more rows", n=len(result.failed_rows) - MOST_FAILURES))
+        lines.append(N_("and {n} more rows", n=len(result.failed_rows) - MOST_FAILURES))
     return lines
 
 
 def _headline(row: RowResult) -> str:
     expectation = row.row.expectation
     assert expectation is not None
-    return Phrase(
+    return N_(
         "{address} ({ms}, {name}): expected {text}{notes}", address=row.row.address, ms=seconds(row.row.time_us),
         name=row.row.name, text=clean(expectation.text[:200]),
         notes=f" – {clean(row.row.notes[:120])}" if row.row.notes else "",

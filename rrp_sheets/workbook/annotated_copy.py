@@ -11,9 +11,8 @@ from xml.sax.saxutils import quoteattr
 from lxml import etree
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.model.workbook import column_letters
-from rrp_sheets.texts import counted
+from rrp_sheets.texts import N_, counted, told
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.patch import sheet_list as listed
@@ -27,8 +26,8 @@ TITLE = "Findings"
 _PART = "xl/worksheets/findings"
 _FILLS = {"error": "F8C9C4", "warning": "FFE3A3", "info": "D6E6F2"}
 _EDGES = {"error": "C0392B", "warning": "C98A00", "info": "4A7FA5"}
-_WORDS = {"error": "Error", "warning": "Warning", "info": "Note"}
-_HEADERS = ("Cell", "Kind", "Code", "What is wrong", "What to do")
+_WORDS = {"error": N_("Error"), "warning": N_("Warning"), "info": N_("Note")}
+_HEADERS = (N_("Cell"), N_("Kind"), N_("Code"), N_("What is wrong"), N_("What to do"))
 _COLUMN_WIDTH = 70
 _LINE, _LETTERS_PER_LINE = 13.5, 74  # points; of the note's font in a column of that width
 _TALLEST = 400

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, sweep, write_atomically
 from rrp_sheets.workbook.edits import (
     AddSheet,
@@ -109,7 +110,7 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     """
     path = Path(path)
     if not path.exists():
-        raise unreadable("FILE001", name=path.name or str(path), hint="Check the spelling and the folder.")
+        raise unreadable("FILE001", name=path.name or str(path), hint=N_("Check the spelling and the folder."))
     if not path.is_file() and not path.is_dir():
         raise unreadable("FILE002", name=path.name)
     refuse_open_file(path)

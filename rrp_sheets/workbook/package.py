@@ -9,7 +9,7 @@ import zipfile
 import zlib
 from typing import IO, Any
 
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 from rrp_sheets.workbook.xml_stream import Budget, Handler, XmlReader
@@ -25,20 +25,20 @@ _PROLOGUE = 1 << 16
 # Parts and relations that make a file refused, each with the code and the words that tell it.
 _PARTS = (
     (re.compile(r"vbaproject|/macrosheets/|/dialogsheets/"), "FILE004", ""),
-    (re.compile(r"/externallinks/"), "FILE010", "another workbook"),
-    (re.compile(r"/connections\.xml$|/querytables/|/webextensions/"), "FILE010", "a data connection"),
-    (re.compile(r"/embeddings/|/oleobjects?/"), "FILE011", "a document"),
-    (re.compile(r"/activex/"), "FILE011", "an ActiveX control"),
+    (re.compile(r"/externallinks/"), "FILE010", N_("another workbook")),
+    (re.compile(r"/connections\.xml$|/querytables/|/webextensions/"), "FILE010", N_("a data connection")),
+    (re.compile(r"/embeddings/|/oleobjects?/"), "FILE011", N_("a document")),
+    (re.compile(r"/activex/"), "FILE011", N_("an ActiveX control")),
 )
 _RELATIONS = {
     "vbaproject": ("FILE004", ""),
     "xlmacrosheet": ("FILE004", ""),
-    "externallink": ("FILE010", "another workbook"),
-    "externallinkpath": ("FILE010", "another workbook"),
-    "connections": ("FILE010", "a data connection"),
-    "oleobject": ("FILE011", "a document"),
-    "package": ("FILE011", "a document"),
-    "control": ("FILE011", "an ActiveX control"),
+    "externallink": ("FILE010", N_("another workbook")),
+    "externallinkpath": ("FILE010", N_("another workbook")),
+    "connections": ("FILE010", N_("a data connection")),
+    "oleobject": ("FILE011", N_("a document")),
+    "package": ("FILE011", N_("a document")),
+    "control": ("FILE011", N_("an ActiveX control")),
 }
 
 
@@ -74,7 +74,7 @@ class Package:
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(data))
         except BROKEN_ZIP as error:
-            raise unreadable("FILE008", name=name, what="it is cut off or not whole") from error
+            raise unreadable("FILE008", name=name, what=N_("it is cut off or not whole")) from error
         entries = self._zip.infolist()
         self._check_entries(entries)
         self.parts = {e.filename.casefold(): e for e in entries if not e.is_dir()}
@@ -82,26 +82,26 @@ class Package:
 
     def _check_entries(self, entries: list[zipfile.ZipInfo]) -> None:
         if len(entries) > limits.PARTS:
-            raise self._swollen(Phrase("{n} parts", n=len(entries)))
+            raise self._swollen(N_("{n} parts", n=len(entries)))
         seen: set[str] = set()
         for e in entries:
             if e.flag_bits & 0x1:
                 raise unreadable("FILE005", name=self.name)
             spelt = e.filename.casefold()
             if spelt.startswith("/") or "\\" in spelt or ":" in spelt or ".." in spelt.split("/"):
-                raise unreadable("FILE009", name=self.name, what="a part has the name of a file outside")
+                raise unreadable("FILE009", name=self.name, what=N_("a part has the name of a file outside"))
             if spelt in seen:
-                raise unreadable("FILE009", name=self.name, what="two parts have one name")
+                raise unreadable("FILE009", name=self.name, what=N_("two parts have one name"))
             seen.add(spelt)
             if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-                raise unreadable("FILE009", name=self.name, what="an unusual compression")
+                raise unreadable("FILE009", name=self.name, what=N_("an unusual compression"))
             if e.file_size > limits.PART_BYTES:
-                raise self._swollen(Phrase("a part of {n} MB", n=e.file_size // _MB))
+                raise self._swollen(N_("a part of {n} MB", n=e.file_size // _MB))
             if e.file_size > limits.RATIO_FROM_BYTES and e.file_size > limits.RATIO * max(e.compress_size, 1):
                 ratio = e.file_size // max(e.compress_size, 1)
-                raise self._swollen(Phrase("a part that is compressed to a {n}th", n=ratio))
+                raise self._swollen(N_("a part that is compressed to a {n}th", n=ratio))
         if sum(e.file_size for e in entries) > limits.INFLATED_BYTES:
-            raise self._swollen(Phrase("{n} MB", n=sum(e.file_size for e in entries) // _MB))
+            raise self._swollen(N_("{n} MB", n=sum(e.file_size for e in entries) // _MB))
 
     def _check_parts(self) -> None:
         if "[content_types].xml" not in self.parts or not any(p.startswith("xl/") for p in self.parts):
@@ -125,9 +125,9 @@ class Package:
             try:
                 beginning = stream.read(_PROLOGUE)
             except BROKEN_ZIP as error:
-                raise unreadable("FILE008", name=self.name, what=Phrase("{part} cannot be read", part=part)) from error
+                raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
         if _DOCTYPE.search(beginning.replace(b"\0", b"")):
-            raise unreadable("FILE009", name=self.name, what=Phrase("{part} declares its own document type", part=part))
+            raise unreadable("FILE009", name=self.name, what=N_("{part} declares its own document type", part=part))
 
     def _check_relations(self, part: str) -> None:
         relations = Relations()
@@ -150,9 +150,9 @@ class Package:
         try:
             return self._zip.open(self.parts[part.casefold()])
         except KeyError:
-            raise unreadable("FILE008", name=self.name, what=Phrase("{part} is missing", part=part)) from None
+            raise unreadable("FILE008", name=self.name, what=N_("{part} is missing", part=part)) from None
         except BROKEN_ZIP as error:
-            raise unreadable("FILE008", name=self.name, what=Phrase("{part} cannot be read", part=part)) from error
+            raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
 
     def read(self, part: str) -> bytes:
         """All bytes of a part."""
@@ -160,7 +160,7 @@ class Package:
             try:
                 return stream.read()
             except BROKEN_ZIP as error:
-                raise unreadable("FILE008", name=self.name, what=Phrase("{part} cannot be read", part=part)) from error
+                raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
 
     def reader(self, part: str, handler: Handler) -> XmlReader:
         """A reader of a part that has not begun yet."""

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 
 
@@ -117,10 +117,10 @@ def check_size(sheet: RawSheet) -> None:
     """Raise UnreadableFile when a sheet of ours is beyond the limits. Counts what is filled, not where it stands."""
     rows, columns = len({row for row, _ in sheet.cells}), len({column for _, column in sheet.cells})
     for count, limit, what in (
-        (rows, limits.ROWS, "{n} rows"),
-        (columns, limits.COLUMNS, "{n} columns"),
-        (len(sheet.cells), limits.CELLS, "{n} filled cells"),
-        (sum(r.area for r in sheet.merged), limits.MERGED_CELLS, "{n} merged cells"),
+        (rows, limits.ROWS, N_("{n} rows")),
+        (columns, limits.COLUMNS, N_("{n} columns")),
+        (len(sheet.cells), limits.CELLS, N_("{n} filled cells")),
+        (sum(r.area for r in sheet.merged), limits.MERGED_CELLS, N_("{n} merged cells")),
     ):
         if count > limit:
-            raise unreadable("FILE013", sheet=sheet.name, what=Phrase(what, n=f"{count:,}"), limit=f"{limit:,}")
+            raise unreadable("FILE013", sheet=sheet.name, what=N_(what, n=f"{count:,}"), limit=f"{limit:,}")

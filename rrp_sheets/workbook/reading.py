@@ -22,7 +22,7 @@ from rrp_sheets.model.workbook import (
     TestSheet,
     Workbook,
 )
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
@@ -92,7 +92,7 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
     if "\0" in str(path) or not path.exists():
         longer = f"{path.name}.xlsx"
         there = path.name and path.with_name(longer).exists()
-        hint = Phrase("Did you mean “{guess}”?", guess=longer) if there else "Check the spelling and the folder."
+        hint = N_("Did you mean “{guess}”?", guess=longer) if there else N_("Check the spelling and the folder.")
         raise unreadable("FILE001", name=path.name or str(path), hint=hint)
     if path.is_dir():
         return _open_folder(path)
@@ -238,7 +238,7 @@ class Reader:
         self._characters += sum(len(c.text) + len(c.formula) for c in sheet.cells.values())
         if self._characters > limits.TEXT_CHARACTERS:
             limit = f"{limits.TEXT_CHARACTERS:,}, with the sheets before it,"
-            raise unreadable("FILE013", sheet=sheet.name, what="too many letters", limit=limit)
+            raise unreadable("FILE013", sheet=sheet.name, what=N_("too many letters"), limit=limit)
         self.sheets.append(sheet)
         table = OwnTable(sheet, recognised, recognised.kind, self.report)
         self._report_findings(sheet.name)

@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import chain
 
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
 
 
@@ -158,7 +159,7 @@ _NOTES = Column(
     "Notes", "notes", 32, "Anything you want to remember. The robot does not read it.", synonyms=("Comment",),
     help="keys", required=False, effect=False,
 )  # fmt: skip
-BEHAVIOUR = SheetKind("behaviour", "Behaviour", "a behaviour", "D5E5EF", (
+BEHAVIOUR = SheetKind("behaviour", "Behaviour", N_("a behaviour"), "D5E5EF", (
     Column("Input streams", "inputs", 22, "What this row listens to: a sensor, or the output of another row. "
            "Several are separated by commas. Blank: the output of the row above.",
            ("Inputs", "Input", "From"), "devices", "Streams", known=("Output stream", "Streams", "Sensors")),
@@ -175,7 +176,7 @@ BEHAVIOUR = SheetKind("behaviour", "Behaviour", "a behaviour", "D5E5EF", (
     Column("Priority", "amount", 9, "A number: the larger one wins when two rows want the same part of the robot. "
            "Blank is 0.", help="priority", required=False, offered=False),
 ), any_name=True)  # fmt: skip
-DEVICES = SheetKind("devices", "Devices", "the list of devices", "DDEBDD", (
+DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
     Column("Stream", "text", 24, "The name you give this sensor or actuator; behaviours use it."),
     Column("Device", "device", 24, "Which sensor or actuator of the robot it is.", help="devices", offers="All devices",
            known=("All devices",)),
@@ -183,14 +184,14 @@ DEVICES = SheetKind("devices", "Devices", "the list of devices", "DDEBDD", (
 ), other=Column("", "setting", 18, "The setting {header}; blank is the usual one.", help="devices", offers="{header}",
                 required=False),
    usual=(Column("Text", "setting", 38, "What the robot says.", help="devices"),))  # fmt: skip
-HELPERS = SheetKind("helpers", "Helpers", "the list of helpers", "E9E2F0", (
+HELPERS = SheetKind("helpers", "Helpers", N_("the list of helpers"), "E9E2F0", (
     Column("Name", "helper", 24, "The helper's name; write it into the Formula of a row.", help="helpers"),
     Column("Inputs", "parameters", 24, "Names for what the helper calculates with, separated by commas. Blank: a "
            "constant."),
     Column("Formula", "formula", 46, "The calculation, with the names of Inputs.", help="formulas"),
     _NOTES,
 ))  # fmt: skip
-SCENE = SheetKind("scene", "Scene", "the scene", "F4E8D3", (
+SCENE = SheetKind("scene", "Scene", N_("the scene"), "F4E8D3", (
     Column("Time (s)", "amount", 14, "Seconds after the start, the row above (+ 2) or an event: Ask done + 2",
            help="scene"),
     Column("Thing", "actor", 18, "Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …",
@@ -200,13 +201,13 @@ SCENE = SheetKind("scene", "Scene", "the scene", "F4E8D3", (
            help="scene"),
     _NOTES,
 ))  # fmt: skip
-GESTURES = SheetKind("gestures", "Gestures", "the list of gestures", "F4E8D3", (
+GESTURES = SheetKind("gestures", "Gestures", N_("the list of gestures"), "F4E8D3", (
     Column("Name", "gesture", 20, "The gesture's name, the same in all its rows."),
     Column("Time (s)", "amount", 10, "When the joints are there, in seconds from the gesture's beginning."),
     _NOTES,
 ), other=Column("", "angle", 15, "{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. "
                 "Blank: on its way.", required=False))  # fmt: skip
-TEST = SheetKind("test", "Test", "a test", "F1DFDF", (
+TEST = SheetKind("test", "Test", N_("a test"), "F1DFDF", (
     Column("Time (ms)", "amount", 12, "Milliseconds after the start.", help="tests"),
     Column("Stream", "tested", 24, "The stream that gets the value, or that is looked at.", help="tests",
            offers="Streams"),
@@ -214,7 +215,7 @@ TEST = SheetKind("test", "Test", "a test", "F1DFDF", (
     Column("Expect", "expect", 28, "What must come out: a value, any, or nothing.", help="tests"),
     _NOTES,
 ), any_name=True)  # fmt: skip
-PROTOCOL = SheetKind("protocol", "Protocol", "the protocol", "E3E6E9", (
+PROTOCOL = SheetKind("protocol", "Protocol", N_("the protocol"), "E3E6E9", (
     Column("Field", "fieldname", 24, "The name of a field; you may add your own.", help="protocol"),
     Column("Value", "fieldvalue", 90, help="protocol"),
     replace(_NOTES, offered=False),

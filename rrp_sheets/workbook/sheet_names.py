@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import N_
 
 LONGEST = 31  # letters, as Excel counts them
 _FORBIDDEN = re.compile(r"[\[\]:*?/\\]")
@@ -37,7 +38,7 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
         count = len(name.encode("utf-16-le")) // 2
         raise SheetsError(f"This name has {count} letters; Excel takes {LONGEST}.", "Shorten it.")
     if name[0] == "'" or name[-1] == "'":
-        raise SheetsError("A sheet's name cannot begin or end with an apostrophe.", "Leave it out.")
+        raise SheetsError("A sheet's name cannot begin or end with an apostrophe.", N_("Leave it out."))
     if not any(c.isalnum() for c in name):
         raise SheetsError("A sheet's name needs a letter or a digit.", "Write a short one, such as “Greeting”.")
     if key(name) == "history":

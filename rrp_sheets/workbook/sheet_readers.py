@@ -23,7 +23,7 @@ from rrp_sheets.model.workbook import (
     TestRow,
     TestSheet,
 )
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.headers import Recognised
@@ -170,9 +170,9 @@ class OwnTable:
             else:
                 blocks.append([row, row])
         for first, last in blocks:
-            rows: str = Phrase("Row {n}", n=first)
+            rows: str = N_("Row {n}", n=first)
             if first != last:
-                rows = Phrase("Rows {first} to {last}", first=first, last=last)
+                rows = N_("Rows {first} to {last}", first=first, last=last)
             address = self.address(first, min(self.columns.values()))
             self.add("SHEET009", address, rows=rows, sheet=self.sheet.name)
 
@@ -257,7 +257,8 @@ def _report_buried(table: OwnTable, line: FilledRow) -> None:
     columns = sorted(table.ours - {on})
     emptied = (Put(table.address(line.number, c), "", was=texts.get(c, "")) for c in columns)
     mine = tuple((c, texts[c]) for c in columns if c in texts)
-    apart = Fix("own-row", "Put it into a row of its own", (*emptied, Insert(table.sheet.name, line.number + 1, mine)))
+    edits: tuple[Put | Insert, ...] = (*emptied, Insert(table.sheet.name, line.number + 1, mine))
+    apart = Fix("own-row", N_("Put it into a row of its own"), edits)
     table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
 
 
@@ -326,7 +327,7 @@ def read_scene(table: OwnTable) -> tuple[SceneRow, ...]:
 def read_test(table: OwnTable) -> TestSheet:
     """The rows of a test sheet. Send and Expect are written like formulas (`zone="Head"`) or as plain texts."""
     rows = (
-        TestRow(table.needed(line, "Time (ms)", "time"), table.needed(line, "Stream", "stream"),
+        TestRow(table.needed(line, "Time (ms)", N_("time")), table.needed(line, "Stream", N_("stream")),
                 table.cell(line, "Send"), table.cell(line, "Expect"), table.remarks(line))
         for line in table.shown_lines()
     )  # fmt: skip
@@ -339,7 +340,7 @@ def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
     headers = {keys[c]: table.others[c].strip() for c in sorted(keys)}
     rows = []
     for line in table.shown_lines():
-        name, time = table.needed(line, "Name", "name"), table.needed(line, "Time (s)", "time")
+        name, time = table.needed(line, "Name", N_("name")), table.needed(line, "Time (s)", N_("time"))
         joints = {keys[c]: table.cell(line, c) for c in sorted(keys) if c in line.cells}
         rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}, headers))
     return tuple(rows)
@@ -348,7 +349,7 @@ def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
 def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str]) -> None:
     """Add the fields of a Protocol sheet to `fields` (cells by key) and `names` (as spelt); dates may be values."""
     for line in table.shown_lines():
-        name = table.needed(line, "Field", "field name")
+        name = table.needed(line, "Field", N_("field name"))
         value = table.cell(line, "Value")
         k = key(name.text)
         if name and k in fields:
@@ -391,14 +392,14 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
     left, right = header[0], header[-1]
     if right - left >= limits.TABLE_COLUMNS:
         right = left + limits.TABLE_COLUMNS - 1
-        _too_large(sheet, report, Address(sheet.name, top, right + 1), limits.TABLE_COLUMNS, "columns")
+        _too_large(sheet, report, Address(sheet.name, top, right + 1), limits.TABLE_COLUMNS, N_("columns"))
     _check_header(sheet, report, {c: filled.get((top, c), "") for c in range(left, right + 1)}, top, filled)
     rows = []
     present = {row for row, column in filled if left <= column <= right}
     row = top
     while row in present:
         if row > top + limits.TABLE_ROWS:
-            _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, "rows")
+            _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, N_("rows"))
             break
         rows.append(tuple(_text(sheet, (row, column), filled, report) for column in range(left, right + 1)))
         row += 1

@@ -15,7 +15,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Extent, RawCell, RawSheet, unreadable
@@ -132,7 +132,7 @@ def decode(data: bytes, name: str) -> str:
             continue
         if "\0" not in text:
             if max(text.count(mark) for mark in "|,;\t\n") > limits.TEXT_CELLS:
-                raise unreadable("FILE007", name=name, what=Phrase("more than {n} cells", n=f"{limits.TEXT_CELLS:,}"))
+                raise unreadable("FILE007", name=name, what=N_("more than {n} cells", n=f"{limits.TEXT_CELLS:,}"))
             return text.replace("\r\n", "\n").replace("\r", "\n")
     raise unreadable("FILE014", name=name)
 
@@ -231,7 +231,7 @@ def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:
     try:
         return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except csv.Error as error:
-        raise unreadable("FILE008", name=name, what="a cell is too long or a double quote is not closed") from error
+        raise unreadable("FILE008", name=name, what=N_("a cell is too long or a double quote is not closed")) from error
 
 
 def _sheet(name: str, rows: list[list[str]]) -> RawSheet:

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.package import Package
 from rrp_sheets.workbook.raw import Kind, unreadable
@@ -165,7 +165,7 @@ class SharedStrings:
     def __init__(self, package: Package, part: str | None) -> None:
         self._name = package.name
         refuse = unreadable(
-            "FILE007", name=package.name, what=Phrase("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
+            "FILE007", name=package.name, what=N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
         )
         self._handler = _StringsHandler(refuse)
         self._reader = package.reader(part, self._handler) if part else None
@@ -177,5 +177,5 @@ class SharedStrings:
             if self._reader is None or not self._reader.step():
                 if len(texts) > index:
                     break
-                raise unreadable("FILE008", name=self._name, what="a cell refers to a text that is missing")
+                raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
         return texts[index]

@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.package import Package
 from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, RawSheet, unreadable
@@ -144,7 +144,7 @@ class SheetHandler(Handler):
         if self._elements > (limits.HEAD_CELLS if self._extent is Extent.HEAD else limits.CELL_ELEMENTS):
             if self._extent is not Extent.WHOLE:
                 raise Stop
-            raise self._too_large(Phrase("more than {n} cells", n=f"{limits.CELL_ELEMENTS:,}"), limits.CELLS)
+            raise self._too_large(N_("more than {n} cells", n=f"{limits.CELL_ELEMENTS:,}"), limits.CELLS)
 
     def _end_cell(self) -> None:
         self._in_cell = False
@@ -155,7 +155,7 @@ class SheetHandler(Handler):
             return
         self.cells[self._at] = cell
         if self._extent is Extent.WHOLE and len(self.cells) > limits.CELLS:
-            raise self._too_large(Phrase("more than {n} filled cells", n=f"{limits.CELLS:,}"), limits.CELLS)
+            raise self._too_large(N_("more than {n} filled cells", n=f"{limits.CELLS:,}"), limits.CELLS)
 
     def _finish(self) -> RawCell | None:
         formula = self._formula
@@ -232,7 +232,7 @@ class SheetHandler(Handler):
         self.merged.append(block)
         self._merged_area += block.area
         if self._extent is Extent.WHOLE and self._merged_area > limits.MERGED_CELLS:
-            raise self._too_large(Phrase("{n} merged cells", n=f"{self._merged_area:,}"), limits.MERGED_CELLS)
+            raise self._too_large(N_("{n} merged cells", n=f"{self._merged_area:,}"), limits.MERGED_CELLS)
 
     def _too_large(self, what: str, limit: int) -> UnreadableFile:
         return unreadable("FILE013", sheet=self._sheet, what=what, limit=f"{limit:,}")
@@ -303,7 +303,7 @@ class XlsxBook:
         if len(self.entries) > limits.SHEETS:
             raise unreadable("FILE012", name=name, count=len(self.entries), limit=limits.SHEETS)
         if not self.entries:
-            raise unreadable("FILE008", name=name, what="it lists no sheets")
+            raise unreadable("FILE008", name=name, what=N_("it lists no sheets"))
         self.names = [s.name for s in self.entries]
         self.findings: list[Diagnostic] = []
 

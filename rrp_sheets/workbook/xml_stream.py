@@ -8,7 +8,7 @@ from xml.sax import SAXException
 from xml.sax.handler import ContentHandler
 
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 
@@ -93,7 +93,7 @@ class XmlReader:
 
         self._stream = stream
         self._name, self._part = name, part
-        self._swollen = unreadable("FILE007", name=name, what=Phrase("{part} is too long or too deep", part=part))
+        self._swollen = unreadable("FILE007", name=name, what=N_("{part} is too long or too deep", part=part))
         self._parser = DefusedExpatParser(forbid_dtd=True)
         handler.guard(budget, self._swollen)
         self._handler = handler
@@ -126,12 +126,10 @@ class XmlReader:
             self.finished = True
         except DefusedXmlException as error:
             raise unreadable(
-                "FILE009", name=self._name, what=Phrase("{part} declares its own document type", part=self._part)
+                "FILE009", name=self._name, what=N_("{part} declares its own document type", part=self._part)
             ) from error
         except (SAXException, zipfile.BadZipFile, zlib.error, EOFError, OSError) as error:
-            raise unreadable(
-                "FILE008", name=self._name, what=Phrase("{part} cannot be read", part=self._part)
-            ) from error
+            raise unreadable("FILE008", name=self._name, what=N_("{part} cannot be read", part=self._part)) from error
         # Larger and larger pieces: old versions of expat begin a long text anew with every piece.
         self._piece = min(self._piece * 2, _LARGEST_PIECE)
         return not self.finished
@@ -141,9 +139,7 @@ class XmlReader:
         if self._piece == _FIRST_PIECE:
             declared = _ENCODING.search(piece)
             if declared and declared[1].decode("ascii", "replace").casefold() not in _ENCODINGS:
-                raise unreadable(
-                    "FILE009", name=self._name, what=Phrase("{part} has an unusual encoding", part=self._part)
-                )
+                raise unreadable("FILE009", name=self._name, what=N_("{part} has an unusual encoding", part=self._part))
         runs = piece.split(b"<")
         if self._token + len(runs[0]) > limits.XML_TOKEN_BYTES or max(map(len, runs)) > limits.XML_TOKEN_BYTES:
             raise self._swollen

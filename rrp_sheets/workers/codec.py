@@ -22,7 +22,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.values import Record, Value, record_from_mapping
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import LazyMessage, message_from
 
 T = TypeVar("T")
 Change = Callable[[Any], Any] | None
@@ -195,17 +195,19 @@ def _unpack_value(packed: Any) -> Value:
 
 
 def _pack_text(text: object) -> Any:
-    """Pack a text; a phrase keeps its template, so that it can still be put into another language."""
+    """Pack a text; a message of the program keeps its template, so that it can still be translated."""
     if type(text) is str:
         return text
-    if isinstance(text, Phrase):
-        return {"said": text.template, "places": {name: _pack_text(value) for name, value in text.places.items()}}
+    if isinstance(text, LazyMessage):
+        places = {name: _pack_text(value) for name, value in text.places.items()}
+        return {"said": text.template, "places": places, "context": text.context}
     return text if isinstance(text, str | int | float | None) else str(text)
 
 
 def _unpack_text(packed: Any) -> Any:
     if isinstance(packed, dict):
-        return Phrase(packed["said"], **{name: _unpack_text(value) for name, value in packed["places"].items()})
+        places = {name: _unpack_text(value) for name, value in packed["places"].items()}
+        return message_from(packed["said"], packed["context"], places)
     return packed
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 
@@ -177,13 +177,13 @@ class WorkerProcess:
                 if kind == "failed":
                     raise unpack(SheetsError, words[0])
                 if kind == "memory":
-                    raise WorkerError("needed more memory than it may have")
+                    raise WorkerError(N_("needed more memory than it may have"))
                 if told:
                     told(float(words[0]))
             if told and not messages:
                 told(None)
         self.kill()
-        raise WorkerError(Phrase("did not come to an end within {n:g} s", n=within))
+        raise WorkerError(N_("did not come to an end within {n:g} s", n=within))
 
     def kill(self) -> None:
         """End the process at once."""

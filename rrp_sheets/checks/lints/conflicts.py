@@ -20,11 +20,11 @@ from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 MOST_PAIRS = 5_000
 STEADY_HZ = 0.5  # what comes at least so often leaves no time for anything else
-VOICE, BRIGHTNESS = "voice", "brightness of the eyes"
+VOICE, BRIGHTNESS = "voice", N_("brightness of the eyes")
 _SHARED = frozenset({"memory", "all"})  # remembering a face, and ending the run, are in nobody's way
 
 
@@ -83,7 +83,7 @@ def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: Ma
     if resource == VOICE and driver.behaviour == other.behaviour:
         material.report.add("LINT004", address, other=where)
     else:
-        material.report.add("LINT003", address, other=where, resource=resource, how=how)
+        material.report.add("LINT003", address, other=where, resource=N_(resource), how=how)
 
 
 def _drivers(material: Material) -> Iterator[_Driver]:
@@ -134,7 +134,7 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material)
         if one.step.output == other.step.output and _same_value(one, other):
             return ""
         origin = next(a.origin for a in one.routes for b in other.routes if a.origin == b.origin)
-        return Phrase("{named} can reach both", named=_named(origin, material))
+        return N_("{named} can reach both", named=_named(origin, material))
     if resource == VOICE and same_behaviour:
         return ""
     steady = one if one.steady else other if other.steady else None
@@ -145,8 +145,8 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material)
     if _follow(one, other, material) or _follow(other, one, material):
         return ""
     if steady is None:
-        return "they stand in two behaviours that know nothing of each other"
-    return Phrase("{row} does so again and again", row=row_of(steady.step, one.step))
+        return N_("they stand in two behaviours that know nothing of each other")
+    return N_("{row} does so again and again", row=row_of(steady.step, one.step))
 
 
 def _same_value(one: _Driver, other: _Driver) -> bool:
@@ -166,6 +166,6 @@ def _follow(one: _Driver, other: _Driver, material: Material) -> bool:
 
 def _named(origin: str, material: Material) -> str:
     if origin in material.graph.streams:
-        return Phrase("one value of “{name}”", name=material.graph.streams[origin].name)
+        return N_("one value of “{name}”", name=material.graph.streams[origin].name)
     sheet, _, row = origin.removeprefix("clock ").rpartition("!")
-    return Phrase("one value of {sheet} row {row}", sheet=sheet, row=row)
+    return N_("one value of {sheet} row {row}", sheet=sheet, row=row)

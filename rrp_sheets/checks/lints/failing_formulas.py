@@ -14,9 +14,9 @@ from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value, show
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
-_NO_CONDITION = {TEXT: "a text", LIST: "a list", RECORD: "a whole record"}
+_NO_CONDITION = {TEXT: N_("a text"), LIST: N_("a list"), RECORD: N_("a whole record")}
 _SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout", "forgetAfter", "merge"})
 MOST_STREAMS = 100  # that are followed from one merge
 _ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
@@ -50,7 +50,7 @@ def _trouble(step: Step, material: Material) -> None:
     if trouble is None:
         return
     failure = trouble.failure
-    remedy = CODES[failure.code].constant_remedy or "Check what the inputs give."
+    remedy = CODES[failure.code].constant_remedy or N_("Check what the inputs give.")
     formula = material.compiled.formulas[step.ref]
     values = ", ".join(text for name, value in trouble.values for text in _said(formula, name, value))
     span = (failure.column, failure.column + 1) if failure.column >= 0 else None
@@ -92,7 +92,7 @@ def _mixed(step: Step, material: Material) -> None:
 
 
 def _kind(value: Value) -> str:
-    return Phrase("a record ({name})", name=value.type.name) if isinstance(value, Record) else kind_of(value)
+    return N_("a record ({name})", name=value.type.name) if isinstance(value, Record) else kind_of(value)
 
 
 def _use(stream: str, values: list[Value], material: Material, merge: Step, seen: set[str]) -> str | None:
@@ -104,7 +104,7 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
         if formula is not None:
             fails = [_fails(formula, reader, stream, v, material) for v in values]
             if any(fails) and not all(fails):
-                return Phrase(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
+                return N_(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
         if reader.connector.name in _SAME_VALUE and (reader.inputs[0] == stream or reader.connector.any_input):
             if reader.output in seen or len(seen) >= MOST_STREAMS:
                 continue

@@ -7,7 +7,7 @@ from rrp_sheets.checks.lints.conflicts import VOICE
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.graph import Step
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
 PERIOD = "10 s"  # of the throttle that is proposed, in words and as a fix
@@ -56,8 +56,8 @@ def _fixes(step: Step, material: Material) -> list[Fix]:
     return [
         Fix(
             "throttle",
-            Phrase("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD),
+            N_("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD),
             before("throttle", PERIOD),
         ),
-        Fix("changes", Phrase("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
+        Fix("changes", N_("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
     ]

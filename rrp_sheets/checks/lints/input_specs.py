@@ -15,9 +15,12 @@ from rrp_sheets.graph.device_table import understand
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
-from rrp_sheets.texts import Phrase, sentences
+from rrp_sheets.texts import N_, sentences
 
-_WORDS = {NUMBER: "a number", TEXT: "a text", TRUTH: "TRUE or FALSE", LIST: "a list", RECORD: "a whole record"}
+_WORDS = {
+    NUMBER: N_("a number"), TEXT: N_("a text"), TRUTH: N_("TRUE or FALSE"), LIST: N_("a list"),
+    RECORD: N_("a whole record"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +88,7 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Mater
         found = ((_wrong(c, stream, taker, material), c) for c in known.choices if c is not None)
         return next((f for f in found if f[0]), ("", None))
     if known.kind not in (ANY, *taker.kinds):
-        return _WORDS.get(known.kind, "something else"), None
+        return _WORDS.get(known.kind, N_("something else")), None
     if known.kind == RECORD and known.record is not None and not taker.needs <= set(known.record.keys):
         return taker.lacks, None
     sure = known.kind == ANY and fact.has_example and fact.sure and not fact.holes
@@ -102,7 +105,7 @@ def _stands(value: Value, material: Material) -> str:
         (f.name, t) for t in material.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
     ]
     return (
-        Phrase(
+        N_(
             "{value} stands in the column {column} of the sheet {sheet}.",
             value=show(value),
             column=columns[0][0],
@@ -126,43 +129,43 @@ def _wrong(value: Value, stream: Stream, taker: InputSpec, material: Material) -
 
 def _colour(value: Value, stream: Stream, material: Material) -> str:
     if isinstance(value, Record):
-        return "" if isinstance(value.values.get("colour"), str) else "a record without a colour"
+        return "" if isinstance(value.values.get("colour"), str) else N_("a record without a colour")
     if isinstance(value, (list, tuple)):
         fine = len(value) == 3 and all(_is_number(v) and 0 <= v <= 1 for v in value)
-        return "" if fine else Phrase("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
+        return "" if fine else N_("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
     return _named(value, Setting("Colour", "colour"), material.robot)
 
 
 def _named(value: Value, setting: Setting, robot: Robot) -> str:
     """Return in words the problem with a text that should name something; empty when there is none."""
     _, wants = understand(setting, str(value), robot)
-    return Phrase("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
+    return N_("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
 
 def _posture(value: Value, stream: Stream, material: Material) -> str:
     names = material.robot.postures
-    return "" if key(value) in {key(p) for p in names} else _no_name(value, "posture", names)
+    return "" if key(value) in {key(p) for p in names} else _no_name(value, N_("posture"), names)
 
 
 def _gesture(value: Value, stream: Stream, material: Material) -> str:
     if isinstance(value, Record):
-        return "" if {"x", "y"} <= set(value.values) else "a record without a place to point at"
+        return "" if {"x", "y"} <= set(value.values) else N_("a record without a place to point at")
     if not isinstance(value, str):
         return ""
     names = [*material.robot.gestures, *(g.name.text for g in material.workbook.gestures)]
-    return "" if key(value) in {key(g) for g in names} else _no_name(value, "gesture", names)
+    return "" if key(value) in {key(g) for g in names} else _no_name(value, N_("gesture"), names)
 
 
 def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
     guess = nearest(str(value), names)
     if guess:
-        return Phrase("{value}, which is no {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
-    return Phrase("{value}, which is no {what}", value=show(value), what=what)
+        return N_("{value}, which is no {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
+    return N_("{value}, which is no {what}", value=show(value), what=what)
 
 
 def _duration(value: Value, stream: Stream, material: Material) -> str:
     if isinstance(value, str) and parse_duration(value, bare="s") is None:
-        return Phrase("{value}, which is no time", value=show(value))
+        return N_("{value}, which is no time", value=show(value))
     return ""
 
 
@@ -171,11 +174,11 @@ def _angles(value: Value, stream: Stream, material: Material) -> str:
     values = list(value) if isinstance(value, (list, tuple)) else [value]
     if len(values) != count:
         return (
-            Phrase("{n} angles for {count} joints", n=len(values), count=count)
+            N_("{n} angles for {count} joints", n=len(values), count=count)
             if len(values) != 1
-            else Phrase("one angle for {count} joints", count=count)
+            else N_("one angle for {count} joints", count=count)
         )
-    return "" if all(_is_number(v) for v in values) else Phrase("{value}, which are not all numbers", value=show(value))
+    return "" if all(_is_number(v) for v in values) else N_("{value}, which are not all numbers", value=show(value))
 
 
 def _is_number(value: Value) -> bool:
@@ -187,23 +190,24 @@ def _joints(stream: Stream, robot: Robot) -> tuple[str, ...]:
     return (robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ())
 
 
-_ANGLE = "Send an angle in rad, or a list with one for each joint."
+_ANGLE = N_("Send an angle in rad, or a list with one for each joint.")
+_SPOKEN = frozenset({TEXT, NUMBER})
 _TAKERS: Mapping[str, InputSpec] = {
-    "SayInput": InputSpec(frozenset({TEXT, NUMBER}), 'Make a text of it in a map row, for example "I see "&colour.'),
+    "SayInput": InputSpec(_SPOKEN, N_('Make a text of it in a map row, for example "I see "&colour.')),
     "EyeLedColor": InputSpec(
-        frozenset({TEXT, LIST, RECORD}), 'Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).', _colour,
-        needs=frozenset({"colour"}), lacks="a record without a colour",
+        frozenset({TEXT, LIST, RECORD}), N_('Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).'), _colour,
+        needs=frozenset({"colour"}), lacks=N_("a record without a colour")
     ),
-    "EyeBrightness": InputSpec(frozenset({NUMBER}), "Send a number from 0 (dark) to 1."),
+    "EyeBrightness": InputSpec(frozenset({NUMBER}), N_("Send a number from 0 (dark) to 1.")),
     "SetJointPosition": InputSpec(frozenset({NUMBER, LIST}), _ANGLE, _angles),
     "Posture": InputSpec(
-        frozenset({TEXT}), "Send the name of a posture, such as StandInit, or fill the setting Name in.", _posture
+        frozenset({TEXT}), N_("Send the name of a posture, such as StandInit, or fill the setting Name in."), _posture
     ),
     "Gesture": InputSpec(
-        frozenset({TEXT, RECORD}), "Send the name of a gesture, such as Wave, or fill the setting Name in.", _gesture,
-        needs=frozenset({"x", "y"}), lacks="a record without a place to point at",
+        frozenset({TEXT, RECORD}), N_("Send the name of a gesture, such as Wave, or fill the setting Name in."),
+        _gesture, needs=frozenset({"x", "y"}), lacks=N_("a record without a place to point at")
     ),
-    "Wait": InputSpec(frozenset({TEXT, NUMBER}), "Send a time such as 8 s, or fill the setting Time in.", _duration),
+    "Wait": InputSpec(_SPOKEN, N_("Send a time such as 8 s, or fill the setting Time in."), _duration),
 }  # fmt: skip
 _SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
 
@@ -238,7 +242,7 @@ def _limited(stream: Stream, fact: Fact, robot: Robot) -> list[tuple[str, list[f
     """Return what has limits: its name, the values that it will surely be given, the limits and their unit."""
     assert stream.device is not None
     if stream.device.type.name == "EyeBrightness":
-        return [("the eyes", _sure_values(fact), 0.0, 1.0, "")]
+        return [(N_("the eyes"), _sure_values(fact), 0.0, 1.0, "")]
     if stream.device.type.name != "SetJointPosition":
         return []
     names = _joints(stream, robot)
@@ -269,7 +273,7 @@ def _pitches(
     for values in lists:
         if len(values) == len(names) and _is_number(values[yaw]) and _is_number(values[pitch]):
             low, high = joint_limits(robot, "HeadPitch", float(values[yaw]))
-            name = Phrase("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
+            name = N_("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
             found.append((name, [values[pitch]], low, high, "rad"))
     return found
 

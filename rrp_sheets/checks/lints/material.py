@@ -13,7 +13,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Material:
     def name(self, stream: str) -> str:
         """Return a stream's name or, for one without a name, the row that gives it."""
         found = self.graph.streams[stream]
-        return found.name or Phrase("what row {row} gives", row=found.address.row)
+        return found.name or N_("what row {row} gives", row=found.address.row)
 
 
 def row_of(step: Step, seen_from: Step) -> str:
@@ -62,7 +62,7 @@ def row_of(step: Step, seen_from: Step) -> str:
     sheet = step.row.output.address.sheet
     other = key(sheet) != key(seen_from.row.output.address.sheet)
     return (
-        Phrase("row {number} of the sheet {sheet}", number=step.number, sheet=sheet)
+        N_("row {number} of the sheet {sheet}", number=step.number, sheet=sheet)
         if other
-        else Phrase("row {number}", number=step.number)
+        else N_("row {number}", number=step.number)
     )

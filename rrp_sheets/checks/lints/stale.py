@@ -14,7 +14,7 @@ from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _RARE = frozenset({"once", "timeout"})
 _TIMES = frozenset({"t", "timestamp"})
@@ -53,9 +53,9 @@ def lint_stale(material: Material) -> None:
         rare, steady = found
         filters = sorted(inputs[rare].filters - inputs[steady].filters, key=lambda ref: steps[ref].number)
         why = (
-            Phrase("{row} lets only some values pass", row=row_of(steps[filters[0]], step))
+            N_("{row} lets only some values pass", row=row_of(steps[filters[0]], step))
             if filters
-            else "when something happens"
+            else N_("when something happens")
         )
         material.report.add(
             "LINT001",
@@ -168,7 +168,7 @@ def _forgetting(step: Step, rare: str, material: Material) -> Fix | None:
         either = _free(f"{step.row.output.text or 'Joined'} or blank", step, material)
         row.put(inputs, formula, either)
         row.insert(either, "filter", f"NOT(ISBLANK({argument_name(either)}))", step.row.output.text, after=True)
-    title = Phrase("Forget “{name}” {age} after its last value (forgetAfter)", name=old, age=LONGEST_AGE)
+    title = N_("Forget “{name}” {age} after its last value (forgetAfter)", name=old, age=LONGEST_AGE)
     return Fix("forget-old-value", title, tuple(row.edits))
 
 
@@ -188,7 +188,7 @@ def _timing(step: Step, material: Material) -> Fix | None:
     row.put(", ".join(timed.values()), f"({inner}, MAX({times}) - MIN({times}))", pair)
     row.insert(pair, "filter", f"{argument_name(pair)}[1] < {LONGEST_SECONDS}", fresh, after=True)
     row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
-    title = Phrase("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE)
+    title = N_("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE)
     return Fix("join-close-in-time", title, tuple(row.edits))
 
 

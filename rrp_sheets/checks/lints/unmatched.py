@@ -14,7 +14,7 @@ from rrp_sheets.formulas import Table
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase, listed
+from rrp_sheets.texts import N_, listed
 
 _LOOK_UP = frozenset({"XLOOKUP", "MATCH"})
 _SHOWN = 12  # texts that are listed
@@ -56,7 +56,7 @@ def _tell(column: _Column, material: Material) -> None:
         return
     can = list(column.comes.values())
     guess = nearest(missing[0], can) if len(missing) == 1 else None
-    remedy = meant(guess, "Write one of these, or let the sensor give it as well.", quoted=True)
+    remedy = meant(guess, N_("Write one of these, or let the sensor give it as well."), quoted=True)
     material.report.add(
         "LINT016", column.step.row.formula.address, texts=_listed([f"“{t}”" for t in missing]), column=column.name,
         sheet=column.table.name, can=_listed(can), **remedy,
@@ -65,7 +65,7 @@ def _tell(column: _Column, material: Material) -> None:
 
 def _listed(texts: Sequence[str]) -> str:
     shown = listed(texts[:_SHOWN])
-    return Phrase("{shown} and {n} more", shown=shown, n=len(texts) - _SHOWN) if len(texts) > _SHOWN else shown
+    return N_("{shown} and {n} more", shown=shown, n=len(texts) - _SHOWN) if len(texts) > _SHOWN else shown
 
 
 def _compared(

@@ -11,7 +11,7 @@ from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.graph import Step, StreamKind
 from rrp_sheets.model.values import show
-from rrp_sheets.texts import Phrase, listed
+from rrp_sheets.texts import N_, listed
 
 
 def lint_never(material: Material) -> None:
@@ -37,12 +37,12 @@ def _filter(step: Step, material: Material) -> None:
     address = step.row.formula.address
     if step.ref in material.routes.dead:
         before = _filters_before(step, material)
-        why = "its condition contradicts what is known of its input"
-        remedy = "what its input can be"
+        why = N_("its condition contradicts what is known of its input")
+        remedy = N_("what its input can be")
         if before:
             rows = listed([row_of(s, step) for s in before], "and")
-            why = Phrase("its condition contradicts {rows}, or what is known of its input", rows=rows)
-            remedy = Phrase("that of {rows}", rows=rows)
+            why = N_("its condition contradicts {rows}, or what is known of its input", rows=rows)
+            remedy = N_("that of {rows}", rows=rows)
         material.report.add("LINT005", address, why=why, remedy=remedy)
     elif not formula.used:
         _without_input(step, formula, material)
@@ -50,7 +50,7 @@ def _filter(step: Step, material: Material) -> None:
         names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
         known = known_of(formula.tree, names)
         if known.kind == NUMBER and not known.blank and (known.low > 0 or known.high < 0):
-            why = "a number passes unless it is 0, and this one never is"
+            why = N_("a number passes unless it is 0, and this one never is")
             material.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
 
 
@@ -61,15 +61,15 @@ def _without_input(step: Step, formula: Formula, material: Material) -> None:
     value = material.compiled.examples.value(formula, [None] * len(formula.names))
     address = step.row.formula.address
     if isinstance(value, (bool, int, float)):
-        why: str = Phrase("the formula is always {value}, whatever arrives", value=show(value))
+        why: str = N_("the formula is always {value}, whatever arrives", value=show(value))
         if value:
             example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
             material.report.add("LINT015", address, why=why, example=example)
         else:
-            material.report.add("LINT005", address, why=why, remedy="use the input in it")
+            material.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
     elif value is None:
-        why = "the formula is always blank, whatever arrives"
-        material.report.add("LINT005", address, why=why, remedy="use the input in it")
+        why = N_("the formula is always blank, whatever arrives")
+        material.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
 
 
 def _filters_before(step: Step, material: Material) -> list[Step]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 from pathlib import Path
 from string import Formatter
+
+from rrp_sheets.texts import LazyMessage
 
 PAGES = Path(__file__).parents[1] / "pages"
 _TOPICS = ("FILE", "SHEET", "TEST", "FORM", "CONN", "GRAPH", "PROT", "DEV", "SCENE", "GEST", "LINT")
@@ -36,10 +39,14 @@ class Code:
         """The names of the details that fill the templates."""
         return _places(self.message) | _places(self.remedy)
 
+    def text(self, part: str, details: Mapping[str, object]) -> LazyMessage:
+        """Return its `title`, `message` or `remedy` with details."""
+        return LazyMessage(getattr(self, part), msgctxt=f"{self.id}.{part}", **details)
+
     @property
     def constant_remedy(self) -> str:
         """The remedy if it is the same for all details; else an empty text."""
-        return "" if _places(self.remedy) else self.remedy
+        return "" if _places(self.remedy) else self.text("remedy", {})
 
 
 @cache

@@ -12,14 +12,14 @@ from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LO
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Record, Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 MANY = 255
 
 
 def arguments(count: int) -> str:
     """How many arguments, in words."""
-    return {0: "no arguments", 1: "one argument"}.get(count) or Phrase("{count} arguments", count=count)
+    return {0: N_("no arguments"), 1: N_("one argument")}.get(count) or N_("{count} arguments", count=count)
 
 
 @dataclass(frozen=True)
@@ -54,10 +54,10 @@ class Function:
     def takes(self) -> str:
         """How many arguments, in words."""
         if self.most >= MANY:
-            return Phrase("{least} or more arguments", least=self.least)
+            return N_("{least} or more arguments", least=self.least)
         if self.least == self.most:
             return arguments(self.least)
-        return Phrase("{least} to {most} arguments", least=self.least, most=self.most)
+        return N_("{least} to {most} arguments", least=self.least, most=self.most)
 
 
 def define(
@@ -87,7 +87,7 @@ def number(value: Value) -> int | float:
     """The value if it is a number; TRUE is 1."""
     if isinstance(value, (int, float)):
         return value
-    raise wrong_kind("a number", value)
+    raise wrong_kind(N_("a number"), value)
 
 
 def truth(value: Value) -> bool:
@@ -101,7 +101,7 @@ def whole(value: Value) -> int:
     """The value if it is a whole number."""
     n = number(value)
     if n != int(n):
-        raise FormulaProblem("FORM107", what=Phrase("{n:g} is not a whole number", n=n))
+        raise FormulaProblem("FORM107", what=N_("{n:g} is not a whole number", n=n))
     return int(n)
 
 
@@ -109,7 +109,7 @@ def text(value: Value) -> str:
     """The value if it is a text."""
     if isinstance(value, str):
         return value
-    raise wrong_kind("a text", value)
+    raise wrong_kind(N_("a text"), value)
 
 
 def listing(value: Value) -> list[Value] | tuple[Value, ...]:
@@ -118,7 +118,7 @@ def listing(value: Value) -> list[Value] | tuple[Value, ...]:
         return value
     if isinstance(value, Table):
         return value.rows
-    raise wrong_kind("a list", value)
+    raise wrong_kind(N_("a list"), value)
 
 
 def islist(value: Value) -> bool:
@@ -136,7 +136,7 @@ def flat(values: tuple[Value, ...]) -> list[Value]:
 
 def too_long() -> FormulaProblem:
     """The problem that a text becomes too long."""
-    return FormulaProblem("FORM105", reason=Phrase("texts have at most {most} characters", most=LONGEST_TEXT))
+    return FormulaProblem("FORM105", reason=N_("texts have at most {most} characters", most=LONGEST_TEXT))
 
 
 def shown(value: Value) -> str:
@@ -153,7 +153,7 @@ def shown(value: Value) -> str:
         return str(value)
     if isinstance(value, float):
         return format(value, ".15g")
-    raise wrong_kind("a text or a number", value)
+    raise wrong_kind(N_("a text or a number"), value)
 
 
 def weighed(value: Value) -> Value:
@@ -176,13 +176,13 @@ def weighed(value: Value) -> Value:
             elif kind is str:
                 leaves += len(v) // 100
             if leaves + len(inner) > MOST_LEAVES:
-                reason = Phrase("lists have at most {most} places altogether", most=MOST_LEAVES)
+                reason = N_("lists have at most {most} places altogether", most=MOST_LEAVES)
                 raise FormulaProblem("FORM105", reason=reason)
         leaves += len(inner)
         if not inner:
             return value
         level = inner
-    raise FormulaProblem("FORM105", reason=Phrase("lists within lists go {deepest} deep at most", deepest=DEEPEST))
+    raise FormulaProblem("FORM105", reason=N_("lists within lists go {deepest} deep at most", deepest=DEEPEST))
 
 
 def bounded(value: Value) -> Value:
@@ -191,9 +191,10 @@ def bounded(value: Value) -> Value:
     if kind is float or kind is int:
         if -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
             return value
-        raise FormulaProblem("FORM105", reason="it is not a number" if math.isnan(value) else "numbers go up to 1e15")
+        reason = N_("it is not a number" if math.isnan(value) else "numbers go up to 1e15")
+        raise FormulaProblem("FORM105", reason=reason)
     if kind is str and len(value) > LONGEST_TEXT:
-        raise FormulaProblem("FORM105", reason=Phrase("texts have at most {most} characters", most=LONGEST_TEXT))
+        raise FormulaProblem("FORM105", reason=N_("texts have at most {most} characters", most=LONGEST_TEXT))
     if (kind is list or kind is tuple) and len(value) > LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
+        raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
     return value

@@ -7,6 +7,7 @@ import math
 from rrp_sheets.formulas.functions.define import define, number
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import N_
 
 
 def distance(x1: Value, y1: Value, x2: Value, y2: Value) -> float:
@@ -43,7 +44,7 @@ def clamp(value: Value, low: Value, high: Value) -> int | float:
     (5, 0, 3)
     """
     if number(low) > number(high):
-        raise FormulaProblem("FORM107", what="The low limit is above the high limit")
+        raise FormulaProblem("FORM107", what=N_("The low limit is above the high limit"))
     return max(number(low), min(number(high), number(value)))
 
 

@@ -7,7 +7,7 @@ from rrp_sheets.formulas.limits import LONGEST_LIST, Charge, free, letters
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 
 def range_(first: Value, end: Value = None, step: Value = 1) -> list[int]:
@@ -18,10 +18,10 @@ def range_(first: Value, end: Value = None, step: Value = 1) -> list[int]:
     """
     start, stop = (0, whole(first)) if end is None else (whole(first), whole(end))
     if whole(step) == 0:
-        raise FormulaProblem("FORM107", what="A step of 0 never ends")
+        raise FormulaProblem("FORM107", what=N_("A step of 0 never ends"))
     numbers = range(start, stop, whole(step))
     if not -LONGEST_LIST <= (stop - start) // whole(step) <= LONGEST_LIST or len(numbers) > LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
+        raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
     return list(numbers)
 
 
@@ -32,7 +32,7 @@ def sequence(count: Value, start: Value = 1, step: Value = 1) -> list[int | floa
     ([1, 2, 3], [0, 0.5, 1.0])
     """
     if not 0 <= whole(count) <= LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=Phrase("lists have at most {most} places", most=LONGEST_LIST))
+        raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
     first, by = number(start), number(step)
     return [bounded(first + i * by) if i else first for i in range(whole(count))]
 
@@ -94,7 +94,7 @@ def last(values: Value) -> Value:
 def _some(values: Value) -> list[Value] | tuple[Value, ...]:
     members = listing(values)
     if not members:
-        raise FormulaProblem("FORM107", what="There is nothing in the list")
+        raise FormulaProblem("FORM107", what=N_("There is nothing in the list"))
     return members
 
 
@@ -127,7 +127,7 @@ def list_(*values: Value) -> Value:
     if len(values) == 1 and isinstance(values[0], (list, tuple)):
         return list(values[0])
     if len(values) == 1 and not isinstance(values[0], (int, float, str)):
-        raise wrong_kind("a value", values[0])
+        raise wrong_kind(N_("a value"), values[0])
     return bounded(list(values))
 
 
@@ -157,7 +157,7 @@ def countif(values: Value, what: Value, *, charge: Charge = free) -> int:
     """
     if isinstance(what, str) and what[:1] in ("<", ">", "="):
         raise FormulaProblem(
-            "FORM107", what="COUNTIF counts what is equal; for a condition write SUM([x > 3 for x in list])"
+            "FORM107", what=N_("COUNTIF counts what is equal; for a condition write SUM([x > 3 for x in list])")
         )
     return sum(1 for v in listing(values) if same(v, what, charge))
 

@@ -8,6 +8,7 @@ from rrp_sheets.formulas.functions.define import MANY, Function, define, truth
 from rrp_sheets.formulas.nodes import IfError, Switch
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.texts import N_
 
 
 def xor(*conditions: Value) -> bool:
@@ -93,7 +94,7 @@ def _if(args: list[ast.expr]) -> ast.expr:
 
 def _ifs(args: list[ast.expr]) -> ast.expr:
     if len(args) % 2:
-        raise FormulaProblem("FORM006", name="IFS", takes="a value behind every condition", gets=len(args),
+        raise FormulaProblem("FORM006", name="IFS", takes=N_("a value behind every condition"), gets=len(args),
                              usage="IFS(condition; value; condition; value; TRUE; otherwise)")  # fmt: skip
     node = Switch()
     node.value, node.cases, node.results, node.otherwise = None, args[::2], args[1::2], None

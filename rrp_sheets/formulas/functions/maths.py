@@ -10,6 +10,7 @@ from rrp_sheets.formulas.functions.define import define, number, whole
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import N_
 
 Number = int | float
 
@@ -31,7 +32,7 @@ def sqrt(value: Value) -> float:
     """
     n = number(value)
     if n < 0:
-        raise FormulaProblem("FORM107", what="There is no square root of a negative number")
+        raise FormulaProblem("FORM107", what=N_("There is no square root of a negative number"))
     return math.sqrt(n)
 
 
@@ -42,7 +43,7 @@ def exp(value: Value) -> float:
     1.0
     """
     if number(value) > 35:
-        raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
+        raise FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
     return math.exp(number(value))
 
 
@@ -53,7 +54,7 @@ def ln(value: Value) -> float:
     0.0
     """
     if number(value) <= 0:
-        raise FormulaProblem("FORM107", what="There is no logarithm of zero or of a negative number")
+        raise FormulaProblem("FORM107", what=N_("There is no logarithm of zero or of a negative number"))
     return math.log(number(value))
 
 
@@ -64,7 +65,7 @@ def log10(value: Value) -> float:
     3.0
     """
     if number(value) <= 0:
-        raise FormulaProblem("FORM107", what="There is no logarithm of zero or of a negative number")
+        raise FormulaProblem("FORM107", what=N_("There is no logarithm of zero or of a negative number"))
     return math.log10(number(value))
 
 
@@ -80,11 +81,11 @@ def power(base: Value, exponent: Value) -> Number:
     except ZeroDivisionError:
         raise FormulaProblem("FORM101") from None
     except OverflowError:
-        raise FormulaProblem("FORM105", reason="numbers go up to 1e15") from None
+        raise FormulaProblem("FORM105", reason=N_("numbers go up to 1e15")) from None
     if isinstance(rough, complex):
-        raise FormulaProblem("FORM107", what="There is no such root of a negative number")
+        raise FormulaProblem("FORM107", what=N_("There is no such root of a negative number"))
     if abs(rough) > 1e15:
-        raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
+        raise FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
     # the rough value is within bounds, so the exact whole-number power is small too
     if isinstance(a, int) and isinstance(b, int) and b >= 0:
         exact: int = a**b
@@ -176,10 +177,10 @@ def _step(value: Value, step: Value, how: Callable[[float], int]) -> Number:
     if by == 1:
         return how(n)
     if by <= 0:
-        raise FormulaProblem("FORM107", what="The step must be more than 0")
+        raise FormulaProblem("FORM107", what=N_("The step must be more than 0"))
     times = n / by
     if abs(times) > LARGEST_NUMBER:
-        raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
+        raise FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
     # 0.3 / 0.1 is a little less than 3 to a computer
     near = round(times)
     return (near if abs(times - near) < 1e-9 else how(times)) * by
@@ -210,7 +211,7 @@ def quotient(value: Value, divisor: Value) -> int:
 def in_bounds(n: Number) -> Number:
     """The number if it is not too large; raises FormulaProblem FORM105."""
     if not -LARGEST_NUMBER <= n <= LARGEST_NUMBER:
-        raise FormulaProblem("FORM105", reason="numbers go up to 1e15")
+        raise FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
     return n
 
 

@@ -11,7 +11,7 @@ from rrp_sheets.formulas.operations import same
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _NO_DEFAULT = object()
 
@@ -33,7 +33,7 @@ def index(values: Value, place: Value) -> Value:
     """
     members, at = listing(values), whole(place)
     if not 1 <= at <= len(members):
-        what = Phrase("table {name}", name=values.name) if isinstance(values, Table) else "list"
+        what = N_("table {name}", name=values.name) if isinstance(values, Table) else N_("list")
         raise FormulaProblem("FORM112", index=at, count=len(members), what=what)
     return members[at - 1]
 
@@ -45,7 +45,7 @@ def match(what: Value, where: Value, kind: Value = 0, *, charge: Charge = free) 
     2
     """
     if kind not in (0, False):
-        raise FormulaProblem("FORM107", what="MATCH finds only what is equal: leave its third value out")
+        raise FormulaProblem("FORM107", what=N_("MATCH finds only what is equal: leave its third value out"))
     place = _find(what, where, charge)
     if place is None:
         raise FormulaProblem("FORM111", what=_named(what))
@@ -64,7 +64,7 @@ def xlookup(
     if len(among) != len(listing(where)):
         raise FormulaProblem(
             "FORM107",
-            what=Phrase("The two lists have {count} and {second} places", count=len(listing(where)), second=len(among)),
+            what=N_("The two lists have {count} and {second} places", count=len(listing(where)), second=len(among)),
         )
     place = _find(what, where, charge)
     if place is not None:
@@ -77,7 +77,7 @@ def xlookup(
 def _find(what: Value, where: Value, charge: Charge) -> int | None:
     if isinstance(where, Table):
         raise wrong_kind(
-            Phrase(
+            N_(
                 "a column such as {name}[{value}]",
                 name=where.name,
                 value=where.type.fields[0].name if where.type.fields else "…",
@@ -98,7 +98,7 @@ def members_of(values: list[Value]) -> list[Value] | tuple[Value, ...]:
     """What PICK draws from: the one list or table that it is given, or its several values."""
     members = listing(values[0]) if len(values) == 1 else values
     if not members:
-        raise FormulaProblem("FORM107", what="There is nothing in the list to pick from")
+        raise FormulaProblem("FORM107", what=N_("There is nothing in the list to pick from"))
     return members
 
 

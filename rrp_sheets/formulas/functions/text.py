@@ -20,7 +20,7 @@ from rrp_sheets.formulas.functions.maths import round_
 from rrp_sheets.formulas.limits import LONGEST_TEXT, Charge, free, searching
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _LAYOUT = re.compile(r"(?P<digits>(?P<thousands>#,##)?[#0]{1,15})(?P<places>\.0{1,15})?(?P<percent>%?)")
 _NUMBER = re.compile(r"\s*[+-]?(\d{1,16}(\.\d{0,16})?|\.\d{1,16})\s*", re.ASCII)
@@ -34,7 +34,7 @@ def len_(value: Value) -> int:
     """
     if isinstance(value, str) or islist(value):
         return len(value)
-    raise wrong_kind("a text or a list", value)
+    raise wrong_kind(N_("a text or a list"), value)
 
 
 def upper(value: Value) -> str:
@@ -94,7 +94,7 @@ def value(text_: Value) -> int | float:
     if isinstance(text_, (int, float)):
         return text_
     if not _NUMBER.fullmatch(text(text_)):
-        raise FormulaProblem("FORM107", what="This text is not a number")
+        raise FormulaProblem("FORM107", what=N_("This text is not a number"))
     return float(text(text_)) if "." in text(text_) else int(text(text_))
 
 
@@ -144,7 +144,7 @@ def substitute(value: Value, old: Value, new: Value, which: Value = None, *, cha
     parts = given.split(before)
     n = whole(which)
     if n < 1:
-        raise FormulaProblem("FORM107", what="The first one has the number 1")
+        raise FormulaProblem("FORM107", what=N_("The first one has the number 1"))
     if n >= len(parts):
         return given
     return before.join(parts[:n]) + after + before.join(parts[n:])
@@ -170,13 +170,13 @@ def search(what: Value, value: Value, start: Value = 1, *, charge: Charge = free
 
 def _find(what: str, value: str, start: Value, name: str, charge: Charge) -> int:
     if whole(start) < 1:
-        raise FormulaProblem("FORM107", what="The first letter has the number 1")
+        raise FormulaProblem("FORM107", what=N_("The first letter has the number 1"))
     charge(searching(what, value))
     at = value.find(what, whole(start) - 1)
     if at < 0:
         raise FormulaProblem(
             "FORM107",
-            what=Phrase("{name} does not find the text; to ask whether it is there, write what in text", name=name),
+            what=N_("{name} does not find the text; to ask whether it is there, write what in text", name=name),
         )
     return at + 1
 
@@ -217,7 +217,7 @@ def rept(value: Value, times: Value) -> str:
     """
     n = whole(times)
     if n < 0:
-        raise FormulaProblem("FORM107", what="A text cannot be repeated less than 0 times")
+        raise FormulaProblem("FORM107", what=N_("A text cannot be repeated less than 0 times"))
     if len(text(value)) * n > LONGEST_TEXT:
         raise too_long()
     return text(value) * n
@@ -243,7 +243,7 @@ def textsplit(value: Value, between: Value = " ", *, charge: Charge = free) -> l
     ['red', 'blue']
     """
     if not text(between):
-        raise FormulaProblem("FORM107", what="TEXTSPLIT needs to know what stands between the parts")
+        raise FormulaProblem("FORM107", what=N_("TEXTSPLIT needs to know what stands between the parts"))
     charge(searching(text(between), text(value)))
     return bounded(text(value).split(text(between)))  # type: ignore[no-any-return]
 
@@ -264,10 +264,10 @@ def text_(value: Value, layout: Value) -> str:
     ('2.50', '1,235', '25.6%')
     """
     if isinstance(value, str):
-        raise wrong_kind("a number", value)
+        raise wrong_kind(N_("a number"), value)
     found = _LAYOUT.fullmatch(text(layout))
     if not found:
-        raise FormulaProblem("FORM107", what="TEXT knows layouts such as 0.00, #,##0 and 0%")
+        raise FormulaProblem("FORM107", what=N_("TEXT knows layouts such as 0.00, #,##0 and 0%"))
     places = len((found["places"] or ".")[1:])
     n = round_(number(value) * (100 if found["percent"] else 1), places)
     shown_ = format(n, f"{',' if found['thousands'] else ''}.{places}f")
@@ -284,7 +284,7 @@ def fixed(value: Value, places: Value = 2) -> str:
     ('0.5', '2.35')
     """
     if isinstance(value, str):
-        raise wrong_kind("a number", value)
+        raise wrong_kind(N_("a number"), value)
     n = max(0, min(15, whole(places)))
     return format(round_(number(value), n), f".{n}f")
 

@@ -7,7 +7,7 @@ import math
 from rrp_sheets.formulas.functions.define import define, number
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 
 def sin(angle: Value) -> float:
@@ -93,7 +93,7 @@ def pi() -> float:
 
 def _share(value: Value) -> float:
     if not -1 <= number(value) <= 1:
-        raise FormulaProblem("FORM107", what=Phrase("{number:g} is not between -1 and 1", number=number(value)))
+        raise FormulaProblem("FORM107", what=N_("{number:g} is not between -1 and 1", number=number(value)))
     return float(number(value))
 
 

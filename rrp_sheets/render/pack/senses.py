@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from rrp_sheets.checks.protocol import FIELD, kept_kinds, names_of, unnamed
-from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Labelled, Ref, Sensed
 from rrp_sheets.render.pack.source import Source, capital
+from rrp_sheets.texts import told
 
 
 def sensed(source: Source) -> tuple[Sensed, ...]:

@@ -17,7 +17,7 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Behaviour, Cell, Helper, Row, Workbook
 from rrp_sheets.runs.replay.report import in_words
-from rrp_sheets.texts import Phrase, sentences
+from rrp_sheets.texts import N_, sentences
 
 _HELPERS = "Helpers!"
 _HELPER = re.compile(r"\(([^()]*)\) (.*)", re.DOTALL)
@@ -45,9 +45,9 @@ class Editions:
     @property
     def left_out(self) -> list[str]:
         """Edits that could not be applied, in words: the first of each place, and the number of others there."""
-        more = {1: "", 2: "So is another one there."}
+        more = {1: "", 2: N_("So is another one there.")}
         return [
-            sentences(words[0], more[n] if (n := len(words)) in more else Phrase("So are {n} more there.", n=n - 1))
+            sentences(words[0], more[n] if (n := len(words)) in more else N_("So are {n} more there.", n=n - 1))
             for words in self._left.values()
         ]
 
@@ -66,9 +66,7 @@ class Editions:
         if errors:
             self._leave(
                 _places(changes),
-                Phrase(
-                    "An edit at {places} is left out: {message}", places=_places(changes), message=errors[0].message
-                ),
+                N_("An edit at {places} is left out: {message}", places=_places(changes), message=errors[0].message),
             )
             return
         plan = self._engine.plan
@@ -77,7 +75,7 @@ class Editions:
         except SheetsError as error:
             self._leave(
                 _places(changes),
-                Phrase("An edit at {places} is left out: {message}", places=_places(changes), message=error.message),
+                N_("An edit at {places} is left out: {message}", places=_places(changes), message=error.message),
             )
             return
         for ref in made.renewed:
@@ -95,13 +93,13 @@ class Editions:
         row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
         if row is None:
             self._leave(
-                place, Phrase("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
+                place, N_("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
             )
         elif self._rows is not None and row.formula.text != was:
             here = row.formula.text
             self._leave(
                 place,
-                Phrase(
+                N_(
                     "The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.",
                     row=in_words(place),
                     was=was,
@@ -117,7 +115,7 @@ class Editions:
         mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
         if self._rows is not None and was != (helper_text(mine) if mine else ""):
             self._leave(
-                _HELPERS + name, Phrase("The edit of the helper {name} is left out: here it is another one.", name=name)
+                _HELPERS + name, N_("The edit of the helper {name} is left out: here it is another one.", name=name)
             )
             return workbook
         others = tuple(h for h in workbook.helpers if h is not mine)
@@ -129,13 +127,12 @@ class Editions:
         name, told = str(change.get("place")), change["table"]
         if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
             self._leave(
-                name,
-                Phrase("The edit of the table {name} is left out: the record does not say what it became.", name=name),
+                name, N_("The edit of the table {name} is left out: the record does not say what it became.", name=name)
             )
             return workbook
         rows = tuple(tuple(str(text) for text in row) for row in told)
         if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
-            self._leave(name, Phrase("The edit of the table {name} is left out: here it is another one.", name=name))
+            self._leave(name, N_("The edit of the table {name} is left out: here it is another one.", name=name))
             return workbook
         tables = {k: cells for k, cells in workbook.tables.items() if k != key(name)}
         sheets = workbook.sheets

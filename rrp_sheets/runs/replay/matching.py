@@ -12,7 +12,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.runs.replay.record import Recorded
 from rrp_sheets.runs.replay.report import in_words
 from rrp_sheets.runs.replay.source import ReplaySource
-from rrp_sheets.texts import Phrase, listed
+from rrp_sheets.texts import N_, listed
 
 _FED = (StreamKind.SENSOR, StreamKind.DONE)
 
@@ -79,7 +79,7 @@ def remarks(ran: ReplaySource | None, other: ReplaySource, found: Matching) -> l
     """Return in words what to know of the two workbooks before they are compared in a session."""
     told: list[str] = []
     if ran is None:
-        told.append("The workbook that ran is not beside the trace: streams are told by their names alone.")
+        told.append(N_("The workbook that ran is not beside the trace: streams are told by their names alone."))
     else:
         was, now = ran.checked.run, other.checked.run
         if was.engine != now.engine or (now.engine == "frame" and was.frame_rate != now.frame_rate):
@@ -87,7 +87,7 @@ def remarks(ran: ReplaySource | None, other: ReplaySource, found: Matching) -> l
                 f"{r.engine}, {r.frame_rate} frames a second" if r.engine == "frame" else r.engine for r in (was, now)
             ]
             told.append(
-                Phrase(
+                N_(
                     "The engine is another one ({value} → {value2}), so times may differ by a frame.",
                     value=words[0],
                     value2=words[1],
@@ -95,7 +95,7 @@ def remarks(ran: ReplaySource | None, other: ReplaySource, found: Matching) -> l
             )
         told += _settings(ran, other, found)
         if ran.checked.scene != other.checked.scene and ran.reading.workbook.scene != other.reading.workbook.scene:
-            told.append("Its Scene is another one; what the robot sensed is what the record says.")
+            told.append(N_("Its Scene is another one; what the robot sensed is what the record says."))
     known = set(found.streams.values())
     for stream in other.plan.streams:
         if stream.kind in _FED and stream.id not in known and _is_outer(other, stream):
@@ -103,7 +103,7 @@ def remarks(ran: ReplaySource | None, other: ReplaySource, found: Matching) -> l
             if not rows:  # no row asks for it: a row that is switched off, or something else of the workbook, names it
                 continue
             told.append(
-                Phrase(
+                N_(
                     "The session has no record of “{name}”, so {rows} no value of it.",
                     name=stream.name,
                     rows=_rows(rows),
@@ -119,8 +119,8 @@ def _is_outer(source: ReplaySource, stream: Stream) -> bool:
 
 def _rows(rows: list[str]) -> str:
     if len(rows) == 1:
-        return Phrase("{row} gets", row=in_words(rows[0]))
-    return Phrase("{rows} get", rows=listed([in_words(row) for row in rows]))
+        return N_("{row} gets", row=in_words(rows[0]))
+    return N_("{rows} get", rows=listed([in_words(row) for row in rows]))
 
 
 def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[str]:
@@ -133,8 +133,6 @@ def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[s
         a, b = was.get(ids[label]), now.get(there)
         if a and b and (a.device, dict(a.settings)) != (b.device, dict(b.settings)):
             told.append(
-                Phrase(
-                    "“{name}” is another device or set otherwise; its values are those that were recorded.", name=b.name
-                )
+                N_("“{name}” is another device or set otherwise; its values are those that were recorded.", name=b.name)
             )
     return told

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
@@ -21,6 +20,7 @@ from rrp_sheets.runs.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE,
 from rrp_sheets.runs.replay.record import same_json
 from rrp_sheets.runs.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
 from rrp_sheets.runs.replay.result import Replayed
+from rrp_sheets.texts import told
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")

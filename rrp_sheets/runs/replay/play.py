@@ -21,7 +21,7 @@ from rrp_sheets.runs.replay.edits import Editions
 from rrp_sheets.runs.replay.ends import Ends
 from rrp_sheets.runs.replay.record import content, same_json
 from rrp_sheets.runs.replay.source import ReplaySource
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 
 class ValueDecoder:
@@ -351,7 +351,7 @@ class ReplayPlayer(RunObserver):
             self._engine.turn(behaviour, bool(detail.get("on")))
         else:
             self.played.left_out.append(
-                Phrase("The behaviour {name} was switched by hand; it does not run here.", name=name)
+                N_("The behaviour {name} was switched by hand; it does not run here.", name=name)
             )
 
     def _tell(self, us: int) -> None:

@@ -23,7 +23,7 @@ from rrp_sheets.runs.replay.record import Events, Recorded, moments, read_record
 from rrp_sheets.runs.replay.report import ending, unknown
 from rrp_sheets.runs.replay.result import Replayed, Spoken
 from rrp_sheets.runs.replay.source import ReplaySource, another, remarks, the_one_that_ran
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 
 _SAYS = ("SayInput", "SayParameter")
 _SWITCHED = (" is switched on.", " is switched off.")
@@ -85,7 +85,7 @@ def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     unread = tally.streams - found.streams.keys()
     notes = [*remarks(recorded, source, own=True), *played.left_out]
     if unread:
-        notes.append(Phrase("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))
+        notes.append(N_("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))
     return replace(
         _about(recorded, source, None), compared=tally.count, differences=result.differences,
         counts=result.counts, ending=ending(recorded, played), remarks=tuple(notes),
@@ -185,9 +185,9 @@ def _whole(recorded: Recorded) -> tuple[Events, str]:
     last = recorded.last_us
     why = recorded.summary.text("why") if recorded.summary else ""
     at = f"{last / 1e6:g} s"
-    words = Phrase("The run broke off at {at}. That last moment is not replayed.", at=at)
+    words = N_("The run broke off at {at}. That last moment is not replayed.", at=at)
     if why:
-        words = Phrase("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
+        words = N_("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
     return Events(lambda: (e for e in recorded.events if e.us < last)), words
 
 

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from rrp_sheets.diagnostics.languages import told
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.trace_events import RecordedEvent
 from rrp_sheets.runs.replay.differences import Count, Difference
+from rrp_sheets.texts import told
 
 SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 

@@ -13,7 +13,7 @@ from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.runs.replay.record import Recorded
-from rrp_sheets.texts import Phrase
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 
 _KEPT = ("robot.toml", "gestures.toml")
@@ -110,7 +110,7 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
     program = recorded.header.text("program") or "unknown"
     if program != __version__:
         found.append(
-            Phrase(
+            N_(
                 "The run was made with version {program} of the program, and is replayed with {version}.",
                 program=program,
                 version=__version__,
@@ -118,9 +118,9 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
         )
     digest = recorded.header.text("workbook")
     if own and digest != source.reading.digest and _was_xlsx(recorded):
-        copy = "The copy of the workbook beside the trace is not the one that ran"
-        words = copy + " (its SHA-256 is {own}…, the run's {ran}…)."
-        found.append(Phrase(words, own=source.reading.digest[:12], ran=digest[:12]))
+        words = N_("The copy of the workbook beside the trace is not the one that ran (its SHA-256 is {own}…, "
+                   "the run's {ran}…).")  # fmt: skip
+        found.append(N_(words, own=source.reading.digest[:12], ran=digest[:12]))
     if own:
         found += _catalogue(recorded, source)
     return found
@@ -143,7 +143,7 @@ def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:
     if not changed:
         return []
     return [
-        Phrase(
+        N_(
             "The robot's catalogue ({changed}) has changed since the run; the one of now is used.",
             changed=", ".join(changed),
         )

@@ -1,0 +1,205 @@
+"""The texts of the program and their catalogues: what is marked, what translators may write, what others send."""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from babel.messages.catalog import Catalog
+from babel.messages.pofile import read_po, write_po
+
+import rrp_sheets
+from rrp_sheets import texts
+from rrp_sheets.diagnostics import Diagnostic, Report
+from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.texts import LOCALE, N_, LazyMessage, told
+from rrp_sheets.workers.codec import pack, unpack
+
+ROOT = Path(rrp_sheets.__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+from hatch_build import CATALOGUES, compile_texts, faults  # noqa: E402
+from translations import MARKS, extract, update  # noqa: E402
+
+OTHERS = [language for language in LANGUAGES if language != "en"]
+
+
+def entries(catalogue: Catalog) -> dict[tuple[str, str], str]:
+    return {(m.context or "", m.id): m.string for m in catalogue if m.id}
+
+
+@pytest.fixture(scope="module", params=OTHERS)
+def written(request):
+    with (LOCALE / request.param / "LC_MESSAGES" / "messages.po").open("rb") as file:
+        return request.param, read_po(file)
+
+
+@pytest.fixture(scope="module")
+def extracted():
+    return entries(extract())
+
+
+# ---- catalogues
+def test_catalogue_has_every_text_of_the_program_translated(written, extracted):
+    _, catalogue = written
+    there = entries(catalogue)
+    assert len(extracted) > 1_000 and sorted(there) == sorted(extracted)  # else: make texts
+    assert [name for name, own in there.items() if not own] == []
+    assert not any(message.fuzzy for message in catalogue)
+
+
+def test_compiled_catalogue_is_there_and_up_to_date(written):
+    language, catalogue = written
+    assert (LOCALE / language / "LC_MESSAGES" / "messages.mo").is_file()  # else: make setup
+    for (context, text), own in entries(catalogue).items():
+        assert told(LazyMessage(text, msgctxt=context), language) == (own or text)
+
+
+def test_translations_keep_the_places_of_the_english_texts(written):
+    assert list(faults(written[1])) == []
+
+
+def test_a_text_with_a_translation_is_marked(extracted):
+    known = {text for context, text in extracted if not context and " " in text}
+    unmarked = []
+    for package in (
+        "checks",
+        "compare",
+        "connectors",
+        "devices",
+        "formulas",
+        "graph",
+        "runs/replay",
+        "testing",
+        "workbook",
+    ):
+        for path in Path(rrp_sheets.__file__).parent.joinpath(package).rglob("*.py"):
+            tree = ast.parse(path.read_text(encoding="utf-8"))
+            marked = {
+                inner
+                for call in ast.walk(tree)
+                if isinstance(call, ast.Call) and getattr(call.func, "id", "") in MARKS
+                for inner in ast.walk(call)
+            }
+            unmarked += [
+                f"{path.name}:{node.lineno}"
+                for node in ast.walk(tree)
+                if isinstance(node, ast.Constant) and node.value in known and node not in marked
+            ]
+    assert unmarked == []
+
+
+def test_update_keeps_translations_adds_new_texts_and_drops_old_ones(tmp_path, extracted):
+    path = tmp_path / "messages.po"
+    old = Catalog("de")
+    old.add("a number", "eine Zahl")
+    old.add("nobody says this", "niemand")
+    with path.open("wb") as file:
+        write_po(file, old)
+    update(path, "de")
+    once = path.read_bytes()
+    with path.open("rb") as file:
+        there = entries(read_po(file))
+    assert sorted(there) == sorted(extracted)
+    assert {text: own for (_, text), own in there.items() if own} == {"a number": "eine Zahl"}
+    update(path, "de")
+    assert path.read_bytes() == once
+
+
+def test_without_compiled_catalogue_texts_are_english(monkeypatch, tmp_path):
+    monkeypatch.setattr(texts, "LOCALE", tmp_path)
+    texts._catalogue.cache_clear()
+    try:
+        finding = Report().add("GRAPH011", None, name="Near")
+        assert told(finding.message, "ja") == str(finding.message) and "Near" in finding.message
+        assert finding.as_dict("ja") == finding.as_dict("en")
+    finally:
+        texts._catalogue.cache_clear()
+
+
+# ---- what translators may write
+@pytest.mark.parametrize(
+    "own",
+    [
+        "{many} Zeilen", "Zeilen", "{n!r} Zeilen", "{n.real} Zeilen", "{n[0]} Zeilen", "{n:>99999999} Zeilen", "{} Zeilen",
+        "{0} Zeilen", "{n:{n}} Zeilen", "{n Zeilen", "{n} Zeilen\x00", "{n} \u202eZeilen", "{n} Zei\nlen",
+    ],
+)  # fmt: skip
+def test_a_translation_that_cannot_be_shown_is_refused(tmp_path, own):
+    catalogue = Catalog("de")
+    catalogue.add("{n} rows", own)
+    assert len(list(faults(catalogue))) == 1
+    path = tmp_path / CATALOGUES.replace("*", "de")
+    path.parent.mkdir(parents=True)
+    with path.open("wb") as file:
+        write_po(file, catalogue)
+    with pytest.raises(ValueError, match="rows"):
+        compile_texts(tmp_path)
+    assert not path.with_suffix(".mo").exists()
+
+
+def test_a_translation_may_leave_out_specifications_and_take_details_of_its_finding():
+    catalogue = Catalog("de")
+    catalogue.add("{n:g} s", "{n} Sekunden")
+    catalogue.add("Too many rows: {n:,}.", "{sheet}: {n:,} Zeilen.", context="SHEET019.message")
+    catalogue.add("Shorten {sheet}.", "{sheet} kürzen.", context="SHEET019.remedy")
+    catalogue.add("Write } to end it.", "} beendet es.")
+    catalogue.add("A text { }", "Text { }")
+    assert list(faults(catalogue)) == []
+
+
+# ---- what users type
+@pytest.mark.parametrize("typed", ["{name.__class__}", "{0}", "{}", "{", "{guess!r:>99}", "a number", "%(name)s"])
+def test_what_users_type_is_no_template_and_is_never_looked_up(typed):
+    inner = N_("Did you mean {guess}?", guess=typed)
+    outer = N_("{before} {after}", before=inner, after=typed)
+    assert outer == f"Did you mean {typed}? {typed}"
+    assert told(outer, "ja") == f"「{typed}」のことですか。{typed}"
+    assert told(typed, "ja") == typed
+
+
+# ---- what other processes send
+def sent(template: object, **places: object) -> str:
+    """The message of a finding from a child that wrote another template into its frame."""
+    finding = Report().add("GRAPH001", None, name="x", remedy=N_("{n} rows", n="5"))
+    packed = json.loads(json.dumps(pack(finding)).replace('"{n} rows"', json.dumps(template)))
+    packed[3]["remedy"]["places"] |= places
+    return str(unpack(Diagnostic, packed).details["remedy"])
+
+
+def test_messages_from_other_processes_are_filled():
+    assert sent("{n} rows") == "5 rows" and sent("{n:,} rows", n=1_000) == "1,000 rows"
+
+
+@pytest.mark.parametrize(
+    "template",
+    [
+        "{n:>999999999}",
+        "{n:999999999}",
+        "{n!r}",
+        "{n.__class__}",
+        "{n[0]}",
+        "{m}",
+        "{}",
+        "{0}",
+        "{n:{n}}",
+        "{n",
+        "{n:.999f}",
+    ],
+)
+def test_a_template_that_is_none_of_ours_is_shown_as_it_is(template):
+    assert sent(template) == template
+
+
+def test_messages_from_other_processes_do_not_grow_without_end():
+    template = "{n}" * 1_000
+    assert sent(template, n="y" * 1_000) == template
+    packed: object = "x" * 1_000
+    for _ in range(60):
+        packed = {"said": "{n}{n}", "places": {"n": packed}, "context": ""}
+    finding = pack(Report().add("GRAPH001", None, name="x", remedy="y"))
+    finding[3]["remedy"] = packed
+    assert len(unpack(Diagnostic, finding).remedy) < 1_000_000
+    assert sent("{n}", msgctxt="x") == "{n}"

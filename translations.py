@@ -1,0 +1,82 @@
+"""Brings the catalogues of `rrp_sheets/locale/` up to date with the texts of the program (`make texts`)."""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from babel.messages.catalog import Catalog
+from babel.messages.pofile import read_po, write_po
+
+from hatch_build import CATALOGUES, compile_texts
+from rrp_sheets.diagnostics import CODES
+from rrp_sheets.model.languages import LANGUAGES
+
+ROOT = Path(__file__).parent
+MARKS = ("N_", "BadSoundError", "BadValueError", "CatalogueError")
+"""Names of the function and the classes whose first argument is a text of the program."""
+_CREATED = datetime(2026, 1, 1, tzinfo=UTC)  # no date that would change every file
+
+
+def extract() -> Catalog:
+    """Return a catalogue of all texts of the program, without translations."""
+    found = _catalogue(None)
+    for path in sorted((ROOT / "rrp_sheets").rglob("*.py")):
+        for text in _marked(path):
+            found.add(text)
+    for code in CODES.values():
+        for part in ("title", "message", "remedy"):
+            if getattr(code, part) != "{remedy}":  # which the finding brings
+                found.add(getattr(code, part), context=f"{code.id}.{part}")
+    for path in sorted((ROOT / "robots").glob("*/robot.toml")):
+        robot = tomllib.loads(path.read_text(encoding="utf-8"))
+        for entry in robot["actuator"]:
+            for resource in entry.get("resources", ()):
+                found.add(resource)
+    return found
+
+
+def _catalogue(language: str | None) -> Catalog:
+    return Catalog(
+        language, project="RRP Sheets", version="1", header_comment="# Texts of RRP Sheets.", fuzzy=False,
+        msgid_bugs_address="the issues of the repository", last_translator="The RRP Sheets authors",
+        language_team="The RRP Sheets authors", creation_date=_CREATED, revision_date=_CREATED,
+    )  # fmt: skip
+
+
+def _marked(path: Path) -> Iterator[str]:
+    for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in MARKS and call.args:
+            yield from _texts(call.args[0])
+
+
+def _texts(node: ast.expr) -> Iterator[str]:
+    if isinstance(node, ast.IfExp):
+        yield from _texts(node.body)
+        yield from _texts(node.orelse)
+    elif isinstance(node, ast.Constant):
+        yield node.value
+    elif isinstance(node, ast.JoinedStr):
+        raise ValueError(f"A marked text must be no f-string: {ast.unparse(node)}")
+
+
+def update(path: Path, language: str) -> None:
+    """Renew a language's catalogue, or begin it."""
+    texts = _catalogue(language)
+    if path.exists():
+        with path.open("rb") as file:
+            texts = read_po(file, locale=language)
+    texts.update(extract(), no_fuzzy_matching=True, update_creation_date=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("wb") as file:
+        write_po(file, texts, width=0, no_location=True, sort_output=True, ignore_obsolete=True)
+
+
+if __name__ == "__main__":
+    for language in LANGUAGES:
+        if language != "en":
+            update(ROOT / CATALOGUES.replace("*", language), language)
+    compile_texts(ROOT)
