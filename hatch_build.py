@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -92,6 +93,10 @@ CATALOGUES = "rrp_sheets/locale/*/LC_MESSAGES/messages.po"
 _GRAMMAR = frozenset({"are", "come", "each", "help", "leave", "takes"})
 """Places of English texts that another language may leave out."""
 
+_CODE = re.compile(r"[A-Z]+\d+\.")
+_SENTENCE = re.compile(r"row\.")
+"""Contexts of the sentences that are given `{input}` and `{Input}`, for within a sentence and at its beginning."""
+
 
 def compile_texts(root: Path) -> None:
     """Compile the catalogue of every language; raise ValueError when a translation cannot be shown."""
@@ -108,7 +113,7 @@ def faults(catalogue: Catalog) -> Iterator[str]:
     """Yield what is wrong with the translations of a catalogue: their places, and letters that are not shown."""
     known: dict[str, set[tuple[str, str]]] = {}  # by the code of a finding, whose texts share its details
     for message in catalogue:
-        if message.context:
+        if _CODE.match(message.context or ""):
             known.setdefault(message.context.partition(".")[0], set()).update(_places(message.id) or ())
     for message in catalogue:
         english, own = str(message.id), str(message.string)
@@ -117,9 +122,11 @@ def faults(catalogue: Catalog) -> Iterator[str]:
         wanted, there = _places(english), _places(own)
         if wanted or (wanted is not None and (message.context or there)):  # else its braces are no places
             about = wanted | known.get((message.context or "").partition(".")[0], set())
+            if _SENTENCE.match(message.context or ""):
+                about |= {(name[0].swapcase() + name[1:], spec) for name, spec in wanted}
             if there is None or not there <= about | {(name, "") for name, _ in about}:
                 yield f"{english!r}: {own!r} has a place that the English text has not"
-            elif {name for name, _ in wanted} - {name for name, _ in there} - _GRAMMAR:
+            elif {n.casefold() for n, _ in wanted} - {n.casefold() for n, _ in there} - _GRAMMAR:
                 yield f"{english!r}: {own!r} lacks a place"
         if any(_unseen(letter) for letter in own if letter not in english):
             yield f"{english!r}: {own!r} has a letter that cannot be seen"

@@ -14,6 +14,7 @@ from babel.messages.pofile import read_po, write_po
 from hatch_build import CATALOGUES, compile_texts
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.render.texts import texts
 
 ROOT = Path(__file__).parent
 MARKS = ("N_", "BadSoundError", "BadValueError", "CatalogueError")
@@ -31,6 +32,9 @@ def extract() -> Catalog:
         for part in ("title", "message", "remedy"):
             if getattr(code, part) != "{remedy}":  # which the finding brings
                 found.add(getattr(code, part), context=f"{code.id}.{part}")
+    for name, text in texts("en").entries.items():
+        if text:
+            found.add(text, context=name)
     for path in sorted((ROOT / "robots").glob("*/robot.toml")):
         robot = tomllib.loads(path.read_text(encoding="utf-8"))
         for entry in robot["actuator"]:
@@ -65,14 +69,14 @@ def _texts(node: ast.expr) -> Iterator[str]:
 
 def update(path: Path, language: str) -> None:
     """Renew a language's catalogue, or begin it."""
-    texts = _catalogue(language)
+    catalogue = _catalogue(language)
     if path.exists():
         with path.open("rb") as file:
-            texts = read_po(file, locale=language)
-    texts.update(extract(), no_fuzzy_matching=True, update_creation_date=False)
+            catalogue = read_po(file, locale=language)
+    catalogue.update(extract(), no_fuzzy_matching=True, update_creation_date=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as file:
-        write_po(file, texts, width=0, no_location=True, sort_output=True, ignore_obsolete=True)
+        write_po(file, catalogue, width=0, no_location=True, sort_output=True, ignore_obsolete=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Texts of diagrams and explanations: one catalogue per language (`en.toml`)."""
+"""Texts of diagrams and explanations: the English ones in `texts.toml`, the others in the catalogues."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.texts import LazyMessage, sentences, told
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,9 @@ class Texts:
         """Return `a, b, c`."""
         return self.entries["list.comma"].join(things)
 
-    def sentences(self, sentences: Sequence[str]) -> str:
+    def sentences(self, parts: Sequence[str]) -> str:
         """Join sentences to a paragraph."""
-        return self.entries["list.sentence"].join(sentences)
+        return told(sentences(*parts), self.language)
 
     def duration(self, us: int) -> str:
         """Return a duration (µs) in words: `10 s`."""
@@ -54,8 +55,8 @@ def texts(language: str = "en") -> Texts:
     """Return the catalogue of a language; raise SheetsError when there is none."""
     if language not in LANGUAGES:
         raise SheetsError(f"There are no texts in the language “{language}”.", f"There are: {', '.join(LANGUAGES)}.")
-    tables = tomllib.loads((Path(__file__).parent / f"{language}.toml").read_text(encoding="utf-8"))
-    return Texts(language, dict(_flat(tables, "")))
+    tables = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    return Texts(language, {name: told(LazyMessage(text, msgctxt=name), language) for name, text in _flat(tables, "")})
 
 
 def _flat(table: Mapping[str, Any], prefix: str) -> list[tuple[str, str]]:
