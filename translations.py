@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import tomllib
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,7 +11,9 @@ from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
 
 from hatch_build import CATALOGUES, compile_texts
+from rrp_sheets.devices.catalogue import Robot, load_robot, robot_names
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.render.texts import texts
 
@@ -35,12 +36,27 @@ def extract() -> Catalog:
     for name, text in texts("en").entries.items():
         if text:
             found.add(text, context=name)
-    for path in sorted((ROOT / "robots").glob("*/robot.toml")):
-        robot = tomllib.loads(path.read_text(encoding="utf-8"))
-        for entry in robot["actuator"]:
-            for resource in entry.get("resources", ()):
-                found.add(resource)
+    for name in robot_names():
+        for text, context in _robot_texts(load_robot(name)):
+            if text:
+                found.add(text, context=context)
     return found
+
+
+def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
+    for device in robot.devices.values():
+        for part in ("title", "help", "says", "takes", "stops"):
+            yield getattr(device, part), f"{device.name}.{part}"
+        for field in device.payload.fields if device.payload else ():
+            yield field.name.replace("_", " "), f"{device.name}.{field.name}"
+            yield field.help, f"{device.name}.{field.name}"
+        for setting in device.settings.values():
+            yield setting.name, "setting"
+            yield from ((choice, "value") for choice in setting.choices)
+            yield setting.unit if " " in setting.unit else "", "value"  # the others are symbols
+    yield from ((resource, None) for device in robot.devices.values() for resource in device.resources)
+    yield from ((word, "value") for word in (*robot.touch_zones, *robot.languages.values(), *COLOURS, "TRUE", "FALSE"))
+    yield from ((name, "posture") for name in (*robot.postures, *robot.gestures))
 
 
 def _catalogue(language: str | None) -> Catalog:

@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 69_523,
+    "lines of Python": 69_478,
     "modules": 382,
     "docstrings that begin as a question": 84,
     "lines of README": 130,

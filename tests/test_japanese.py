@@ -14,7 +14,6 @@ from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.catalogue import words_of
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.printing import gather
@@ -123,13 +122,11 @@ def test_choices_colours_postures_and_gestures_have_japanese_names() -> None:
     assert [c for c in sorted({*choices, *robot.touch_zones}) if words.value(c) == c] == []
 
 
-def test_a_robot_without_a_language_falls_back_to_english(tmp_path: Path) -> None:
-    assert words_of(tmp_path, "RedBall") == {}
-    (tmp_path / "ja.toml").write_text(
-        '[device.RedBall]\nsays = 3\ntitle = "赤"\n[values]\nred = []\n', encoding="utf-8"
-    )
-    words = words_of(tmp_path, "RedBall")["ja"]
-    assert (words.title, words.says, words.value("red")) == ("赤", "", "red")
+def test_what_a_robot_of_ones_own_says_is_translated_as_far_as_it_is_the_program_s() -> None:
+    ball = load_robot("nao").devices["redball"]
+    own = replace(ball, help="A ball.", says="the robot sees our ball").words("ja")
+    assert (own.title, own.help, own.says) == ("赤いボール", "A ball.", "the robot sees our ball")
+    assert own.value("red") == "赤" and own.value("our red") == "our red" and own.said("red", "text") == "red"
 
 
 # ---- explanations ----

@@ -15,10 +15,10 @@ from typing import Any
 from rrp_sheets.devices.gestures import Gesture, load_gestures, resources
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
 from rrp_sheets.resources import bundled
+from rrp_sheets.texts import LazyMessage, told
 
 CATALOGUE = "robot.toml"
 REST_POSTURE = "Crouch"  # where a run ends
@@ -149,10 +149,8 @@ def _assemble(
     names: dict[str, FoundDevice] = {}
     for kind in ("sensor", "actuator"):
         for entry in data[kind]:
-            device = replace(_device(kind, entry, uses), spoken=words_of(folder, entry["name"]))
-            devices[key(device.name)] = device
-            title = entry.get("title", device.name)
-            names[key(device.name)] = names[key(title)] = FoundDevice(title, device)
+            device = devices[key(entry["name"])] = _device(kind, entry, uses)
+            names[key(device.name)] = names[key(device.title)] = FoundDevice(device.title, device)
             for preset in entry.get("names", ()):
                 shown = preset["name"]
                 names[key(shown)] = FoundDevice(shown, device, {key(k): v for k, v in preset.items() if k != "name"})
@@ -192,7 +190,8 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
         for setting, choices in entry.get("resources_by", {}).items()
     }
     return DeviceType(
-        name=entry["name"], kind=kind, help=entry["help"], settings=settings, payload=payload,
+        name=entry["name"], title=entry.get("title", entry["name"]), kind=kind, help=entry["help"],
+        settings=settings, payload=payload,
         unit=entry.get("unit", ""), takes=entry.get("takes", ""), resources=tuple(entry.get("resources", ())),
         resources_by=by, colour=entry.get("colour", ""), shows=tuple(entry.get("shows", ())),
         knowledge=entry.get("knowledge", False), engine=entry.get("engine", False),
@@ -256,7 +255,7 @@ class DeviceType:
         simulated: False when the simulated robot does not carry it out yet.
         says: a sentence template for the plain-language description.
         stops: the same for what a blank stops; empty for an actuator that a blank does not stop.
-        spoken: what is printed about it in other languages, by their codes; see `words`.
+        title: its name for people.
     """
 
     name: str
@@ -275,7 +274,7 @@ class DeviceType:
     simulated: bool = True
     says: str = ""
     stops: str = ""
-    spoken: Mapping[str, DeviceWords] = field(default_factory=dict)
+    title: str = ""
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
         """Return the resources that an actuator with these settings (by key) uses; two that share one conflict.
@@ -296,13 +295,16 @@ class DeviceType:
         >>> load_robot().devices["redball"].words("en").says
         'the robot sees a red ball'
         """
-        found = self.spoken.get(language, DeviceWords())
-        mine = {key(f.name): (f.name.replace("_", " "), f.help) for f in self.payload.fields} if self.payload else {}
-        fields = {k: (found.fields.get(k, names)[0] or names[0], found.fields.get(k, names)[1] or names[1])
-                  for k, names in mine.items()}  # fmt: skip
-        return replace(
-            found, help=found.help or self.help, says=found.says or self.says, stops=found.stops or self.stops,
-            takes=found.takes or self.takes, fields=fields,
+
+        def say(part: str, text: str) -> str:
+            return told(LazyMessage(text, msgctxt=f"{self.name}.{part}"), language)
+
+        title = say("title", self.title)
+        fields = self.payload.fields if self.payload else ()
+        return DeviceWords(
+            language, "" if title == self.title else title, say("help", self.help), say("says", self.says),
+            say("takes", self.takes), say("stops", self.stops),
+            {key(f.name): (say(f.name, f.name.replace("_", " ")), say(f.name, f.help)) for f in fields},
         )  # fmt: skip
 
     def with_defaults(self, settings: Mapping[str, Value]) -> dict[str, Value]:
@@ -326,7 +328,6 @@ class FoundDevice:
     offered: bool = True
 
 
-Table = Mapping[str, Any]
 _OURS = ("choice", "colour", "zone", "truth")  # kinds of settings whose words are the catalogue's own
 _NAMED = ("posture", "gesture")
 
@@ -338,24 +339,19 @@ class DeviceWords:
     Attributes:
         title: the device's name for people; empty when it has none but that of the catalogue.
         fields: name and help of its record's fields, by their keys.
-        values: what its settings may say, by the key of the English word.
-        names: what the postures and gestures of the robot are called, by the key of their names.
-        settings: what the settings are called, by their keys.
     """
 
-    title: str = ""
-    help: str = ""
-    says: str = ""
-    takes: str = ""
-    fields: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    values: Mapping[str, str] = field(default_factory=dict)
-    names: Mapping[str, str] = field(default_factory=dict)
-    settings: Mapping[str, str] = field(default_factory=dict)
-    stops: str = ""
+    language: str
+    title: str
+    help: str
+    says: str
+    takes: str
+    stops: str
+    fields: Mapping[str, tuple[str, str]]
 
     def name(self, text: str) -> str:
         """Return the name of a posture or a gesture in this language; any other text as it is."""
-        return self.names.get(key(text), text)
+        return told(LazyMessage(text, msgctxt="posture"), self.language)
 
     def said(self, text: str, kind: str) -> str:
         """Return a setting's text by its kind (`choice`, `text`, …): only the catalogue's words are translated."""
@@ -363,48 +359,8 @@ class DeviceWords:
 
     def setting(self, name: str) -> str:
         """Return the name of a setting in this language."""
-        return self.settings.get(key(name), name)
+        return told(LazyMessage(name, msgctxt="setting"), self.language)
 
     def value(self, text: str) -> str:
-        """A word of the catalogue in this language; any other text as it is."""
-        return self.values.get(key(text), text)
-
-
-def words_of(folder: Path, device: str) -> dict[str, DeviceWords]:
-    """Return the texts about a device in a robot's folder, by language."""
-    stamp = tuple((p.name, p.stat().st_mtime_ns) for p in (folder / f"{c}.toml" for c in LANGUAGES) if p.is_file())
-    return {code: _words(table, device) for code, table in _tables(folder, stamp).items()}
-
-
-def _words(table: Table, device: str) -> DeviceWords:
-    mine = _table(_table(table, "device"), device)
-    shared, own = _table(table, "fields"), _table(mine, "fields")
-    fields = {
-        key(name): (_text({**_table(shared, name), **_table(own, name)}, "name"),
-                    _text({**_table(shared, name), **_table(own, name)}, "help"))
-        for name in dict.fromkeys([*shared, *own])
-    }  # fmt: skip
-    values, names, settings = (
-        {key(name): text for name, text in _table(table, part).items() if isinstance(text, str)}
-        for part in ("values", "names", "settings")
-    )
-    title, about, says, takes, stops = (_text(mine, name) for name in ("title", "help", "says", "takes", "stops"))
-    return DeviceWords(title, about, says, takes, fields, values, names, settings, stops)
-
-
-@lru_cache(maxsize=8)
-def _tables(folder: Path, stamp: tuple[tuple[str, int], ...]) -> Mapping[str, Table]:
-    """The tables of the languages that a robot's folder has besides English; read anew when a file has changed."""
-    names = {code: f"{code}.toml" for code in LANGUAGES}
-    had = {name for name, _ in stamp}
-    return {c: tomllib.loads((folder / n).read_text(encoding="utf-8")) for c, n in names.items() if n in had}
-
-
-def _table(table: Table, name: str) -> Table:
-    inner = table.get(name)
-    return inner if isinstance(inner, dict) else {}
-
-
-def _text(table: Table, name: str) -> str:
-    text = table.get(name)
-    return text if isinstance(text, str) else ""
+        """Return a word of the catalogue in this language; any other text as it is."""
+        return told(LazyMessage(text, msgctxt="value"), self.language)

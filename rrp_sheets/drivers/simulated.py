@@ -155,9 +155,8 @@ class SimulatedWorld(World):
 
 
 def _bare(robot: Robot) -> Robot:
-    """Return what the simulator needs of a robot: not how its devices may be named and are described."""
-    devices = {name: replace(device, spoken={}) for name, device in robot.devices.items()}
-    return replace(robot, names={}, devices=devices)
+    """Return what the simulator needs of a robot: not how its devices may be named."""
+    return replace(robot, names={})
 
 
 def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceUse, ...]:
