@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 from rrp_sheets.model.names import key
 
-LANGUAGES: Mapping[str, str] = {"en": "English", "ja": "日本語"}
+NAMES: Mapping[str, tuple[str, ...]] = {"en": ("English", "English", "英語"), "ja": ("日本語", "Japanese")}
+"""By code: what its speakers call it, its English name, and further ones."""
+LANGUAGES: Mapping[str, str] = {code: names[0] for code, names in NAMES.items()}
 """By code, each as its own speakers call it."""
-
-_MEANT = {"en": "en", "english": "en", "英語": "en", "ja": "ja", "japanese": "ja", "日本語": "ja"}
 
 
 def known_language(code: object) -> str:
@@ -23,4 +23,4 @@ def language_code(text: str) -> str:
     >>> language_code("Japanese"), language_code("日本語"), language_code("EN"), language_code("Klingon")
     ('ja', 'ja', 'en', '')
     """
-    return {key(name): code for name, code in _MEANT.items()}.get(key(text), "")
+    return next((code for code, names in NAMES.items() if key(text) in map(key, (code, *names))), "")

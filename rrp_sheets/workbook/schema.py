@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
+from rrp_sheets.model.languages import NAMES
 from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
@@ -288,9 +289,9 @@ FIELDS = {
         ProtocolField("Camera pictures", (CellChoice("kept", "with the record of a run; what blank means"),
                                   CellChoice("not kept", "no picture of the robot's camera is stored")), closed=True,
               prompt="Whether pictures of the robot's camera are kept with a run's record."),
-        ProtocolField("Language", (CellChoice("English", "of explanations, diagrams and the printed protocol"),
-                           CellChoice("日本語", "the same in Japanese")), closed=True,
-              prompt="In which the workbook is explained, drawn and printed. Blank: English."),
+        ProtocolField("Language", tuple(CellChoice(names[0], f"the same in {names[1]}" if code != "en" else
+                      "of explanations, diagrams and the printed protocol") for code, names in NAMES.items()),
+              closed=True, prompt="In which the workbook is explained, drawn and printed. Blank: English."),
     )
 }  # fmt: skip
 """The fields of the Protocol sheet by key, in the order in which they are suggested."""
