@@ -11,7 +11,7 @@ from string import Formatter
 
 from rrp_sheets.texts import LazyMessage
 
-PAGES = Path(__file__).parents[1] / "pages"
+PAGES = Path(__file__).parent / "pages"
 _TOPICS = ("FILE", "SHEET", "TEST", "FORM", "CONN", "GRAPH", "PROT", "DEV", "SCENE", "GEST", "LINT")
 """The beginnings of codes in the order of the catalogue. A formula's codes from FORM101 are found by evaluating it."""
 
