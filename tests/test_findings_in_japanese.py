@@ -15,6 +15,7 @@ import pytest
 from play import check
 from test_mistakes import base, markdown_of, mistakes
 
+from rrp_sheets import texts
 from rrp_sheets.cli.main import main
 from rrp_sheets.diagnostics import CODES, Diagnostic, Report
 from rrp_sheets.diagnostics.page import completed, load_page
@@ -207,3 +208,20 @@ def test_pictures_of_a_run_speak_its_language():
     lane = Lane("a", "Red ball", "sensor", (Marble(1_000, 1), Marble(2_000, 2)))
     (page,) = draw_marbles([MarbleDiagram("挨拶", (Group((), lane),), 0, 5_000_000, language="ja")])
     assert "命令の終わり" in page.svg and page.alt.startswith("挨拶のマーブル図") and "done" not in page.svg
+
+
+def test_no_message_of_a_finding_is_put_into_an_f_string(monkeypatch):
+    flattened = []
+
+    def formatted(self: LazyMessage, specification: str) -> str:
+        caller = sys._getframe(1).f_code
+        if caller.co_filename != texts.__file__ and " " in self:  # a single word may be a name, too
+            flattened.append((caller.co_filename, caller.co_name, str(self)))
+        return str.__format__(self, specification)
+
+    monkeypatch.setattr(LazyMessage, "__format__", formatted, raising=False)
+    assert f"{N_('two words')}" and flattened.pop()
+    for book in books():
+        for finding in check(book).report:
+            finding.as_dict("ja")
+    assert flattened == []
