@@ -106,6 +106,60 @@ def test_the_panels_of_a_grid_stay_when_their_renewal_fails(page: Any) -> None:
     page.unroute("**/help?*")
 
 
+def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
+    going = {"phase": "running", "book": "a.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
+    page.route("**/run/now", lambda route: route.fulfill(json=going))
+    page.goto("/")
+    told = page.locator("#run-strip .what")
+    for answer, words in (
+        (lambda route: route.abort(), "The server cannot be reached."),
+        (lambda route: route.fulfill(status=409, json={"message": "No run is going."}), "No run is going."),
+        (lambda route: route.fulfill(status=403, body=FAULT), "The server refused this (403). Reload the page."),
+    ):
+        expect(told).to_contain_text("Aya is running a.xlsx")
+        page.route("**/run/stop", answer)
+        page.click("#run-strip .stop")
+        expect(told).to_have_text(words)
+        expect(told).to_have_role("alert")
+        page.unroute("**/run/stop")
+        page.route("**/run/stop", lambda route: route.fulfill(json={}))
+        page.click("#run-strip .stop")
+        expect(told).not_to_have_role("alert")
+        page.unroute("**/run/stop")
+    page.unroute("**/run/now")
+
+
+def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
+    going = {"phase": "running", "book": "a.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
+    for answer, words in (
+        (lambda route: route.abort(), AWAY),
+        (lambda route: route.fulfill(status=403, body=FAULT), "You are not logged in any more, or the program"),
+    ):
+        page.route("**/run/now", lambda route: route.fulfill(json=going))
+        page.goto("/")
+        expect(page.locator("#run-strip .what")).to_contain_text("Aya is running a.xlsx")
+        page.unroute("**/run/now")
+        page.route("**/run/now", answer)
+        expect(page.locator("#run-strip .what")).to_contain_text(f"It is not known if a.xlsx still runs. {words}")
+        page.unroute("**/run/now")
+
+
+def test_keys_that_cannot_stop_a_run_say_why_unless_there_is_none(page: Any) -> None:
+    page.goto("/book/a.xlsx")
+    listening(page)
+    with page.expect_response("**/run/stop") as answered:
+        page.keyboard.press("Escape")
+        page.keyboard.press("Escape")
+    assert answered.value.status == 409
+    page.evaluate("fetch('/run/now').then(answer => answer.text())")  # a later answer: the page has taken that one
+    expect(page.locator("#run-problem")).to_be_hidden()
+    page.route("**/run/stop", lambda route: route.abort())
+    page.keyboard.press("Escape")
+    page.keyboard.press("Escape")
+    expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
+    page.unroute("**/run/stop")
+
+
 def test_a_pdf_that_cannot_be_made_says_why(page: Any) -> None:
     page.goto("/book/a.xlsx/print")
     for answer, words in (

@@ -181,10 +181,10 @@ export function ownName(operates = true) {
   return name === "Somebody" && operates ? settings.kept().operator || name : name;
 }
 
-/** Do an action; answers what the server says, with a `message` when it was refused or could not be reached. */
+/** Do an action; gives the server's answer, with a `message` and the `status` when it was refused or could not be reached. */
 export async function ask(action, body = {}, url = panel) {
   const { ok, status, json } = await request(`${url}/${action}`, { body: { ...body, name: ownName() } });
-  return ok ? json ?? {} : { message: refusal(status), ...json };
+  return ok ? json ?? {} : { message: refusal(status), ...json, status };
 }
 
 /** The same, and a refusal is told in the line below the run bar. */

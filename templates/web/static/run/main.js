@@ -2,7 +2,7 @@
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 
-import { act, ask } from "../api.js";
+import { ask } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { bar } from "./bar.js";
 import { log } from "./log.js";
@@ -13,11 +13,12 @@ import { follow, values } from "./values.js";
 const book = document.getElementById("runbar").dataset.book;
 const listen = document.getElementById("listen");
 const none = { phase: "none", book: "" };
+const NO_RUN = 409; // status of the answer to a Stop when no run is going
 let state = none;
 let last = 0; // the newest line of the log that is shown
 
 bar(document.getElementById("runbar"));
-pressTwice("anywhere", () => (["starting", "running", "paused"].includes(state.phase) ? act("stop") : ask("stop"))); // also what this page has not heard of yet
+pressTwice("anywhere", stop);
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 if (grid) follow(grid, document.getElementById("run-follow"));
@@ -33,6 +34,13 @@ view("robot3d", "robot").then(() => {
   tell("rrp:run", state);
   if (lately) tell("rrp:live", lately);
 });
+
+/** Stop the run, also one that this page has not heard of yet; that there is none is then no news. */
+async function stop() {
+  const mine = ["starting", "running", "paused"].includes(state.phase);
+  const answer = await ask("stop");
+  if (answer.message && (mine || answer.status !== NO_RUN)) tell("rrp:refused", answer);
+}
 
 async function view(name, file = name) {
   const root = document.getElementById(name);

@@ -1,11 +1,16 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { ask, request } from "../api.js";
+import { ask, request, why } from "../api.js";
 import { pressTwice } from "../commands.js";
+import { put } from "../elements.js";
 
 const strip = document.getElementById("run-strip");
+const what = strip.querySelector(".what");
 const EVERY = 2000; // ms
+const REFUSAL_SHOWN = 12000; // ms
 let run = { phase: "none" };
+let refusal = ""; // why Stop did nothing, while that is shown
+let vanishing = 0;
 
 function show(now) {
   run = now;
@@ -16,8 +21,10 @@ function show(now) {
   const minutes = Math.max(0, Math.round((Date.now() / 1000 - now.since) / 60));
   const since = minutes < 1 ? "less than a minute" : minutes === 1 ? "a minute" : `${minutes} minutes`;
   const who = now.participant ? ` with ${now.participant}` : "";
-  strip.querySelector(".what").textContent = now.phase === "stopping" || now.phase === "finishing"
-    ? `${now.book} is being stopped.` : `${now.by} is running ${now.book}${who}, for ${since}.`;
+  if (!refusal) {
+    put(what, now.phase === "stopping" || now.phase === "finishing"
+      ? `${now.book} is being stopped.` : `${now.by} is running ${now.book}${who}, for ${since}.`);
+  }
   strip.querySelector("a").href = `/book/${encodeURIComponent(now.book)}/run`;
   strip.querySelector(".stop").disabled = !["starting", "running", "paused"].includes(now.phase);
 }
@@ -26,15 +33,28 @@ strip.querySelector(".stop").addEventListener("click", stop);
 pressTwice("anywhere", () => run.phase !== "none" && stop());
 
 async function stop() {
-  await ask("stop", {}, `/book/${encodeURIComponent(run.book)}/run`);
-  if (!document.getElementById("listen")) await look();
+  const { message = "" } = await ask("stop", {}, `/book/${encodeURIComponent(run.book)}/run`);
+  refused(message);
+  if (!message && !document.getElementById("listen")) await look();
+}
+
+/** Show for a while why Stop did nothing; an empty text shows the run again. */
+function refused(message) {
+  clearTimeout(vanishing);
+  refusal = message;
+  what.removeAttribute("role");
+  if (message) {
+    what.setAttribute("role", "alert");
+    what.textContent = message;
+    vanishing = setTimeout(refused, REFUSAL_SHOWN, "");
+  } else show(run);
 }
 
 async function look() {
   if (document.hidden) return;
-  const { ok, json } = await request(strip.dataset.now);
-  if (ok) show(json);
-  else if (run.phase !== "none") strip.querySelector(".what").textContent = `Whether ${run.book} still runs is not known: the server cannot be reached.`;
+  const { ok, status, text, json } = await request(strip.dataset.now);
+  if (ok && json) show(json);
+  else if (run.phase !== "none" && !refusal) put(what, `It is not known if ${run.book} still runs. ${why({ status, text })}`);
 }
 
 if (document.getElementById("listen")) document.addEventListener("rrp:elsewhere", ({ detail }) => show(detail));
