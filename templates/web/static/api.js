@@ -181,6 +181,12 @@ export function ownName(operates = true) {
   return name === "Somebody" && operates ? settings.kept().operator || name : name;
 }
 
+/** The phases of a run that Stop ends. */
+export const canBeStopped = (phase) => ["starting", "running", "paused"].includes(phase);
+
+/** The phases of a run in which it does what people ask for: presses, marks, moves of things. */
+export const takesActions = (phase) => ["running", "paused"].includes(phase);
+
 /** Do an action; gives the server's answer, with a `message` and the `status` when it was refused or could not be reached. */
 export async function ask(action, body = {}, url = panel) {
   const { ok, status, json } = await request(`${url}/${action}`, { body: { ...body, name: ownName() } });

@@ -1,6 +1,6 @@
 // The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
 
-import { act, ask, ownName, panel, settings } from "../api.js";
+import { act, ask, canBeStopped, ownName, panel, settings, takesActions } from "../api.js";
 import { make, put } from "../elements.js";
 import { clock, now } from "./time.js";
 
@@ -76,7 +76,7 @@ export function bar(root) {
   }, 100);
 
   function acting() {
-    return ["running", "paused"].includes(state.phase);
+    return takesActions(state.phase);
   }
 
   function show() {
@@ -86,7 +86,7 @@ export function bar(root) {
     phase.classList.toggle("is-warning", unknown);
     watch.hidden = state.phase === "none" || unknown;
     put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
-    buttons.stop.disabled = !["starting", "running", "paused"].includes(state.phase);
+    buttons.stop.disabled = !canBeStopped(state.phase);
     buttons.pause.disabled = !acting() || lost;
     buttons.pause.lastElementChild.textContent = state.phase === "paused" ? "Go on" : "Pause";
     buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);

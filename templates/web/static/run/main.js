@@ -2,7 +2,7 @@
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 
-import { ask } from "../api.js";
+import { ask, canBeStopped } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { bar } from "./bar.js";
 import { log } from "./log.js";
@@ -37,7 +37,7 @@ view("robot3d", "robot").then(() => {
 
 /** Stop the run, also one that this page has not heard of yet; that there is none is then no news. */
 async function stop() {
-  const mine = ["starting", "running", "paused"].includes(state.phase);
+  const mine = canBeStopped(state.phase);
   const answer = await ask("stop");
   if (answer.message && (mine || answer.status !== NO_RUN)) tell("rrp:refused", answer);
 }

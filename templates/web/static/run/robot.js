@@ -1,7 +1,7 @@
 // The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. Where the browser cannot draw it,
 // words say so.
 
-import { act, request } from "../api.js";
+import { act, request, takesActions } from "../api.js";
 import { make, put } from "../elements.js";
 
 const EMPTY = "This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.";
@@ -35,7 +35,7 @@ export async function robot3d(root) {
   const heard = { run: {}, live: null, fresh: true }; // also what comes before there is anything to draw it on
   let stage = null;
   const words = () => {
-    const on = ["running", "paused"].includes(heard.run.phase);
+    const on = takesActions(heard.run.phase);
     stage?.drag.allow(on);
     caption.textContent = on && heard.run.things?.length ? MOVE : TURN;
   };
@@ -59,7 +59,7 @@ export async function robot3d(root) {
     if (detail.id !== heard.run.id) heard.fresh = true;
     heard.run = detail;
     stage?.know(detail.things ?? []);
-    if (!stage?.drag.grip || !["running", "paused"].includes(detail.phase)) words();
+    if (!stage?.drag.grip || !takesActions(detail.phase)) words();
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     if (!detail.robot) return;

@@ -1,6 +1,6 @@
 // The session column: the operator's buttons, a switch for each behaviour, marks, values sent by hand, the things of the scene.
 
-import { act } from "../api.js";
+import { act, takesActions } from "../api.js";
 import { press as pressKey } from "../commands.js";
 import { icon, make, put } from "../elements.js";
 import { move, ways } from "./robot.js";
@@ -90,7 +90,7 @@ export function session(root) {
   }
 
   function enable() {
-    const on = ["running", "paused"].includes(state.phase) && !lost;
+    const on = takesActions(state.phase) && !lost;
     for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button")) part.disabled = !on;
   }
 
@@ -137,7 +137,7 @@ export function scene(root) {
       holder.replaceChildren(...parts.map((p) => p.element), room.element);
     }
     root.hidden = detail.phase === "none";
-    running = ["running", "paused"].includes(detail.phase);
+    running = takesActions(detail.phase);
     enable();
   });
   document.addEventListener("rrp:line", ({ detail }) => {

@@ -1,6 +1,7 @@
 // What the robot says, in a line of its own: a bubble while it speaks and a moment longer, then the last sentence with
 // its age, quietly. (log.js plays the sound.)
 
+import { takesActions } from "../api.js";
 import { put } from "../elements.js";
 
 const FADES = 8; // s after it was said
@@ -45,7 +46,7 @@ export function speech(root) {
       last = null;
       spoken.textContent = "";
     }
-    if (last && !["running", "paused"].includes(detail.phase)) last.now = false;
+    if (last && !takesActions(detail.phase)) last.now = false;
     id = detail.id;
     show(detail.t ?? 0);
   });

@@ -1,6 +1,6 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { ask, request, why } from "../api.js";
+import { ask, canBeStopped, request, why } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { put } from "../elements.js";
 
@@ -26,7 +26,7 @@ function show(now) {
       ? `${now.book} is being stopped.` : `${now.by} is running ${now.book}${who}, for ${since}.`);
   }
   strip.querySelector("a").href = `/book/${encodeURIComponent(now.book)}/run`;
-  strip.querySelector(".stop").disabled = !["starting", "running", "paused"].includes(now.phase);
+  strip.querySelector(".stop").disabled = !canBeStopped(now.phase);
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);

@@ -1,6 +1,7 @@
 // Live values in the grid: in the column of the examples each row shows its newest value, how old it is, and its error.
 // Only the bodies of the table that are in sight are drawn; the others are known and cost nothing.
 
+import { canBeStopped } from "../api.js";
 import { make, put } from "../elements.js";
 import { age, clock, now } from "./time.js";
 
@@ -145,7 +146,7 @@ export function follow(grid, label) {
     if (detail.id !== id) last = new Map();
     id = detail.id;
     running = detail.phase === "running";
-    label.hidden = !["starting", "running", "paused"].includes(detail.phase);
+    label.hidden = !canBeStopped(detail.phase);
   });
   document.addEventListener("rrp:live", ({ detail }) => {
     const acted = news(detail.rows ?? {}, detail.full);
