@@ -69,6 +69,22 @@ def words(place: Path, t: float) -> dict[str, str]:
     return {**found, **{row: text for row, (_, text) in failed.items()}}
 
 
+@pytest.mark.parametrize(("piece", "poses"), [("null", "null"), ("[", "{}")])
+def test_pieces_that_cannot_be_read_are_asked_for_again(page: Any, piece: str, poses: str) -> None:
+    before = len(page.problems)
+    page.goto("about:blank")
+    page.route("**/piece/0.json", lambda route: route.fulfill(body=piece, content_type="application/json"))
+    page.route("**/poses/0.json", lambda route: route.fulfill(body=poses, content_type="application/json"))
+    with page.expect_response("**/poses/0.json"), page.expect_response("**/piece/0.json"):
+        page.goto("/runs/one/lookback")
+    expect(page.locator("#player")).to_have_attribute("aria-busy", "")
+    page.unroute("**/piece/0.json")
+    page.unroute("**/poses/0.json")
+    slider = page.get_by_label("Time of the run")
+    eventually(lambda: slider.press("ArrowRight") or "m" in shown(page).get("Look!2", ""))
+    assert page.problems[before:] == []
+
+
 def test_values_by_keyboard_at_times_are_those_of_the_trace(page: Any, folder: Path) -> None:
     look(page, "one", "#t=1.2")
     expect(page.locator("#now")).to_have_text("0:01.2")

@@ -22,14 +22,26 @@ const TOO_MUCH = "That is too much at once. Paste it in smaller pieces.";
  *  no answer came in time), the `text` of the answer, its `json` (null when it is none) and its `etag`. */
 export async function request(url, { body, patience = PATIENCE, keepalive = false } = {}) {
   const post = body && { method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: typeof body === "string" ? body : JSON.stringify(body) };
+  const signal = keepalive ? null : AbortSignal.timeout(patience);
+  let response;
+  let text;
   try {
-    const response = await fetch(url, { ...post, keepalive, signal: keepalive ? null : AbortSignal.timeout(patience) });
-    const { ok, status, headers } = response;
-    const text = await response.text();
-    const json = headers.get("Content-Type")?.startsWith("application/json") ? JSON.parse(text) : null;
-    return { ok, status, text, json, etag: headers.get("ETag") };
+    response = await fetch(url, { ...post, keepalive, signal });
+    text = await response.text();
   } catch {
     return { ok: false, status: 0, text: "", json: null, etag: null };
+  }
+  const { ok, status, headers } = response;
+  const json = headers.get("Content-Type")?.startsWith("application/json") ? parsed(text) : null;
+  return { ok, status, text, json, etag: headers.get("ETag") };
+}
+
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    console.warn(error);
+    return null;
   }
 }
 

@@ -50,9 +50,16 @@ export class Pieces {
     if (performance.now() - (this.asked.get(number) ?? -AGAIN) < AGAIN) return;
     this.asked.set(number, performance.now());
     const { ok, json } = await request(`${this.address}/${number}.json`);
-    if (!ok) return;
+    if (!ok || !json) return;
+    let piece;
+    try {
+      piece = this.made(json);
+    } catch (error) { // an answer that is no piece: it is asked for again
+      console.warn(error);
+      return;
+    }
     if (this.kept.size >= MOST_KEPT) this.kept.delete(this.kept.keys().next().value);
-    this.kept.set(number, this.made(json));
+    this.kept.set(number, piece);
     this.asked.delete(number);
     this.came();
   }
