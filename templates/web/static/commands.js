@@ -83,6 +83,7 @@ export const COMMANDS = [
   { section: "Elsewhere", name: "help", told: "F1", help: "help on the cell", at: "page", keys: ["Any+F1"], run: ({ help }) => help.toggle() },
   { told: "F6", help: "to the diagram and the problems, and back to the sheet", at: "page", keys: ["Any+F6"], run: (grid) => grid.beside() },
   { name: "test", run: ({ server }) => server.send("test", {}) },
+  { name: "name", run: ({ people }) => people.ask() },
 
   { section: "During a run", told: "Esc Esc", help: "stops the run, wherever you are", at: "anywhere", keys: ["Escape Escape"], run: (stop) => stop() },
   { told: "1 to 9", help: "press the operator’s buttons, unless a cell or a field has the cursor", at: "operator", keys: [..."123456789"],
@@ -133,9 +134,10 @@ export function pressTwice(at, about) {
   }, { capture: true });
 }
 
-/** Do what a button with `data-do` asks for. */
+/** Run the command that a button with `data-do` names, if it can be done now. */
 export function command(name, about, button) {
-  named(name)?.run(about, button);
+  const { when, run } = named(name);
+  if (when?.(about) ?? true) run(about, button);
 }
 
 /** The items of a menu, as `menuOf` takes them. */

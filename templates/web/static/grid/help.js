@@ -52,7 +52,7 @@ export function help(grid) {
   function close() {
     panel.hidden = true;
     button?.setAttribute("aria-expanded", "false");
-    const to = back?.isConnected && back !== document.body ? back : grid?.selection.cell;
+    const to = back?.isConnected && back !== document.body ? back : grid.selection.cell;
     to?.focus({ preventScroll: true });
   }
 
@@ -62,7 +62,7 @@ export function help(grid) {
     query.set("book", panel.dataset.book);
     const { ok, status, text } = await request(`${panel.dataset.url}?${query}`);
     if (!ok) {
-      grid?.say(`There is no help now. ${why({ status, text })}`, "error");
+      grid.say(`There is no help now. ${why({ status, text })}`, "error");
       return null;
     }
     const holder = document.createElement("template");
@@ -80,7 +80,7 @@ export function help(grid) {
     if (!piece || text !== sought) return;
     now?.replaceWith(piece.querySelector("#help-results"));
     const found = panel.querySelector("#help-results h3")?.textContent;
-    if (found) grid?.spoken.say(found);
+    if (found) grid.spoken.say(found);
   }
 
   async function show(asked) {
@@ -97,12 +97,12 @@ export function help(grid) {
     const first = panel.querySelector("input");
     first.focus({ preventScroll: true });
     first.select();
-    grid?.spoken.say(`Help: ${panel.querySelector(".help-topic h3, h3")?.textContent ?? "overview"}`);
+    grid.spoken.say(`Help: ${panel.querySelector(".help-topic h3, h3")?.textContent ?? "overview"}`);
   }
 
   /** What there may be help on, for the cell with the cursor: what stands in it, its problems, its column. */
   function atHand() {
-    if (!grid?.selection.cell) return ["keys"];
+    if (!grid.selection.cell) return ["keys"];
     const { row, cell } = grid.selection;
     const k = grid.selection.head.k;
     const text = grid.editor.isOpen ? grid.editor.field.value : grid.table.value(cell);

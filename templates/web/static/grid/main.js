@@ -92,7 +92,7 @@ if (grid) {
   grid.table.grid.addEventListener("rrp:rows", ({ detail }) => icons(detail.came));
   grid.menu = menu(grid);
   grid.finder = finder(grid);
-  people(grid, listen);
+  grid.people = people(grid, listen);
   grid.help = help(grid);
   document.addEventListener("keydown", (event) => press("page", event, grid));
   splitter();
@@ -133,7 +133,7 @@ async function fetchRest({ table, server }) {
 
 listen.addEventListener("checked", async ({ detail }) => {
   if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck"); // else its sheet is gone
-  if (JSON.parse(detail.data).words !== wordsDigest) await fetchWords();
+  if (grid && JSON.parse(detail.data).words !== wordsDigest) await fetchWords();
   document.getElementById("panels").removeAttribute("aria-busy");
 });
 
@@ -161,6 +161,7 @@ listen.addEventListener("notice", (event) => {
 listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, "error"));
 
 document.addEventListener("click", (event) => {
+  if (!grid) return; // a workbook without sheets
   const button = event.target.closest("[data-do]");
   if (button) command(button.dataset.do, grid, button);
   const fix = event.target.closest("[data-fix]");

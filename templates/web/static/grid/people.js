@@ -9,13 +9,13 @@ export function people(grid, listen) {
 
   own.querySelector("span").textContent = grid.server.name;
   own.hidden = "visitor" in document.documentElement.dataset; // who has logged in has said it there
-  own.addEventListener("click", ask);
   listen.addEventListener("people", (event) => {
     others = JSON.parse(event.detail.data).people.filter((p) => !grid.spoken.own(p.client));
     line.textContent = others.length ? `${others.map(told).join(", ")} ${others.length > 1 ? "are" : "is"} here too` : "";
     mark();
   });
   grid.table.grid.addEventListener("rrp:rows", mark);
+  return { ask };
 
   function cellOf({ place }) {
     const [sheet, row, column] = place ?? [];
