@@ -1,6 +1,6 @@
 """Every route of the server with an address that works, for attacks on all of them.
 
-A new route that changes something needs a line in BODIES: the tests fail for one that has none.
+A new route that changes something needs a line in JSON or FORMS: the tests fail for one that has none.
 """
 
 from __future__ import annotations
