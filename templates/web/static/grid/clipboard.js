@@ -96,7 +96,7 @@ function counted(box) {
  *
  *  Gives `lines` whose cells begin in column `left` (an undefined cell stays as it is), what the person is told (`said`,
  *  empty without a header row), and whether anything else was left out (`lost`). */
-export function withoutHeaders(lines, table, left) {
+function withoutHeaders(lines, table, left) {
   const columns = table.headers.map((head) => head.dataset.spellings.split(" ").filter(Boolean));
   const required = table.headers.flatMap((head, k) => ("required" in head.dataset ? [k] : []));
   const oneColumn = lines.length > 1 && lines.every((line) => line.length === 1);

@@ -263,7 +263,7 @@ export const key = (text) => text.normalize("NFKC").toLowerCase().replace(/[\s_\
 
 /** Suggestions for a cell: `items`, where the replaced text begins, and how sure they are: `sure` when the first one
  *  continues what is typed, so that Enter and Tab take it; then (whole) the cell is left, or (partial) one goes on typing. */
-export function suggest(words, where, before, text) {
+function suggest(words, where, before, text) {
   const { kind } = where;
   if (kind === "formula") return inFormula(words, where, before);
   if (kind === "inputs") {
@@ -281,7 +281,7 @@ export function suggest(words, where, before, text) {
 }
 
 /** Help on the function around the caret: its usage with a line of explanation, or null. */
-export function signature(words, where, before) {
+function signature(words, where, before) {
   if (where.kind !== "formula") return shown(cellHelp(words, where));
   let depth = 0;
   for (let i = before.length - 1; i >= 0; i--) {
@@ -305,7 +305,7 @@ function shown(texts) {
 
 /** Those of the choices that begin with what is typed, then those that hold it. Nothing is offered for what is complete,
  *  but with `longer` the names that go on from there are shown beside it. */
-export function pick(choices, typed, from, whole, longer = false) {
+function pick(choices, typed, from, whole, longer = false) {
   const wanted = key(typed);
   const starts = [];
   const holds = [];
@@ -345,7 +345,7 @@ function within(text, quote) {
   return (text.split(quote).length - 1) % 2 === 1;
 }
 
-export const named = (where, kind) => {
+const named = (where, kind) => {
   const k = where.table.headers.findIndex((h) => h.dataset.kind === kind);
   return k < 0 ? "" : where.table.value(where.table.cell(where.row, k));
 };
@@ -390,7 +390,7 @@ function streams(words, where) {
 
 
 /** Suggestions for a cell of the Devices, Scene, test or Protocol sheets; null for another kind of cell. */
-export function inCell(words, where, before, text) {
+function inCell(words, where, before, text) {
   const { kind } = where;
   if (kind === "setting") return pick(setting(words, where)?.choices ?? [], text, 0, true);
   if (kind === "actor") return pick(words.things, text, 0, true);
@@ -407,7 +407,7 @@ export function inCell(words, where, before, text) {
 }
 
 /** Help on what a setting's cell is for. */
-export function cellHelp(words, where) {
+function cellHelp(words, where) {
   const found = where.kind === "setting" ? setting(words, where) : null;
   if (found) return [named(where, "device"), `${found.name}: ${found.help}`];
   if (where.kind === "setting") return untaken(words, where);

@@ -196,7 +196,7 @@ function parse(html) {
 // Edits that the server has not answered yet. They stay in the tab, also over a reload, until there is an answer, and go
 // again in their order when the server is back. What cannot be sent is shown, so that it can be copied.
 
-export class Unsent {
+class Unsent {
   /** `place` gives the address of a cell `{row, column}` for people, if it is there. */
   constructor(url, place) {
     this.url = url;

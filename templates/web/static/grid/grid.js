@@ -272,7 +272,7 @@ export class Grid {
 // What was taken back, or done again: told in words, and shown.
 
 /** Go to what an undo or redo has changed, and change it. */
-export function retrace(grid, entries, again) {
+function retrace(grid, entries, again) {
   const here = entries.filter((entry) => entry.sheet === grid.server.sheet);
   const others = [...new Set(entries.map((entry) => entry.sheet))].filter((name) => name !== grid.server.sheet);
   const told = here.map((entry) => change(grid, entry)).filter(Boolean);

@@ -13,7 +13,7 @@ import { splitter } from "./widths.js";
 
 const LOOK_AGAIN = 500; // milliseconds until it is looked again whether somebody types
 
-export function renewed(grid, listen) {
+function renewed(grid, listen) {
   let waits = false;
   listen.addEventListener("program", ({ detail }) => {
     const { program } = listen.dataset;
@@ -47,7 +47,7 @@ export function renewed(grid, listen) {
 // The workbook's tests: what they came to is shown anew when it is told, and what is new about it is said. A lesson in
 // their list leads to its rows, a word beside it to its help.
 
-export function tests(grid, listen) {
+function tests(grid, listen) {
   listen.addEventListener("tested", (event) => {
     if (!("orphan" in document.body.dataset)) htmx.trigger("#panels", "recheck");
     const { news } = JSON.parse(event.detail.data);

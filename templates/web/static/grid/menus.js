@@ -48,7 +48,7 @@ export function menuOf(label, entries) {
 }
 
 /** The keys of an open menu: arrows, Home and End go through its items, Escape and Tab close it. */
-export function walk(event, buttons, close) {
+function walk(event, buttons, close) {
   const now = buttons.indexOf(document.activeElement);
   const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: buttons.length - 1 }[event.key];
   if (to !== undefined) buttons[(to + buttons.length) % buttons.length].focus();

@@ -56,7 +56,7 @@ export class Mending {
 // A row whose first cell begins with # is a comment, which the robot leaves out: whoever types into one is told at once.
 
 /** The cell with the # that makes a row a comment; undefined when it is none. */
-export function markOf(table, row) {
+function markOf(table, row) {
   const first = table.places.map((at) => row.cells[at]).find((cell) => table.value(cell).trim());
   return first && table.value(first).trimStart().startsWith("#") ? first : undefined;
 }

@@ -51,10 +51,6 @@ export class Selection {
     return found;
   }
 
-  get single() {
-    return this.anchor && this.anchor.row === this.head.row && this.anchor.k === this.head.k;
-  }
-
   /** Select a cell; `extend` keeps the anchor, so that a range grows. */
   go(row, k, extend = false, focus = true) {
     if (!row) return;

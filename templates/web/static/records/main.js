@@ -46,7 +46,7 @@ async function awaitRecord(notice) {
 }
 
 /** Bring the page of a run to life; null on other pages. */
-export function record(root) {
+function record(root) {
   if (!root) return;
   root.addEventListener("click", (event) => {
     const at = event.target.closest("[data-at]");
@@ -100,7 +100,7 @@ function follow(word) {
 }
 
 /** Links and buttons that ask for such a file say so. */
-export function made(root) {
+function made(root) {
   root.addEventListener("click", (event) => {
     const link = event.target.closest("a[data-made], a[data-looks]");
     if (!link) return;

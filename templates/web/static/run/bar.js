@@ -191,7 +191,7 @@ function link(text, href) {
 
 const kept = ["condition", "operator", "mode", "until"];
 
-export function dialog(root) {
+function dialog(root) {
   const box = document.getElementById("run-dialog");
   const form = box.querySelector("form");
   const refused = form.querySelector(".run-refused");

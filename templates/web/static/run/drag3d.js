@@ -222,7 +222,7 @@ export class Drag {
 const LINE = 0.004; // of its width, as part of the distance
 
 /** Put the outline around a thing; its parts, which can be hidden. */
-export function wrap(object, paint) {
+function wrap(object, paint) {
   const meshes = [];
   object.traverse((part) => part.isMesh && meshes.push(part));
   return meshes.map((mesh) => {
@@ -233,7 +233,7 @@ export function wrap(object, paint) {
 }
 
 /** The same shape, a little larger, of which only the inside is seen. */
-export function outline() {
+function outline() {
   return new THREE.ShaderMaterial({
     side: THREE.BackSide,
     uniforms: { colour: { value: new THREE.Color() }, wide: { value: LINE } },

@@ -204,7 +204,7 @@ const FLAT = 0.08; // of the value: a plot never shows less than that, so that n
 const LEAST = { m: 0.05, rad: 0.1, "°": 5, s: 0.5, "": 0.1 }; // nor less than that
 
 /** The page's colours, for things that are drawn. */
-export function colours() {
+function colours() {
   const style = getComputedStyle(document.documentElement);
   const probe = document.createElement("i");
   document.body.append(probe);
@@ -218,12 +218,12 @@ export function colours() {
 }
 
 /** How a kind of stream is drawn. */
-export function shape(kind) {
+function shape(kind) {
   return { sensor: "sensor", done: "sensor", actuator: "actuator" }[kind] ?? "stream";
 }
 
 /** An item of a list of plots: the name, `told` beside it, and the `place` of the plot, described in words. */
-export function framed(name, kind, told, words) {
+function framed(name, kind, told, words) {
   const place = make("div", { className: "plot" });
   place.setAttribute("role", "img");
   place.setAttribute("aria-label", words);
@@ -233,7 +233,7 @@ export function framed(name, kind, told, words) {
 
 /** A plot in `root`. `range()` gives the first and the last time that it shows, `limits` are drawn as dashed lines,
     `pointed(t, value)` is told what is under the pointer (nothing when it has left). */
-export class Plot {
+class Plot {
   constructor(root, { kind = "stream", limits = [], unit = "", range, times = false, cursor = false, high = HIGH, sync = "", pointed = null }) {
     this.limits = limits;
     this.least = LEAST[unit] ?? LEAST[""];
@@ -317,7 +317,7 @@ export class Plot {
 }
 
 /** A number with about three digits. */
-export function round(value) {
+function round(value) {
   if (!Number.isFinite(value)) return "";
   const size = Math.abs(value);
   if (size >= 1000) return value.toFixed(0);
@@ -357,7 +357,7 @@ export function plotRecord(root, series, whole = null) {
 }
 
 /** The numbers that the formulas of the sheet compare a stream with: `distance < 0.5` → {Distance: [0.5]}. */
-export function thresholds(grid = document.querySelector("table[role=grid]")) {
+function thresholds(grid = document.querySelector("table[role=grid]")) {
   const found = {};
   const heads = [...(grid?.tHead?.rows[0]?.cells ?? [])];
   const [inputs, formula] = ["inputs", "formula"].map((kind) => heads.findIndex((head) => head.dataset.kind === kind));

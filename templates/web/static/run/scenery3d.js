@@ -198,7 +198,7 @@ const HEAD = 0.105; // m, half its height
 const STANDS = 0.85; // m: a face higher than that belongs to somebody who stands
 
 /** Somebody with the face at a height above the floor. */
-export function person(name, height, look, model) {
+function person(name, height, look, model) {
   const { seated, number } = look ?? {};
   const face = faceOf(look, model);
   const skin = face?.skin ?? SKIN;
@@ -311,10 +311,10 @@ function matt(colour) {
 const AROUND = 32;
 
 /** The drawn face of a person, if there is one: its outline and colours. */
-export const faceOf = (look, model) => model.scene.heads?.faces[look?.face];
+const faceOf = (look, model) => model.scene.heads?.faces[look?.face];
 
 /** Put a head on somebody; `add` adds an ellipsoid: radii, colour, place. */
-export function head(made, look, model, add) {
+function head(made, look, model, add) {
   const { size, front, back, nose, hair } = model.scene.heads;
   const face = faceOf(look, model);
   const skin = new THREE.MeshStandardMaterial({ map: picture(look.face, model), roughness: 0.9 });

@@ -258,7 +258,7 @@ const STEP = 0.12; // rad, of an arrow key
 const TURN = 0.008; // rad per pixel
 const EASE = 260; // ms, of a third of the way to a new view
 
-export class Orbit {
+class Orbit {
   constructor(element, camera, changed) {
     this.camera = camera;
     this.changed = changed;
