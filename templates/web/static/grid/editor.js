@@ -346,7 +346,7 @@ function within(text, quote) {
 }
 
 const named = (where, kind) => {
-  const k = where.table.headers.findIndex((h) => h.dataset.kind === kind);
+  const k = where.table.ofKind(kind);
   return k < 0 ? "" : where.table.value(where.table.cell(where.row, k));
 };
 
@@ -376,7 +376,7 @@ function unchecked(name) {
 }
 
 function streams(words, where) {
-  const k = where.table.headers.findIndex((h) => h.dataset.kind === "output");
+  const k = where.table.ofKind("output");
   if (k < 0) return words.streams;
   const found = new Map();
   for (const row of where.table.rows) {

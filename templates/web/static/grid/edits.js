@@ -130,7 +130,7 @@ export class Server {
 
   /** What people call a cell `{row, column}`. */
   address({ row, column }) {
-    const k = this.table.headers.findIndex((header) => Number(header.dataset.c) === column);
+    const k = this.table.placeOf(column);
     const found = this.table.row(row);
     return found && k >= 0 ? this.table.address(this.table.cell(found, k)) : this.sheet;
   }
@@ -379,7 +379,7 @@ export class Drafts {
 
   ask(draft) {
     const { table, selection, editor } = this.grid;
-    const k = table.headers.findIndex((header) => Number(header.dataset.c) === draft.column);
+    const k = table.placeOf(draft.column);
     const cell = k < 0 ? null : table.cell(table.row(draft.row), k);
     const text = make("textarea", draft.text);
     text.readOnly = true;

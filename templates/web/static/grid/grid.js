@@ -110,7 +110,7 @@ export class Grid {
   /** Show again what stands in the file, where a text was not stored. */
   takeBack(cells) {
     for (const { row, column, text, was } of cells) {
-      const k = this.table.headers.findIndex((header) => Number(header.dataset.c) === column);
+      const k = this.table.placeOf(column);
       const cell = this.table.cell(this.table.row(row), k);
       if (!cell || was === null || this.table.value(cell) !== text) continue;
       this.table.put(cell, was);
@@ -283,7 +283,7 @@ function retrace(grid, entries, again) {
 function change(grid, { cells, insert, remove, move }) {
   const { table, selection } = grid;
   if (cells?.length) {
-    const places = cells.map(([row, column]) => [table.row(row), table.headers.findIndex((h) => Number(h.dataset.c) === column)]);
+    const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);
     const known = places.filter(([row, k]) => row && k >= 0);
     if (!known.length) return "";
     const [row, k] = known[0];

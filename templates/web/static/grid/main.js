@@ -72,7 +72,7 @@ function tests(grid, listen) {
     const mine = next < 0 ? rows : rows.slice(0, next);
     const row = mine.find((one) => !one.classList.contains("comment")) ?? heading;
     scroll.scrollIntoView({ block: "nearest" });
-    selection.go(row, Math.max(table.headers.findIndex((header) => header.dataset.kind === "inputs"), 0));
+    selection.go(row, Math.max(table.ofKind("inputs"), 0));
     scroll.scrollTop += heading.getBoundingClientRect().top - scroll.getBoundingClientRect().top - table.grid.tHead.offsetHeight;
   }
 }
@@ -178,7 +178,7 @@ document.addEventListener("click", (event) => {
 // a box of the diagram was chosen
 document.addEventListener("rrp:goto", ({ detail }) => {
   const row = grid && [...grid.table.rows].find((r) => r.cells[0].textContent === String(detail.number));
-  if (row) grid.selection.go(row, Math.max(grid.table.headers.findIndex((h) => h.dataset.kind === "connector"), 0));
+  if (row) grid.selection.go(row, Math.max(grid.table.ofKind("connector"), 0));
 });
 document.addEventListener("htmx:after:swap", () => grid?.look());
 

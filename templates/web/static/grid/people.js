@@ -20,7 +20,7 @@ export function people(grid, listen) {
   function cellOf({ place }) {
     const [sheet, row, column] = place ?? [];
     if (sheet !== grid.server.sheet || !grid.table.row(row)) return null;
-    const k = grid.table.headers.findIndex((h) => Number(h.dataset.c) === column);
+    const k = grid.table.placeOf(column);
     return k < 0 ? null : { row: grid.table.row(row), k };
   }
 
@@ -70,7 +70,7 @@ export function conflict(grid, clashes) {
   const choices = new Map(clashes.map((clash) => [clash, null]));
   const list = clashes.map((clash) => {
     const row = grid.table.row(clash.row);
-    const k = grid.table.headers.findIndex((h) => Number(h.dataset.c) === clash.column);
+    const k = grid.table.placeOf(clash.column);
     const place = row && k >= 0 ? `${grid.table.headers[k].dataset.letter}${row.cells[0].textContent}` : "a deleted row";
     const part = make("section");
     const who = clash.by || "Somebody";
@@ -92,7 +92,7 @@ export function conflict(grid, clashes) {
   /** The cell that takes one's own text beside the other's: the row's note, or the cell itself where that is a note. */
   function noteOf(clash) {
     const row = grid.table.row(clash.row);
-    const k = grid.table.headers.findIndex((h) => h.dataset.kind === "notes");
+    const k = grid.table.ofKind("notes");
     if (!row || k < 0 || !clash.mine) return null;
     const column = grid.table.sheetColumn(k);
     const same = column === clash.column;

@@ -26,7 +26,7 @@ export class Selection {
 
   /** What stands in the row of the cursor, in the column of a kind. */
   sibling(kind) {
-    const k = this.table.headers.findIndex((h) => h.dataset.kind === kind);
+    const k = this.table.ofKind(kind);
     return k < 0 || !this.row ? "" : this.table.value(this.table.cell(this.row, k));
   }
 

@@ -38,6 +38,16 @@ export class Table {
     return Number(this.headers[k].dataset.c);
   }
 
+  /** The place among the editable columns of a column of the sheet; -1 for another one. */
+  placeOf(sheetColumn) {
+    return this.headers.findIndex((header) => Number(header.dataset.c) === sheetColumn);
+  }
+
+  /** The first editable column of a kind, or -1. */
+  ofKind(kind) {
+    return this.headers.findIndex((header) => header.dataset.kind === kind);
+  }
+
   /** The header over a column; its letter where it has none. */
   name(k) {
     return this.headers[k].dataset.name || this.headers[k].dataset.letter;
