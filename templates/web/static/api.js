@@ -1,7 +1,7 @@
 // Requests to the server, and the line on which it tells what happens: how they are sent and sent again, who asks, and why
 // there is no answer, in words.
 
-import { button } from "./elements.js";
+import { button, make } from "./elements.js";
 
 const PATIENCE = 60_000; // milliseconds for one answer, as htmx waits
 const PAUSES = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // seconds before the next try; then it waits for a person
@@ -110,23 +110,18 @@ export function why({ status, text }) {
 
 /** Tell it in the place that waits for the answer, or behind the form that asked. */
 function tell(source, words) {
-  const line = document.createElement("p");
+  const line = make("p", words);
   line.className = "notice is-error";
   line.setAttribute("role", "alert");
   line.dataset.trouble = "";
-  line.textContent = words;
   clear(source);
   if (source.matches("form")) return source.after(line);
   if (source.id === "panels") return source.prepend(line);
-  const again = document.createElement("button");
-  again.type = "button";
-  again.className = "button small";
-  again.textContent = "Try again";
-  again.addEventListener("click", () => {
+  const again = button("Try again", () => {
     source.replaceChildren("Asking again …");
     source.setAttribute("aria-busy", "true");
     htmx.ajax("GET", source.getAttribute("hx-get"), { source, target: source, swap: source.getAttribute("hx-swap") });
-  });
+  }, "button small");
   line.append(" ", again);
   source.removeAttribute("aria-busy");
   return source.replaceChildren(line);

@@ -12,6 +12,7 @@ const WAYS = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRig
 const ARROWS = Object.keys(WAYS);
 const TYPED = "input:not([type=range], [type=checkbox], [type=radio]), textarea, select, [role=grid], dialog, .editor";
 const TWICE = 1500; // ms between two presses of a key: time for a slow hand, too
+const SPOKEN = { Ctrl: "Control", ".": "point" };
 const SHOWN = { ArrowUp: "↑", ArrowDown: "↓", "-": "−", Delete: "Del" };
 
 export const COMMANDS = [
@@ -51,8 +52,8 @@ export const COMMANDS = [
   { told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },
   { told: "Space", help: "ticks the On column",
     at: "cell", keys: ["Space"], when: ({ selection }) => selection.cell.classList.contains("on"), run: ({ selection }) => selection.cell.querySelector("input")?.click() },
-  { told: "Ctrl + .", help: "mends the problem of the cell, as its message proposes", at: "cell", keys: ["Ctrl+."], run: ({ mending }) => mending.go() },
-  { at: "row", keys: ["Ctrl+."], when: ({ comments }) => comments.can(), run: ({ comments }) => comments.uncomment() },
+  { name: "mend", told: "Ctrl + .", help: "mends the problem of the cell, as its message proposes", at: "cell", keys: ["Ctrl+."], run: ({ mending }) => mending.go() },
+  { name: "uncomment", at: "row", keys: ["Ctrl+."], when: ({ comments }) => comments.can(), run: ({ comments }) => comments.uncomment() },
   { name: "undo", told: "Ctrl + Z, Ctrl + Y", help: "takes back what you have done last, and does it again", at: "cell", keys: ["Ctrl+z"], run: (grid) => grid.undo() },
   { name: "redo", at: "cell", keys: ["Ctrl+y", "Ctrl+Shift+z"], run: (grid) => grid.redo() },
 
@@ -151,3 +152,9 @@ export function hint({ keys: [first = ""] = [] }) {
   const [, held = "", key] = /^(?:Any\+)?((?:Ctrl|Alt)\+)?(.*)$/.exec(first);
   return held.replace("+", " ") + (SHOWN[key] ?? (key.length === 1 ? key.toUpperCase() : key));
 }
+
+/** The same for the command of a name. */
+export const hintOf = (name) => hint(named(name));
+
+/** The same in words, for a screen reader: `Control point`. */
+export const spokenHintOf = (name) => hintOf(name).split(" ").map((part) => SPOKEN[part] ?? part).join(" ");

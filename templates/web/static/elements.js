@@ -1,5 +1,7 @@
 // Small helpers to make elements and dialogs; texts of people and workbooks only ever become text.
 
+const SVG = "http://www.w3.org/2000/svg"; // the namespace
+
 /** An element with its properties, or with nothing but a text. */
 export function make(name, properties = {}, ...children) {
   const element = document.createElement(name);
@@ -9,10 +11,8 @@ export function make(name, properties = {}, ...children) {
   return element;
 }
 
-export function button(text, action) {
-  const element = make("button", text);
-  element.type = "button";
-  element.className = "button";
+export function button(text, action, className = "button") {
+  const element = make("button", { type: "button", className, textContent: text });
   element.addEventListener("click", action);
   return element;
 }
@@ -35,12 +35,8 @@ export function open(title, parts) {
 /** Our own line icons, from the sheet of icons that the page uses already. */
 export function icon(name) {
   const source = document.querySelector("use").getAttribute("href").replace(/#.*/, "");
-  const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-  svg.setAttribute("class", "icon");
-  svg.setAttribute("aria-hidden", "true");
-  const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
-  use.setAttribute("href", `${source}#i-${name}`);
-  svg.append(use);
+  const svg = element("svg", { class: "icon", "aria-hidden": "true" });
+  svg.append(element("use", { href: `${source}#i-${name}` }));
   return svg;
 }
 
@@ -49,9 +45,7 @@ export function put(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-const SVG = "http://www.w3.org/2000/svg";
-
-/** An element with its attributes; numbers are rounded to tenths. */
+/** An element of a drawing with its attributes; numbers are rounded to tenths. */
 export function element(tag, attributes = {}) {
   const made = document.createElementNS(SVG, tag);
   for (const [name, value] of Object.entries(attributes)) {

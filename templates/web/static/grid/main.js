@@ -2,6 +2,7 @@
 
 import { identity, listening, request } from "../api.js";
 import { command, press } from "../commands.js";
+import { icon } from "../elements.js";
 import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
 import { Grid } from "./grid.js";
@@ -184,15 +185,8 @@ document.addEventListener("htmx:after:swap", () => grid?.look());
 
 // connectors show their icon
 function icons(rows) {
-  const source = document.querySelector(".topbar use").getAttribute("href").replace(/#.*/, "");
   for (const word of rows.flatMap((row) => [...row.querySelectorAll(".word[data-icon]")])) {
-    const holder = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-    holder.setAttribute("class", "icon");
-    holder.setAttribute("aria-hidden", "true");
-    const use = document.createElementNS("http://www.w3.org/2000/svg", "use");
-    use.setAttribute("href", `${source}#i-${word.dataset.icon}`);
-    holder.append(use);
+    word.before(icon(word.dataset.icon));
     delete word.dataset.icon;
-    word.before(holder);
   }
 }

@@ -1,5 +1,8 @@
 // Problems at the cells: messages and their remedies, rows that are comments, and the row that is being typed.
 
+import { hintOf } from "../commands.js";
+import { make } from "../elements.js";
+
 export class Mending {
   constructor(grid) {
     this.grid = grid;
@@ -125,14 +128,8 @@ function alone(table, mark) {
 }
 
 function offer() {
-  const button = document.createElement("button");
-  button.type = "button";
-  button.className = "button small";
-  button.tabIndex = -1;
+  const button = make("button", { type: "button", className: "button small", tabIndex: -1 }, "Take the # away", " ", make("kbd", hintOf("uncomment")));
   button.dataset.uncomment = "";
-  const key = document.createElement("kbd");
-  key.textContent = "Ctrl .";
-  button.append("Take the # away", " ", key);
   return button;
 }
 

@@ -1,5 +1,7 @@
 // What is told. A screen reader is told where the cursor is and what is wrong there, who edits what, and the names of the cells.
 
+import { spokenHintOf } from "../commands.js";
+
 const PAUSE = 150; // milliseconds: when the cursor runs, only where it stops is told
 const MOST = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
 
@@ -119,7 +121,7 @@ function content(cell) {
 function words(mend) {
   const fix = mend.querySelector("[data-fix]");
   const texts = [...mend.children].filter((part) => !part.matches("button")).map((part) => part.textContent.trim());
-  return texts.join(" ").replace("→ ", "") + (fix ? ` ${fix.dataset.title}: Control point.` : "");
+  return texts.join(" ").replace("→ ", "") + (fix ? ` ${fix.dataset.title}: ${spokenHintOf("mend")}.` : "");
 }
 
 // The status line below the sheet. A message goes by itself after a time that suffices to read it; a warning stays longer,

@@ -1,7 +1,7 @@
 // The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
 
 import { act, ask, canBeStopped, ownName, panel, settings, takesActions } from "../api.js";
-import { make, put } from "../elements.js";
+import { button, make, put } from "../elements.js";
 import { clock, now } from "./time.js";
 
 const words = {
@@ -11,6 +11,7 @@ const words = {
 const UNKNOWN = "This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. "
   + "If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.";
 const SHOWN = 12000; // ms that a refusal is told
+const SMALL = "button small"; // class of the buttons in lines of text
 const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
 
 export function bar(root) {
@@ -132,10 +133,10 @@ export function bar(root) {
     else if (over) {
       notice.replaceChildren(make("span", { textContent: `${ended.words} ${ended.remedy}`.trim() }),
         ...(state.folder ? [link("Look at the recording", `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
-        button("Back to the examples", () => act("clear")));
+        button("Back to the examples", () => act("clear"), SMALL));
     } else if (unused) {
       notice.replaceChildren(make("span", { textContent: `The run goes on with the rows as they were. ${restart}` }),
-        ...(errors ? [] : [button("Restart", () => act("restart"))]));
+        ...(errors ? [] : [button("Restart", () => act("restart"), SMALL)]));
     }
   }
 
@@ -145,7 +146,7 @@ export function bar(root) {
     problem.hidden = false;
     problem.replaceChildren(make("span", { textContent: text }), button("Close", () => {
       problem.hidden = true;
-    }));
+    }, SMALL));
     vanishing = setTimeout(() => {
       problem.hidden = true;
     }, SHOWN);
@@ -156,9 +157,7 @@ export function bar(root) {
     const place = errors && reason.startsWith("Run starts") ? firstError()?.textContent ?? "" : "";
     if (why.dataset.told === reason + place) return; // a link is not taken away from under a finger
     why.dataset.told = reason + place;
-    const go = make("button", { type: "button", textContent: `Go to ${place}`, className: "button small" });
-    go.addEventListener("click", goToFirstError);
-    why.replaceChildren(reason, ...(place ? [" ", go] : []));
+    why.replaceChildren(reason, ...(place ? [" ", button(`Go to ${place}`, goToFirstError, SMALL)] : []));
   }
 
   function firstError() {
@@ -176,14 +175,8 @@ export function bar(root) {
   }
 }
 
-function button(text, action) {
-  const made = make("button", { type: "button", textContent: text, className: "button small" });
-  made.addEventListener("click", action);
-  return made;
-}
-
 function link(text, href) {
-  return make("a", { href, textContent: text, className: "button small" });
+  return make("a", { href, textContent: text, className: SMALL });
 }
 
 // What is asked before a run: for whom, under which condition, by whom, and whether it counts. The last answers stay,
