@@ -3,24 +3,39 @@
 
 import { button, make } from "./elements.js";
 
-const PATIENCE = 60_000; // milliseconds for one answer, as htmx waits
-const PAUSES = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // seconds before the next try; then it waits for a person
-const AWAY = new Set([502, 503, 504]);
+const ANSWER_WITHIN_MS = 60_000; // as htmx waits
+const PAUSES_S = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // before the next try of an edit; then it waits for a person
+const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
 const SERVER = "The server cannot be reached. Check that the program is running, then try again.";
-const WORDS = {
+const WORDS = { // why there is nothing to show, by status
   403: "You are not logged in any more, or the program was started again. Load the page again.",
   404: "It is not there any more: somebody renamed, moved or deleted it. Load the page again.",
 };
-const STOPPED = {
+const STOPPED = { // why an edit waits for a person, by status
   0: "The server cannot be reached. Start it again, then choose Try again.",
   403: "This browser is signed out. Open the link that the server prints, then choose Try again.",
   404: "The workbook was renamed or moved. Copy your changes, then open it from the shelf.",
 };
 const TOO_MUCH = "That is too much at once. Paste it in smaller pieces.";
+const RECONNECT_MS = 5000; // before the next try of the line of events
+const MOST_TRIES = 120; // of the line in a row: some ten minutes
+const FINAL = new Set([403, 404]); // statuses of the line that nothing changes by itself
+const LOST = { // why there is no line, by status
+  403: "This browser is signed out. Open the link that the server prints, or log in; then choose Try again.",
+  404: "The workbook was renamed or moved. Go to the shelf.",
+  503: "So many pages are open that this one is not told what happens. Close another one; this one then goes on by itself.",
+  0: "The server cannot be reached. This page tries again by itself.",
+};
+const PAGE = "page"; // the key of this page's identity in the tab's storage
+
+const bar = document.getElementById("runbar");
+
+/** The address of the run panel of this workbook; empty on other pages. */
+export const panel = bar?.dataset.url ?? "";
 
 /** Send a request: a GET, or a POST of a `body` (an object, or its JSON). It never fails: it gives `ok`, the `status` (0 when
  *  no answer came in time), the `text` of the answer, its `json` (null when it is none) and its `etag`. */
-export async function request(url, { body, patience = PATIENCE, keepalive = false } = {}) {
+export async function request(url, { body, patience = ANSWER_WITHIN_MS, keepalive = false } = {}) {
   const post = body && { method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: typeof body === "string" ? body : JSON.stringify(body) };
   const signal = keepalive ? null : AbortSignal.timeout(patience);
   let response;
@@ -67,7 +82,7 @@ export async function deliver(url, text, tell) {
       tell("");
       return answer;
     }
-    const pause = status ? undefined : PAUSES[tries];
+    const pause = status ? undefined : PAUSES_S[tries];
     if (pause === undefined) {
       tell(STOPPED[status]);
       await until();
@@ -142,8 +157,6 @@ document.addEventListener("htmx:finally:request", ({ detail: { ctx } }) => {
 
 // Who this page is: the same after it was loaded again or left and come back to, so that one's own cells stay one's own.
 
-const PAGE = "page";
-
 /** An id that nobody else can guess, of so many bytes. */
 export function randomId(bytes) {
   return [...crypto.getRandomValues(new Uint8Array(bytes))].map((b) => b.toString(16).padStart(2, "0")).join("");
@@ -170,10 +183,6 @@ function earlier() {
 }
 
 // Asking the server to do something to the run; who asks is told with it.
-
-const bar = document.getElementById("runbar");
-
-export const panel = bar?.dataset.url ?? "";
 
 /** What was answered in the dialog of this workbook's last run, on this machine. */
 export const settings = {
@@ -209,16 +218,6 @@ export async function act(action, body) {
 
 // The line on which the page is told what happens: says so when it is missing (and tells `rrp:line`), and tries again for some
 // minutes, then when somebody wants it (`rrp:again`) or looks at the page again.
-
-const RECONNECT = 5000; // milliseconds until the next try
-const MOST_TRIES = 120; // tries in a row: some ten minutes
-const FINAL = new Set([403, 404]); // nothing changes by itself then
-const LOST = {
-  403: "This browser is signed out. Open the link that the server prints, or log in; then choose Try again.",
-  404: "The workbook was renamed or moved. Go to the shelf.",
-  503: "So many pages are open that this one is not told what happens. Close another one; this one then goes on by itself.",
-  0: "The server cannot be reached. This page tries again by itself.",
-};
 
 export function listening(listen) {
   const line = document.createElement("p");
@@ -286,6 +285,6 @@ export function listening(listen) {
     setTimeout(() => {
       if (document.hidden) document.addEventListener("visibilitychange", again, { once: true });
       else connect();
-    }, RECONNECT);
+    }, RECONNECT_MS);
   }
 }

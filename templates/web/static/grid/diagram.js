@@ -8,7 +8,9 @@ const LEAST = 0.2;
 const LARGEST = 3;
 const STEP = 1.2;
 const TOO_LARGE = 1.15; // a small diagram is not blown up beyond this to fill the panel
-const DRAG = 4; // px
+const DRAG = 4; // px, from which on a press is a drag
+const FRESH = 1; // s, for which a box is lit after a value
+const LETTER_WIDTH = 0.56; // about, of the size of the letters
 
 /** Bring the diagram in `panels` to life. */
 export function diagram(panels) {
@@ -223,9 +225,6 @@ class View {
 
 // During a run the diagram is alive: what had a value in the last second is lit, streams show their newest value.
 
-const FRESH = 1; // s
-const WORD = 0.56; // of the size of the letters: how wide one is, about
-
 /** Follow the run; `svg()` gives the drawing of the moment, `table()` the grid that it belongs to. */
 export function lights(svg, table = () => document.querySelector("table[role=grid]")) {
   const rows = new Map(); // row id → { at, e }
@@ -296,7 +295,7 @@ function find(streams, sheet, { name, stream }) {
 }
 
 function write(box, now, text) {
-  const room = Number(now.dataset.wide) / (Number(now.getAttribute("font-size")) * WORD);
+  const room = Number(now.dataset.wide) / (Number(now.getAttribute("font-size")) * LETTER_WIDTH);
   const shown = text.length > room ? `${text.slice(0, Math.max(1, Math.floor(room) - 1))}…` : text;
   if (now.textContent !== shown) now.textContent = shown;
   toggle(box, "has-value", shown !== "");

@@ -3,6 +3,12 @@
 
 import { noteOf } from "./problems.js";
 
+const WORD = /[\p{L}\p{N}_]*$/u; // the one that is being typed
+const MOST_OFFERED = 12; // suggestions for what is being typed
+const MOST_AT_FIRST = 40; // suggestions before anything is typed
+// words of formulas that are complete as they are, though functions begin with them
+const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "pi", "e", "and", "or", "not", "in", "if", "else", "mod", "xor"]);
+
 let serial = 0;
 
 export class Editor {
@@ -254,11 +260,6 @@ export class Editor {
 
 // What could be meant by what is being typed: names for the cell's kind, and in formulas names, functions and fields.
 
-const WORD = /[\p{L}\p{N}_]*$/u;
-const MOST = 12;
-// Words of formulas that are complete as they are, though functions begin with them.
-const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "pi", "e", "and", "or", "not", "in", "if", "else", "mod", "xor"]);
-
 export const key = (text) => text.normalize("NFKC").toLowerCase().replace(/[\s_\-\u00a0\u2010-\u2015]+/g, "");
 
 /** Suggestions for a cell: `items`, where the replaced text begins, and how sure they are: `sure` when the first one
@@ -317,7 +318,7 @@ function pick(choices, typed, from, whole, longer = false) {
     else if (wanted && k.includes(wanted)) holds.push(choice);
   }
   if (complete) return { items: longer && starts.length > 1 ? starts : [], from, sure: false };
-  const items = [...starts, ...holds].slice(0, wanted ? MOST : 40);
+  const items = [...starts, ...holds].slice(0, wanted ? MOST_OFFERED : MOST_AT_FIRST);
   return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false };
 }
 
@@ -386,8 +387,7 @@ function streams(words, where) {
   return [...found.values()].map((text) => ({ text, kind: "stream", help: words.names[key(text)]?.help ?? "" }));
 }
 
-// What cells that hold no formula may hold: by the column, and by what stands beside them in the row.
-
+// Suggestions and help for cells without a formula: by the column, and by the other cells of the row.
 
 /** Suggestions for a cell of the Devices, Scene, test or Protocol sheets; null for another kind of cell. */
 function inCell(words, where, before, text) {

@@ -5,7 +5,7 @@ import { inputs, key } from "./editor.js";
 
 const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;
 const CALLED = /([\p{L}_][\p{L}\p{N}_]*)\s*\(/gu;
-const PATIENCE = 250; // milliseconds after the last key, before it is searched
+const SEARCH_AFTER_MS = 250; // without a key in the field
 
 export function help(grid) {
   const panel = document.getElementById("help");
@@ -33,7 +33,7 @@ export function help(grid) {
   });
   panel.addEventListener("input", (event) => {
     clearTimeout(waiting);
-    if (event.target.name === "q") waiting = setTimeout(() => seek(event.target.value), PATIENCE);
+    if (event.target.name === "q") waiting = setTimeout(() => seek(event.target.value), SEARCH_AFTER_MS);
   });
 
   return { open, toggle };

@@ -1,7 +1,7 @@
 // What waits for the server. What is done while only the server knows what the sheet will be (an undo is on its way) waits for
 // it, in its order; steps that the page shows before they are confirmed are kept apart from what is.
 
-const PATIENCE = 1000; // milliseconds until it is told that something waits
+const TOLD_AFTER_MS = 1000; // of waiting, it is told that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
 const SILENT = new Set(["Dead", "Process", "Shift", "Control", "Alt", "Meta", "AltGraph"]); // they do nothing by themselves
 
@@ -27,7 +27,7 @@ export class Held {
   /** Hold what is done until a job has ended. */
   async until(job) {
     this.jobs++;
-    const slow = setTimeout(() => this.grid.say("The server has not answered yet. What you type is kept and follows."), PATIENCE);
+    const slow = setTimeout(() => this.grid.say("The server has not answered yet. What you type is kept and follows."), TOLD_AFTER_MS);
     try {
       return await job();
     } finally {

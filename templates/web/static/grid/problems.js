@@ -3,6 +3,8 @@
 import { hintOf } from "../commands.js";
 import { make } from "../elements.js";
 
+const SCOLDS_AFTER_MS = 6000; // without a key in a row that is being typed
+
 export class Mending {
   constructor(grid) {
     this.grid = grid;
@@ -136,8 +138,6 @@ function offer() {
 // A row that is being typed does not scold: its problems are small dots until the row is left, or nothing was typed for a
 // while.
 
-const PATIENCE = 6000; // milliseconds without a key
-
 export class Unfinished {
   constructor(grid) {
     this.grid = grid;
@@ -162,7 +162,7 @@ export class Unfinished {
 
   wait() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => (this.grid.editor.isOpen ? this.wait() : this.finish(true)), PATIENCE);
+    this.timer = setTimeout(() => (this.grid.editor.isOpen ? this.wait() : this.finish(true)), SCOLDS_AFTER_MS);
   }
 
   finish(tell = false) {

@@ -2,8 +2,11 @@
 
 import { spokenHintOf } from "../commands.js";
 
-const PAUSE = 150; // milliseconds: when the cursor runs, only where it stops is told
-const MOST = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
+const CURSOR_RESTS_MS = 150; // when the cursor runs, only the cell where it stops is told
+const MOST_NAMED = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
+const SHOWN_MS = { told: 5_000, warning: 15_000, error: Infinity }; // of a message in the status line, besides the time to read
+const LETTER_MS = 50; // to read a letter
+const ERROR_STAYS_MS = 5_000; // whatever is done
 
 export class Spoken {
   constructor(grid, page) {
@@ -30,7 +33,7 @@ export class Spoken {
       const before = this.first ? `${this.first}. ` : "";
       this.first = "";
       this.say(before + this.told());
-    }, PAUSE);
+    }, CURSOR_RESTS_MS);
   }
 
   /** A cell's address, column, text, problems, and who is editing it. */
@@ -83,7 +86,7 @@ export class Spoken {
   /** Name the cells of rows by column and row. */
   name(rows) {
     const { table } = this.grid;
-    if (table.rows.length > MOST) return;
+    if (table.rows.length > MOST_NAMED) return;
     for (const row of rows) for (const at of table.places) this.nameCell(row.cells[at]);
   }
 
@@ -128,10 +131,6 @@ function words(mend) {
 // and an error until something else is done or it is closed. None goes while the pointer or the focus is on it, or while
 // the page is out of sight.
 
-const SHOWN = { told: 5_000, warning: 15_000, error: Infinity }; // milliseconds, besides the time to read
-const LETTER = 50; // milliseconds to read a letter
-const AT_LEAST = 5_000; // milliseconds that an error stays, whatever is done
-
 const line = document.getElementById("status");
 const place = line?.parentElement;
 const button = place?.querySelector("button");
@@ -146,7 +145,7 @@ export function status(text, kind = "told") {
   line.textContent = text;
   for (const name of ["warning", "error"]) line.classList.toggle(`is-${name}`, name === kind);
   button.hidden = kind === "told" || !text;
-  left = SHOWN[kind] + LETTER * text.length;
+  left = SHOWN_MS[kind] + LETTER_MS * text.length;
   since = Date.now();
   go();
 }
@@ -154,7 +153,7 @@ export function status(text, kind = "told") {
 /** Something else was done: an error has been seen by then, or soon. */
 export function done() {
   if (!line?.classList.contains("is-error") || left !== Infinity) return;
-  left = AT_LEAST;
+  left = ERROR_STAYS_MS;
   go();
 }
 

@@ -1,9 +1,11 @@
 // The widths of the columns: dragged at the edge of a header, by Alt+Left and Alt+Right, or fitted by a double click; the
 // browser remembers them for each sheet. And the width of the sheet beside its panels.
 
-const LEAST = 36;
-const MOST = 900;
-const STEP = 8;
+const LEAST = 36; // px, of a column
+const MOST = 900; // px, of a column
+const STEP = 8; // px, of an arrow key at a column
+const BESIDE = "beside"; // the key of the panels' width in the browser's storage
+const NUDGE = 16; // px, of an arrow key at the edge of the panels
 
 export class Columns {
   constructor(grid) {
@@ -135,9 +137,6 @@ function read(place) {
     return {};
   }
 }
-
-const BESIDE = "beside";
-const NUDGE = 16;
 
 export function splitter() {
   const sheet = document.querySelector(".workbench > .sheet");

@@ -2,11 +2,14 @@
 
 import { randomId, request } from "../api.js";
 
-const LONG = 150_000; // ms for the reading of a long record
+const RECORD_WITHIN_MS = 150_000; // for the reading of a long record
 const SECONDS_BEFORE = 2; // seconds that are shown before a moment, and after it
 const SECONDS_AFTER = 8;
-const AGAIN = 1000; // ms
-const FIRST = 8; // curves that are drawn at once
+const AGAIN_MS = 1000; // before it is asked again for the last file of a record
+const FIRST_CURVES = 8; // drawn at once
+const WORDS_AFTER_MS = 500; // a file that is made in less needs no word
+const LOOK_EVERY_MS = 250; // at whether the file has come
+const FILE_WITHIN_S = 300; // then nothing more is said of it
 
 /** Show the marbles around a moment. */
 function showMoment(seconds) {
@@ -25,22 +28,22 @@ async function drawCurves(section) {
   if (!series?.length) return;
   const { plotRecord } = await import("../run/plots.js");
   section.hidden = false; // before it is drawn: a hidden place has no width
-  plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST));
+  plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST_CURVES));
   const more = section.querySelector("details");
-  more.hidden = series.length <= FIRST;
-  more.addEventListener("toggle", () => plotRecord(more.querySelector("div"), series.slice(FIRST)), { once: true });
+  more.hidden = series.length <= FIRST_CURVES;
+  more.addEventListener("toggle", () => plotRecord(more.querySelector("div"), series.slice(FIRST_CURVES)), { once: true });
 }
 
 /** Show the whole record when its last file is there. */
 async function awaitFiles(address) {
   const { ok, json } = await request(address);
   if (ok && json) location.reload();
-  else setTimeout(awaitFiles, AGAIN, address);
+  else setTimeout(awaitFiles, AGAIN_MS, address);
 }
 
 /** A long record is read, and then shown: the server keeps what it has read for a while. */
 async function awaitRecord(notice) {
-  const { ok } = await request(notice.dataset.reading, { patience: LONG });
+  const { ok } = await request(notice.dataset.reading, { patience: RECORD_WITHIN_MS });
   if (ok) location.replace(notice.querySelector("a").href);
   else notice.textContent = "The record could not be read now. Load the page again.";
 }
@@ -63,10 +66,6 @@ function record(root) {
 
 // Files that are made when they are asked for: that takes some seconds, and is told until the browser has them.
 
-const AFTER = 500; // ms: what is quicker needs no word
-const EVERY = 250;
-const MOST = 300; // s
-
 function line() {
   const said = document.createElement("p");
   said.className = "making";
@@ -78,7 +77,7 @@ function line() {
 /** Tell what a page that comes takes its time for; one that one comes back to says it no longer. */
 function announce(words) {
   const said = line();
-  setTimeout(() => said.append(words), AFTER);
+  setTimeout(() => said.append(words), WORDS_AFTER_MS);
   addEventListener("pageshow", () => said.remove(), { once: true });
 }
 
@@ -89,14 +88,14 @@ function follow(word) {
   const timer = setInterval(() => {
     const seconds = Math.floor((Date.now() - began) / 1000);
     const came = document.cookie.includes(`made-${word}=`);
-    if (came || seconds > MOST) {
+    if (came || seconds > FILE_WITHIN_S) {
       clearInterval(timer);
       said.remove();
       return;
     }
-    if (!said.firstChild && Date.now() - began > AFTER) said.append("The file is being made …", document.createElement("span"));
+    if (!said.firstChild && Date.now() - began > WORDS_AFTER_MS) said.append("The file is being made …", document.createElement("span"));
     if (said.firstChild && seconds > 1) said.lastChild.textContent = ` ${seconds} s`; // the words are spoken once
-  }, EVERY);
+  }, LOOK_EVERY_MS);
 }
 
 /** Links and buttons that ask for such a file say so. */

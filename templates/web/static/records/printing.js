@@ -2,7 +2,7 @@
 
 import { request, why } from "../api.js";
 
-const PATIENCE = 150_000; // ms, as long as a protocol may take
+const PDF_WITHIN_MS = 150_000; // as long as a protocol may take
 
 const form = document.querySelector("[data-choices]");
 const said = form.querySelector("[data-said]");
@@ -14,7 +14,7 @@ async function pdf() {
   button.disabled = true;
   said.className = "print-said";
   said.textContent = "The PDF is being made …";
-  const { ok, status, text, json } = await request(`${button.dataset.pdf}?${chosen}`, { patience: PATIENCE });
+  const { ok, status, text, json } = await request(`${button.dataset.pdf}?${chosen}`, { patience: PDF_WITHIN_MS });
   button.disabled = false;
   if (!ok || !json) return tell(why({ status, text }));
   if (json.trouble) return tell(json.trouble);

@@ -9,6 +9,11 @@ const FIRST = 4; // plots that are shown before anyone has chosen
 const MOST_SHOWN = 12;
 const KEPT = 1500; // points of a key
 const MOST_KEYS = 120;
+const HIGH = 72; // px, of a plot
+const SIDE = 46; // px, for the numbers at the right
+const GAP = 1.5; // s without a value: the line has a gap
+const FLAT = 0.08; // of the value: a plot never shows less than that, so that noise looks like noise,
+const LEAST = { m: 0.05, rad: 0.1, "°": 5, s: 0.5, "": 0.1 }; // nor less than that, by unit
 const EMPTY = "Streams with numbers are plotted here during a run.";
 
 /** Fill `#plots`. */
@@ -196,12 +201,6 @@ function read(store) {
     return null;
   }
 }
-
-const HIGH = 72; // px
-const SIDE = 46; // px, for the numbers at the right
-const GAP = 1.5; // s without a value: the line has a gap
-const FLAT = 0.08; // of the value: a plot never shows less than that, so that noise looks like noise,
-const LEAST = { m: 0.05, rad: 0.1, "°": 5, s: 0.5, "": 0.1 }; // nor less than that
 
 /** The page's colours, for things that are drawn. */
 function colours() {

@@ -10,6 +10,56 @@ const LOOKS = {
   dark: { wall: [27, 31, 35], ground: [50, 54, 58], rug: [44, 62, 74], edge: [86, 106, 120], line: 1.35, shade: 1.6 },
 };
 
+// of things: lengths in m; colours of red, green and blue
+const WOOD = [0.8, 0.68, 0.52];
+const LEG = [0.64, 0.54, 0.42];
+const PLASTER = [0.8, 0.82, 0.8];
+const TOP = 0.025; // a table's, how thick
+const THIN = 0.035; // a table's legs, how thick
+const MAKE = { ball, cup, box, table, wall }; // by kind
+
+// of people, the same
+const CLOTHES = [[0.42, 0.6, 0.62], [0.76, 0.64, 0.46], [0.6, 0.52, 0.68], [0.5, 0.62, 0.46]];
+const TROUSERS = [[0.44, 0.46, 0.52], [0.5, 0.46, 0.42], [0.4, 0.44, 0.44], [0.52, 0.5, 0.54]];
+const HAIR = [[0.34, 0.25, 0.2], [0.62, 0.5, 0.36], [0.2, 0.18, 0.18], [0.5, 0.34, 0.26]];
+const SKIN = [0.93, 0.78, 0.68];
+const SHOE = [0.34, 0.33, 0.33];
+const HEAD = 0.105; // m, half its height
+const STANDS = 0.85; // m: a face higher than that belongs to somebody who stands
+const AROUND = 32; // parts of a drawn head's outline
+
+// of the room
+const VERTEX = `
+varying vec3 place;
+void main() {
+  place = (modelMatrix * vec4(position, 1.0)).xyz;
+  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
+}`;
+
+const FRAGMENT = `
+varying vec3 place;
+uniform vec3 wall, ground, rug, edge;
+uniform float line, shade, part;
+uniform vec4 shadows[${MOST_SHADOWS}];
+float stripe(float c, float blur) {
+  float off = abs(c / 0.5 - floor(c / 0.5 + 0.5)) * 0.5;
+  return clamp(1.0 - off / blur, 0.0, 1.0) * 0.006 / (blur + 0.004);
+}
+void main() {
+  float away = distance(cameraPosition, place);
+  float blur = length(fwidth(place.xy)) + 0.004;
+  float lines = max(stripe(place.x, blur), stripe(place.y, blur));
+  vec3 colour = ground * mix(1.0, line, min(lines, 1.0));
+  float radius = length(place.xy);
+  float border = clamp(1.0 - abs(radius - 0.79) / (0.012 + blur), 0.0, 1.0);
+  colour = mix(colour, mix(rug, edge, border), clamp((0.85 - radius) / blur + 0.5, 0.0, 1.0));
+  for (int i = 0; i < ${MOST_SHADOWS}; i++) {
+    vec2 off = place.xy - shadows[i].xy;
+    colour *= 1.0 - min(0.9, shade * shadows[i].w * exp(-dot(off, off) / (2.0 * shadows[i].z * shadows[i].z)));
+  }
+  gl_FragColor = vec4(part * mix(wall, colour, exp(-max(away - 1.2, 0.0) / 5.0)), 1.0);
+}`;
+
 export class Room {
   constructor(scene) {
     this.scene = scene;
@@ -76,45 +126,8 @@ export function shadows(body, things) {
   return found;
 }
 
-const VERTEX = `
-varying vec3 place;
-void main() {
-  place = (modelMatrix * vec4(position, 1.0)).xyz;
-  gl_Position = projectionMatrix * viewMatrix * vec4(place, 1.0);
-}`;
-
-const FRAGMENT = `
-varying vec3 place;
-uniform vec3 wall, ground, rug, edge;
-uniform float line, shade, part;
-uniform vec4 shadows[${MOST_SHADOWS}];
-float stripe(float c, float blur) {
-  float off = abs(c / 0.5 - floor(c / 0.5 + 0.5)) * 0.5;
-  return clamp(1.0 - off / blur, 0.0, 1.0) * 0.006 / (blur + 0.004);
-}
-void main() {
-  float away = distance(cameraPosition, place);
-  float blur = length(fwidth(place.xy)) + 0.004;
-  float lines = max(stripe(place.x, blur), stripe(place.y, blur));
-  vec3 colour = ground * mix(1.0, line, min(lines, 1.0));
-  float radius = length(place.xy);
-  float border = clamp(1.0 - abs(radius - 0.79) / (0.012 + blur), 0.0, 1.0);
-  colour = mix(colour, mix(rug, edge, border), clamp((0.85 - radius) / blur + 0.5, 0.0, 1.0));
-  for (int i = 0; i < ${MOST_SHADOWS}; i++) {
-    vec2 off = place.xy - shadows[i].xy;
-    colour *= 1.0 - min(0.9, shade * shadows[i].w * exp(-dot(off, off) / (2.0 * shadows[i].z * shadows[i].z)));
-  }
-  gl_FragColor = vec4(part * mix(wall, colour, exp(-max(away - 1.2, 0.0) / 5.0)), 1.0);
-}`;
-
 // What stands around the robot: balls, cups, boxes, tables, walls, people. They look like those of a run's film
 // (rrp_sheets/sim/shapes.py, things.py, people.py). Lengths in metres.
-
-const WOOD = [0.8, 0.68, 0.52];
-const LEG = [0.64, 0.54, 0.42];
-const PLASTER = [0.8, 0.82, 0.8];
-const TOP = 0.025; // of a table
-const THIN = 0.035; // its legs
 
 /** A thing as the world tells that it looks; until it has told, as its name and kind do. */
 export function thing(name, look, height, model) {
@@ -126,8 +139,6 @@ export function thing(name, look, height, model) {
 
 /** Whether a thing still looks as it was drawn. */
 export const same = (object, look) => !look || object.userData.look === JSON.stringify(look);
-
-const MAKE = { ball, cup, box, table, wall };
 
 function ball({ size, colour }, name, scene) {
   const radius = (size?.[0] ?? scene.ball) / 2;
@@ -188,14 +199,6 @@ function paint(colour, roughness) {
 
 // People, seated on the floor or standing, as rrp_sheets/sim/people.py makes them. The origin is the middle of the
 // face; they look along x.
-
-const CLOTHES = [[0.42, 0.6, 0.62], [0.76, 0.64, 0.46], [0.6, 0.52, 0.68], [0.5, 0.62, 0.46]];
-const TROUSERS = [[0.44, 0.46, 0.52], [0.5, 0.46, 0.42], [0.4, 0.44, 0.44], [0.52, 0.5, 0.54]];
-const HAIR = [[0.34, 0.25, 0.2], [0.62, 0.5, 0.36], [0.2, 0.18, 0.18], [0.5, 0.34, 0.26]];
-const SKIN = [0.93, 0.78, 0.68];
-const SHOE = [0.34, 0.33, 0.33];
-const HEAD = 0.105; // m, half its height
-const STANDS = 0.85; // m: a face higher than that belongs to somebody who stands
 
 /** Somebody with the face at a height above the floor. */
 function person(name, height, look, model) {
@@ -307,8 +310,6 @@ function matt(colour) {
 
 // The heads of people, as rrp_sheets/sim/people.py makes them: a shape with a drawn face on its front, and hair.
 // The origin is the middle of the face, which looks along x.
-
-const AROUND = 32;
 
 /** The drawn face of a person, if there is one: its outline and colours. */
 const faceOf = (look, model) => model.scene.heads?.faces[look?.face];

@@ -7,6 +7,15 @@ import { move, ways } from "./robot.js";
 import { now } from "./time.js";
 
 const WAITS = "comes when it goes on";
+const QUICK = { // verbs of the buttons beside a thing, by its kind
+  ball: ["appears", "circles", "disappears"],
+  person: ["enters", "looks away", "looks back", "leaves", "says", "touches", "pushes"],
+  cup: ["appears", "disappears"], box: ["appears", "disappears"],
+  table: ["appears", "disappears"], wall: ["appears", "disappears"],
+};
+const BRINGS = ["appears", "enters"]; // verbs for a thing that is not there
+const GROUNDED = ["table", "wall"]; // kinds that stay on the floor
+const LEVELS = [["Light", "light", 1], ["Noise", "noise", 0]]; // of the room: name, field of the event, at first
 
 export function session(root) {
   const press = document.getElementById("press");
@@ -110,16 +119,6 @@ export function session(root) {
 
 // The things of the scene: where each is, moved by sliders, and what it can be made to do by hand.
 
-const quick = {
-  ball: ["appears", "circles", "disappears"],
-  person: ["enters", "looks away", "looks back", "leaves", "says", "touches", "pushes"],
-  cup: ["appears", "disappears"], box: ["appears", "disappears"],
-  table: ["appears", "disappears"], wall: ["appears", "disappears"],
-};
-const brings = ["appears", "enters"]; // what can be done to a thing that is not there
-const grounded = ["table", "wall"]; // they stay on the floor
-const levels = [["Light", "light", 1], ["Noise", "noise", 0]];
-
 export function scene(root) {
   const holder = document.getElementById("things");
   const known = JSON.parse(document.getElementById("acts").textContent);
@@ -132,7 +131,7 @@ export function scene(root) {
     const names = (detail.things ?? []).map((t) => `${t.kind} ${t.name}`).join("\n");
     if (names !== holder.dataset.names) {
       holder.dataset.names = names;
-      const parts = (detail.things ?? []).filter((t) => quick[t.kind]).map((t) => thing(t));
+      const parts = (detail.things ?? []).filter((t) => QUICK[t.kind]).map((t) => thing(t));
       things = new Map(parts.map((p) => [p.name, p]));
       holder.replaceChildren(...parts.map((p) => p.element), room.element);
     }
@@ -158,7 +157,7 @@ export function scene(root) {
   }
 
   function thing({ name, kind, at }) {
-    const rows = ways.slice(0, grounded.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
+    const rows = ways.slice(0, GROUNDED.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
     let held = 0; // until when the sliders are the user's
     let absent = false;
     for (const row of rows) {
@@ -191,12 +190,12 @@ export function scene(root) {
 
   function acts(name, kind) {
     const line = make("div", { className: "hand-acts" });
-    for (const verb of quick[kind]) {
+    for (const verb of QUICK[kind]) {
       const example = known[kind][verb] ?? "";
       const word = make("button", { type: "button", className: "button small", textContent: verb });
       const choice = verb === "says" ? make("input", { value: example, maxLength: 100, ariaLabel: `What ${name} says` })
         : verb === "touches" ? make("select", { ariaLabel: `What ${name} touches` }, ...known.zones.map((zone) => make("option", { textContent: zone }))) : null;
-      word.toggleAttribute("data-needs", !brings.includes(verb)); // the thing itself
+      word.toggleAttribute("data-needs", !BRINGS.includes(verb)); // the thing itself
       if (choice) choice.toggleAttribute("data-needs", true);
       word.addEventListener("click", () => act("scene", { thing: name, verb, value: choice ? choice.value : example }));
       line.append(choice ? make("span", { className: "act" }, word, make("label", { className: "field" }, choice)) : word);
@@ -207,7 +206,7 @@ export function scene(root) {
 
 // How bright and how loud the room is.
 function levelsOf() {
-  const rows = levels.map(([name, key, first]) => {
+  const rows = LEVELS.map(([name, key, first]) => {
     const row = slider("Room", name, 0, 100, 1, (value) => `${Math.round(value)} %`);
     let held = 0; // until when it is the user's
     let timer = 0;

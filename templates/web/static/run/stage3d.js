@@ -16,6 +16,19 @@ const SLOW = 28; // ms between two pictures: more than that often, and the pictu
 const TOO_SLOW = 100; // ms for one picture: more than that, and the page rests as long before the next one
 const LONGEST_REST = 250; // ms: some pictures a second are drawn even then
 
+// of the view
+const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right front, a little from above
+const ELSEWHERE = [-0.5, 0.8, -0.8, 1.05, 0.5, -1.05, 0, 0.3, -1.6, 1.6]; // rad: other sides, for when the robot is hidden, or somebody left out
+const BROAD = 0.35; // m: half as wide as somebody is
+const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
+const NEAREST = 0.45; // m
+const FARTHEST = 6; // m
+const WIDEST = 2.4; // m away at most by itself, if the picture is not narrow: the robot must stay large enough
+const COMPANY = 1.15; // that much farther away, so that somebody is in the picture too
+const KEY_TURN = 0.12; // rad, of an arrow key
+const DRAG_TURN = 0.008; // rad per pixel
+const EASE = 260; // ms, of a third of the way to a new view
+
 export class Stage {
   /** `hand` may move things: `limits` and what is told of it, see drag3d.js. */
   constructor(canvas, model, hand) {
@@ -246,18 +259,6 @@ export class Stage {
 
 // Looking around a scene: drag, wheel or pinch, keys. It frames what it is told to until somebody turns it by hand.
 
-const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right front, a little from above
-const ELSEWHERE = [-0.5, 0.8, -0.8, 1.05, 0.5, -1.05, 0, 0.3, -1.6, 1.6]; // rad: where else to look from when the robot is hidden, or somebody left out
-const BROAD = 0.35; // m: half as wide as somebody is
-const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
-const NEAREST = 0.45;
-const FARTHEST = 6; // m
-const WIDEST = 2.4; // m away at most by itself, if the picture is not narrow: the robot must stay large enough
-const COMPANY = 1.15; // that much farther away, so that somebody is in the picture too
-const STEP = 0.12; // rad, of an arrow key
-const TURN = 0.008; // rad per pixel
-const EASE = 260; // ms, of a third of the way to a new view
-
 class Orbit {
   constructor(element, camera, changed) {
     this.camera = camera;
@@ -410,7 +411,7 @@ class Orbit {
     };
     const now = { x: event.clientX, y: event.clientY };
     if (this.pointers.size === 1) {
-      this.turn((now.x - old.x) * TURN, (now.y - old.y) * TURN);
+      this.turn((now.x - old.x) * DRAG_TURN, (now.y - old.y) * DRAG_TURN);
       this.pointers.set(event.pointerId, now);
     } else if (this.pointers.size === 2) {
       const before = spread();
@@ -428,8 +429,8 @@ class Orbit {
 
   key(event) {
     const keys = {
-      ArrowLeft: () => this.turn(-STEP, 0), ArrowRight: () => this.turn(STEP, 0),
-      ArrowUp: () => this.turn(0, STEP), ArrowDown: () => this.turn(0, -STEP),
+      ArrowLeft: () => this.turn(-KEY_TURN, 0), ArrowRight: () => this.turn(KEY_TURN, 0),
+      ArrowUp: () => this.turn(0, KEY_TURN), ArrowDown: () => this.turn(0, -KEY_TURN),
       "+": () => this.zoom(0.85), "=": () => this.zoom(0.85), "-": () => this.zoom(1 / 0.85),
       0: () => this.front(), Home: () => this.front(),
     };

@@ -9,6 +9,10 @@ const LIT = 1; // s that a row is lit after a value: nothing flashes at camera r
 const OLD = 5; // s
 const RENEWED = 8; // s for which it is told that an edited formula is used now
 const WIDE = 152; // px of the column
+const QUIET = 2; // s without a value, after which a value is news: what the camera gives all the time moves nothing
+const HANDS_OFF = 8000; // ms since somebody last used the table
+const PACE = 2500; // ms between two moves of the table: one can read what is shown
+const KEPT = "run-follow"; // the key of the switch in the browser's storage
 const TITLES = { ended: "Last value, run ended", looking: "Value then, and its age" };
 
 export function values(grid) {
@@ -118,11 +122,6 @@ export function values(grid) {
 
 // During a run the table goes along with the rows that act: a row that was quiet and now gives something comes into sight,
 // unless somebody is at the table himself. A switch in the run bar turns that off; the browser remembers it.
-
-const QUIET = 2; // s without a value, after which a value is news: what the camera gives all the time moves nothing
-const HANDS_OFF = 8000; // ms since somebody last used the table
-const PACE = 2500; // ms between two moves: one can read what is shown
-const KEPT = "run-follow";
 
 export function follow(grid, label) {
   const scroll = grid.closest(".grid-scroll");

@@ -4,7 +4,10 @@ import { request } from "../../api.js";
 
 const LITTLE = 1e-6; // s
 const MOST_KEPT = 400; // pieces
-const AGAIN = 1500; // ms after a piece could not be loaded
+const AGAIN_MS = 1500; // after a piece could not be loaded
+const FORGIVEN = 1; // s: a row's error is shown for at least so long, although a value comes
+const POSE_EVERY = 0.1; // s between two poses while something moves
+const STOOD = 0.15; // s: after a longer gap nothing moved at first
 
 /** The number of the last of some times that is not after t, or -1. */
 export function last(times, t) {
@@ -47,7 +50,7 @@ export class Pieces {
   }
 
   async load(number) {
-    if (performance.now() - (this.asked.get(number) ?? -AGAIN) < AGAIN) return;
+    if (performance.now() - (this.asked.get(number) ?? -AGAIN_MS) < AGAIN_MS) return;
     this.asked.set(number, performance.now());
     const { ok, json } = await request(`${this.address}/${number}.json`);
     if (!ok || !json) return;
@@ -88,13 +91,9 @@ export function valuesAt(piece, overview, ids, t) {
   return { rows, streams, seen };
 }
 
-const FORGIVEN = 1; // s: a row's error is shown for at least so long, although a value comes
 const stillFailed = ({ at, failed, failedAt }) => failed !== undefined && !(at !== null && at > failedAt + FORGIVEN);
 
 // How the robot and the things around it stood at any time: between two poses they are on their way.
-
-const EVERY = 0.1; // s between two poses while something moves
-const WAY = 0.15; // s: a longer gap means that nothing moved at first
 
 /** The whole poses of a piece, from lines that tell what changed. */
 export function poses(lines) {
@@ -116,7 +115,7 @@ export function poseAt({ times, made }, t) {
   const number = Math.max(0, last(times, t));
   const [from, to] = [made[number], made[number + 1]];
   if (!from) return undefined;
-  const began = to && to.t - from.t > WAY ? to.t - EVERY : from.t;
+  const began = to && to.t - from.t > STOOD ? to.t - POSE_EVERY : from.t;
   const part = to ? Math.min(Math.max((t - began) / (to.t - began || 1), 0), 1) : 0;
   if (!part) return from;
   const between = (a, b) => (a === undefined ? b : b === undefined ? a : a + (b - a) * part);
