@@ -105,12 +105,12 @@ function until(milliseconds) {
   });
 }
 
-/** What is said of an action that was not done. */
+/** The message about an action that was not done. */
 export function refusal(status) {
   return status ? `The server refused this (${status}). Reload the page.` : "The server cannot be reached.";
 }
 
-/** Why there is nothing to show; the server's own words where it has any. */
+/** The reason why there is nothing to show; the server's own words where it has any. */
 export function why({ status, text }) {
   if (!status) return SERVER;
   if (status < 400) return "The answer could not be shown. Load the page again.";
@@ -120,7 +120,7 @@ export function why({ status, text }) {
   return told.join(" ") || `The server answered with an error (${status}). Try again.`;
 }
 
-// What is asked for by hx-* attributes: an error is told in words where the answer would have been, and never shown as if
+// Requests by hx-* attributes: an error is told in words where the answer would have been, and never shown as if
 // it were the answer (`noSwap` in parts.html). The line of events (#listen) tells of itself, see `listening`.
 
 /** Tell it in the place that waits for the answer, or behind the form that asked. */
@@ -155,7 +155,7 @@ document.addEventListener("htmx:finally:request", ({ detail: { ctx } }) => {
   if (failed && asks(ctx.sourceElement)) tell(ctx.sourceElement, why({ status: ctx.response?.status, text: ctx.text }));
 });
 
-// Who this page is: the same after it was loaded again or left and come back to, so that one's own cells stay one's own.
+// The identity of this page: the same after it was loaded again or left and come back to, so that one's own cells stay one's own.
 
 /** An id that nobody else can guess, of so many bytes. */
 export function randomId(bytes) {
@@ -184,7 +184,7 @@ function earlier() {
 
 // Asking the server to do something to the run; who asks is told with it.
 
-/** What was answered in the dialog of this workbook's last run, on this machine. */
+/** The answers in the dialog of this workbook's last run, on this machine. */
 export const settings = {
   key: `run-settings ${bar?.dataset.book}`,
   kept: () => JSON.parse(localStorage.getItem(settings.key) ?? "{}"),
@@ -259,7 +259,7 @@ export function listening(listen) {
   document.addEventListener("rrp:again", resume);
   document.addEventListener("visibilitychange", () => document.hidden || resume());
 
-  /** Whether it is not tried any more by itself; a button is offered then. */
+  /** True when it is not tried any more by itself; a button is offered then. */
   function over() {
     if (!stopped && tries && (FINAL.has(last) || tries > MOST_TRIES)) {
       stopped = true;

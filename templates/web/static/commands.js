@@ -1,4 +1,4 @@
-// What keys, menus and buttons do: one table, of which each place takes what belongs there. To add a shortcut is to add an entry.
+// The commands of keys, menus and buttons: one table, of which each place takes its own. To add a shortcut is to add an entry.
 // An entry has what it needs of these:
 //   section, told, help: its line of the help on keys (rrp_sheets/topics/keys.md); an entry without `told` belongs to the line above it
 //   name, label: for menus and for buttons with `data-do`
@@ -99,7 +99,7 @@ const MENUS = {
 const nth = (place, key) => place.querySelectorAll("button")[Number(key) - 1];
 const named = (name) => COMMANDS.find((command) => command.name === name);
 
-/** Do what a key does at a place; whether it does anything there. */
+/** Run the command of a key at a place; true if there is one. */
 export function press(at, event, about) {
   for (const key of names(event)) {
     const found = COMMANDS.find((one) => one.at === at && one.keys.includes(key) && (one.when?.(about, event) ?? true));
@@ -124,7 +124,7 @@ function names({ key, ctrlKey, metaKey, altKey, shiftKey }) {
   return [...exact, ...(plain && [...key].length === 1 ? ["Character"] : []), `Any+${name}`];
 }
 
-/** Do what a key does that is pressed twice, wherever the focus is; each press also does what else it does. */
+/** Run the command of a key that is pressed twice, wherever the focus is; each press also has its own effect. */
 export function pressTwice(at, about) {
   let first = {};
   window.addEventListener("keydown", ({ key, timeStamp, repeat }) => {
@@ -147,7 +147,7 @@ export function items(menu, about) {
   return found.map((one) => [one.label, () => one.run(about), hint(one)]);
 }
 
-/** How a menu names the keys of a command: `Ctrl D`. */
+/** The keys of a command as a menu names them: `Ctrl D`. */
 export function hint({ keys: [first = ""] = [] }) {
   const [, held = "", key] = /^(?:Any\+)?((?:Ctrl|Alt)\+)?(.*)$/.exec(first);
   return held.replace("+", " ") + (SHOWN[key] ?? (key.length === 1 ? key.toUpperCase() : key));

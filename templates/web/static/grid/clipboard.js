@@ -104,7 +104,7 @@ function withoutHeaders(lines, table, left) {
   const unknown = new Set(); // headers that the sheet has not
   let count = 0;
   let moved = false;
-  let unnamed = false; // whether a text stands under no header
+  let unnamed = false; // true when a text stands under no header
   let places = null; // columns by place in the line, below a header row
   for (const [i, line] of lines.entries()) {
     const found = oneColumn ? (i === 0 && columns[left].includes(key(line[0])) ? [left] : null) : headerOf(line);

@@ -73,7 +73,7 @@ class View {
     if (!this.touched && this.boxes.length) this.reveal(this.svg.querySelector("[role=button].here") ?? this.boxes[0]);
   }
 
-  /** How large it is drawn: by hand, or so that it fills the width without becoming unreadable. */
+  /** Set the size: the one chosen by hand, or one that fills the width without becoming unreadable. */
   scale() {
     if (!this.svg) return;
     const wide = this.svg.viewBox.baseVal.width * UNIT;

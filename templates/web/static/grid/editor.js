@@ -186,7 +186,7 @@ export class Editor {
     this.update(null);
   }
 
-  /** Whether there are suggestions to choose from. */
+  /** True while there are suggestions to choose from. */
   get offers() {
     return !this.list.hidden;
   }
@@ -258,7 +258,7 @@ export class Editor {
   }
 }
 
-// What could be meant by what is being typed: names for the cell's kind, and in formulas names, functions and fields.
+// Suggestions for the text that is being typed: names for the cell's kind, and in formulas names, functions and fields.
 
 export const key = (text) => text.normalize("NFKC").toLowerCase().replace(/[\s_\-\u00a0\u2010-\u2015]+/g, "");
 
@@ -423,7 +423,7 @@ function cellHelp(words, where) {
   return null;
 }
 
-/** What a device's cell says that the device does not take: which device of its kind would. */
+/** Help on the cell of a setting that the device does not take: it names the device of its kind that takes it. */
 function untaken(words, where) {
   const device = named(where, "device");
   const about = (name) => words.devices?.find((d) => key(d.text) === key(name))?.help ?? "";
@@ -457,7 +457,7 @@ function verbs(words, where) {
   return acts[Object.keys(acts).find((kind) => name.endsWith(kind)) ?? "person"];
 }
 
-/** When something may happen: also after the end of what an actuator does. */
+/** Times at which something may happen, also after the end of what an actuator does. */
 function times(words) {
   return [...(words.scenetimes ?? []), ...(words.dones ?? []).map(({ text, help }) => ({ text: `${text} + 1`, help }))];
 }
@@ -467,7 +467,7 @@ function values(words, where) {
   return verbs(words, where).find(([name]) => key(name) === verb || key(name) === `${verb}s`)?.[1] ?? [];
 }
 
-/** What is sent into a stream, or expected of it: its fields, behind each semicolon. */
+/** Suggestions for a value that is sent into a stream, or expected of it: its fields, behind each semicolon. */
 function sent(words, where, before) {
   const from = before.lastIndexOf(";") + 1;
   const start = from + (before.slice(from).length - before.slice(from).trimStart().length);

@@ -128,7 +128,7 @@ export class Server {
     return ["lock", "unlock", "stand"].includes(action) ? {} : { message: "The server cannot be reached. Nothing was changed; try again when it is back." };
   }
 
-  /** What people call a cell `{row, column}`. */
+  /** The address of a cell `{row, column}` for people, such as C4. */
   address({ row, column }) {
     const k = this.table.placeOf(column);
     const found = this.table.row(row);
@@ -194,7 +194,7 @@ function parse(html) {
 }
 
 // Edits that the server has not answered yet. They stay in the tab, also over a reload, until there is an answer, and go
-// again in their order when the server is back. What cannot be sent is shown, so that it can be copied.
+// again in their order when the server is back. Those that cannot be sent are shown, so that they can be copied.
 
 class Unsent {
   /** `place` gives the address of a cell `{row, column}` for people, if it is there. */
@@ -299,7 +299,7 @@ class Unsent {
   }
 }
 
-// What was being typed when the page went away (a reload, Back, a closed tab): kept while it is typed, offered on return.
+// Drafts: a text that was being typed when the page went away (a reload, Back, a closed tab) is offered on return.
 
 const CLAIMED_WITHIN = 500; // milliseconds in which another page says that a draft is its own
 
@@ -362,7 +362,7 @@ export class Drafts {
     }
   }
 
-  /** Whether the page that a draft belongs to is still there. */
+  /** Resolve to true if the page that a draft belongs to is still there. */
   lives(owner) {
     return new Promise((resolve) => {
       const heard = ({ data }) => data.here === owner && over(true);

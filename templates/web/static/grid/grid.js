@@ -119,7 +119,7 @@ export class Grid {
     this.look();
   }
 
-  /** Whether the sheet can only be read here; that is told. */
+  /** True, with a message, when the sheet can only be read here. */
   refuses() {
     const fixed = this.table.grid.ariaReadOnly === "true";
     if (fixed) this.say("This sheet can only be read here, not be changed.", true);
@@ -144,7 +144,7 @@ export class Grid {
     document.dispatchEvent(new CustomEvent("rrp:row", { detail: { number: Number(row.cells[0].textContent) } }));
   }
 
-  /** What the cell holds, or what is being typed into it. */
+  /** Show the text of the cell, or the one that is being typed into it. */
   fillBar() {
     const text = this.editor.isOpen ? this.editor.field.value : this.table.value(this.selection.cell);
     this.bar.querySelector("code").textContent = text;
@@ -192,7 +192,7 @@ export class Grid {
     this.look();
   }
 
-  /** Whether an action has to wait for rows of a long sheet that are not here yet; it is done when they are. */
+  /** Hold an action until the rows of a long sheet that it needs are here; true if so. */
   waits(rows, action) {
     if (this.whole || rows <= this.table.rows.length) return false;
     this.held.until(async () => {
@@ -202,7 +202,7 @@ export class Grid {
     return true;
   }
 
-  /** Where a key leads: an arrow's direction, `tab` or `back` (Tab), `enter` or `raise` (Enter). As in a spreadsheet, Enter
+  /** Move the cursor as a key does: an arrow's direction, `tab` or `back` (Tab), `enter` or `raise` (Enter). As in a spreadsheet, Enter
    *  after a row of Tabs goes to the column where they began. */
   move(where, row = this.selection.row, k = this.selection.head.k) {
     const begun = this.tabs && this.tabs.row === row.id && this.tabs.k === k ? this.tabs.start : k;
@@ -269,7 +269,7 @@ export class Grid {
   }
 }
 
-// What was taken back, or done again: told in words, and shown.
+// The changes of an undo or a redo: told in words, and shown.
 
 /** Go to what an undo or redo has changed, and change it. */
 function retrace(grid, entries, again) {

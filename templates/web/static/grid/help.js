@@ -100,7 +100,7 @@ export function help(grid) {
     grid.spoken.say(`Help: ${panel.querySelector(".help-topic h3, h3")?.textContent ?? "overview"}`);
   }
 
-  /** What there may be help on, for the cell with the cursor: what stands in it, its problems, its column. */
+  /** The topics of help on the cell with the cursor: its text, its problems, its column. */
   function atHand() {
     if (!grid.selection.cell) return ["keys"];
     const { row, cell } = grid.selection;

@@ -1,5 +1,5 @@
-// What waits for the server. What is done while only the server knows what the sheet will be (an undo is on its way) waits for
-// it, in its order; steps that the page shows before they are confirmed are kept apart from what is.
+// Input and steps that wait for the server. Input while only the server knows the next state of the sheet (an undo is on its way)
+// is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
 const TOLD_AFTER_MS = 1000; // of waiting, it is told that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
@@ -62,7 +62,7 @@ export class Held {
     });
   }
 
-  /** Whether an action of a menu or a button has to wait; it is done later then, and first ends an edit as a click does. */
+  /** Hold an action of a menu or a button while a job is under way; true if so. It then first ends an edit, as a click does. */
   takes(action) {
     if (!this.jobs || this.playing) return false;
     this.actions.push(() => {
@@ -170,7 +170,7 @@ export class Held {
   }
 }
 
-// What the browser does with a key in a text field.
+// The browser's own effect of a key in a text field.
 function typeInto(field, { key, ctrlKey, metaKey, shiftKey }) {
   const { selectionStart: start, selectionEnd: end, value } = field;
   if (ctrlKey || metaKey) {
@@ -202,7 +202,7 @@ export class Order {
     this.below = new Map(); // id of a row that is gone → the next row that was below it
   }
 
-  /** The server has answered a step: it is in the order that was told, or was refused. Whether it was one of ours. */
+  /** The server has answered a step: it is in the order that was told, or was refused. True if it was one of ours. */
   settle(tag) {
     const before = this.pending.length;
     this.pending = this.pending.filter((step) => step.tag !== tag);
@@ -242,12 +242,12 @@ export class Order {
     return rows.length > 0;
   }
 
-  /** A row that is not shown looks otherwise now; whether there is one. */
+  /** Replace a row that is not shown; true if there is one. */
   replaceAside(id, row) {
     return this.aside.has(id) && Boolean(this.aside.set(id, row));
   }
 
-  /** Let the table show the order; whether anything is new. Only the rows between the first and the last difference move. */
+  /** Let the table show the order; true if anything is new. Only the rows between the first and the last difference move. */
   show(wanted = this.pending.reduce((ids, step) => applied(ids, step, this.below), this.confirmed)) {
     const { table } = this;
     const now = table.rows;

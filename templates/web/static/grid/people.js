@@ -63,7 +63,7 @@ export function people(grid, listen) {
   }
 }
 
-// When somebody else was quicker: both texts, and which of them shall stand. Nothing is lost without being shown.
+// Conflicts, where somebody else was quicker: both texts, to choose from. Nothing is lost without being shown.
 
 /** Ask about each cell that somebody else has changed meanwhile: mine, theirs, or both, with mine as a note. */
 export function conflict(grid, clashes) {

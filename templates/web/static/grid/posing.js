@@ -73,7 +73,7 @@ async function begin() {
   return undefined;
 }
 
-/** Who wants no motion sees the keyframes, one after the other. */
+/** Show the keyframes, one after the other, to a person who wants no motion. */
 function pictures() {
   const { frames, rate, times } = shown;
   let n = 0;

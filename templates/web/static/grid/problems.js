@@ -66,7 +66,7 @@ function markOf(table, row) {
   return first && table.value(first).trimStart().startsWith("#") ? first : undefined;
 }
 
-/** What is told above the editor of a cell beside a comment, with a button where the # is all that is to go; else null. */
+/** The note above the editor of a cell beside a comment, with a button where the # is all that is to go; else null. */
 export function noteOf(table, cell) {
   const mark = markOf(table, cell.parentElement);
   if (!mark || mark === cell) return null;
@@ -90,7 +90,7 @@ export function spoken(table, cell) {
   return `This row begins with #: the robot leaves it out. ${does}`;
 }
 
-/** What the key and the button beside a comment do; `look` lets a row look like what was typed into it at once. */
+/** The actions of the key and the button beside a comment; `look` lets a row look like what was typed into it at once. */
 export function comments(grid) {
   const { table, scroll } = grid;
   scroll.addEventListener("pointerdown", (event) => {
@@ -98,7 +98,7 @@ export function comments(grid) {
     event.preventDefault(); // else the editor closes before
     uncomment(table.row(grid.editor.rowId));
   });
-  /** Whether the # of the cursor's row is all that is to go. */
+  /** True when the # of the cursor's row is all that is to go. */
   function can() {
     const { row, cell } = grid.selection;
     const mark = row && markOf(table, row);
@@ -123,7 +123,7 @@ export function comments(grid) {
   return { look, can, uncomment };
 }
 
-// whether the row is whole without its #: there is nothing else in the cell, or it is the name of a stream
+// true when the row is whole without its #: there is nothing else in the cell, or it is the name of a stream
 function alone(table, mark) {
   const { kind } = table.headers[table.column(mark)].dataset;
   return kind === "inputs" || !table.value(mark).replaceAll("#", "").trim();

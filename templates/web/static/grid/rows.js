@@ -58,7 +58,7 @@ export class Rows {
     return row;
   }
 
-  /** How many of the blank rows at the end there are down to a place. */
+  /** The number of the blank rows at the end, down to a place. */
   blank(place) {
     const { table } = this.grid;
     return Math.max(0, place - (table.rows.length - 1 - table.room()));

@@ -1,4 +1,4 @@
-// Which cells are selected: an anchor and a head, kept by row id so that they survive what others change.
+// The selected cells: an anchor and a head, kept by row id so that they survive what others change.
 
 export class Selection {
   constructor(table, scroll, onChange) {
@@ -24,7 +24,7 @@ export class Selection {
     return this.head && this.table.cell(this.row, this.head.k);
   }
 
-  /** What stands in the row of the cursor, in the column of a kind. */
+  /** The text in the row of the cursor, in the column of a kind. */
   sibling(kind) {
     const k = this.table.ofKind(kind);
     return k < 0 || !this.row ? "" : this.table.value(this.table.cell(this.row, k));
@@ -81,7 +81,7 @@ export class Selection {
     return Math.max(1, Math.floor(this.scroll.clientHeight / this.row.offsetHeight) - 1);
   }
 
-  /** Whether there is no cell after this one, or before it. */
+  /** True at the last cell of the table; with `before`, at the first. */
   ends(before) {
     const { rows, width } = this.table;
     return this.head.k === (before ? 0 : width - 1) && this.row === rows.at(before ? 0 : -1);
@@ -158,7 +158,7 @@ export class Selection {
     this.paint();
   }
 
-  /** Where anchor and head stand, for `mend`. */
+  /** The rows of anchor and head as indexes, for `mend`. */
   indexes() {
     const index = (end) => (end && this.table.row(end.row) ? this.table.at(this.table.row(end.row)) : 0);
     return { anchor: index(this.anchor), head: index(this.head) };

@@ -1,4 +1,4 @@
-// What is told. A screen reader is told where the cursor is and what is wrong there, who edits what, and the names of the cells.
+// Messages to the person. To a screen reader: the cell with the cursor and its problems, the edits of others, the names of the cells.
 
 import { spokenHintOf } from "../commands.js";
 
@@ -78,7 +78,7 @@ export class Spoken {
     }
   }
 
-  /** Whether a page is this very one, perhaps before it was loaded again. */
+  /** True for a client that is this very page, perhaps before it was loaded again. */
   own(client) {
     return client.startsWith(`${this.page.id}.`);
   }

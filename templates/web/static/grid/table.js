@@ -29,7 +29,7 @@ export class Table {
     return row?.cells[this.places[k]];
   }
 
-  /** Which editable column a cell stands in; -1 for a read-only one. */
+  /** The place of a cell among the editable columns; -1 in a read-only one. */
   column(cell) {
     return this.places.indexOf(cell.cellIndex);
   }
@@ -58,7 +58,7 @@ export class Table {
     return `${this.headers[this.column(cell)].dataset.letter}${cell.parentElement.cells[0].textContent}`;
   }
 
-  /** What stands in a cell, as it was typed. */
+  /** The text of a cell, as it was typed. */
   value(cell) {
     return cell?.dataset.v ?? "";
   }
@@ -91,7 +91,7 @@ export class Table {
     else cell.textContent = text;
   }
 
-  /** Whether a text in the column On switches its row off; compared as model/truths.py does. */
+  /** True for a text that switches its row off in the column On; compared as model/truths.py does. */
   isOff(text) {
     return this.off.has(text.normalize("NFKC").replace(/[\u00ad\u200b-\u200f\u2060\ufeff]/g, "").trim().replace(/^'/, "").trim().toLowerCase().replaceAll("ς", "σ"));
   }
@@ -132,7 +132,7 @@ export class Table {
     return this.rows[Math.max(this.rows.length - 1 - this.room(), 0)];
   }
 
-  /** How many blank rows there are below the last filled one. */
+  /** The number of blank rows below the last filled one. */
   room() {
     let i = this.rows.length - 1;
     while (i >= 0 && this.places.every((at) => !this.value(this.rows[i].cells[at]))) i--;

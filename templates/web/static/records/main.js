@@ -1,4 +1,4 @@
-// What the pages of runs, versions, comparisons and print do beyond links and forms.
+// The pages of runs, versions, comparisons and print, beyond links and forms.
 
 import { randomId, request } from "../api.js";
 
@@ -74,7 +74,7 @@ function line() {
   return said;
 }
 
-/** Tell what a page that comes takes its time for; one that one comes back to says it no longer. */
+/** Tell why the next page takes its time; a page that one comes back to says it no longer. */
 function announce(words) {
   const said = line();
   setTimeout(() => said.append(words), WORDS_AFTER_MS);

@@ -118,7 +118,7 @@ export function bar(root) {
     return "";
   }
 
-  /** What the end left, and why edited rows are not used, with what can be done about it. */
+  /** Show the result of the run, or why edited rows are not used, with buttons for what can be done about it. */
   function shownEnd() {
     const { ended, restart } = state;
     const over = state.phase === "ended" && ended;
@@ -140,7 +140,7 @@ export function bar(root) {
     }
   }
 
-  /** What somebody wanted and could not have. */
+  /** Show for a while the message of a refused action. */
   function refused(text) {
     clearTimeout(vanishing);
     problem.hidden = false;
@@ -152,7 +152,7 @@ export function bar(root) {
     }, SHOWN);
   }
 
-  /** Why a run cannot be started; of errors where the first one is, which may be on another sheet and below the edge. */
+  /** Show why a run cannot be started; of errors also the place of the first, which may be on another sheet and below the edge. */
   function tellWhy(reason) {
     const place = errors && reason.startsWith("Run starts") ? firstError()?.textContent ?? "" : "";
     if (why.dataset.told === reason + place) return; // a link is not taken away from under a finger
@@ -179,7 +179,7 @@ function link(text, href) {
   return make("a", { href, textContent: text, className: SMALL });
 }
 
-// What is asked before a run: for whom, under which condition, by whom, and whether it counts. The last answers stay,
+// The questions before a run: for whom, under which condition, by whom, and does it count. The last answers stay,
 // but never for whom it was: the next child's session must not be recorded as the former one's.
 
 const kept = ["condition", "operator", "mode", "until"];

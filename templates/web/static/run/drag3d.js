@@ -31,7 +31,7 @@ export class Drag {
     element.addEventListener("touchstart", (event) => this.grip && event.preventDefault(), { passive: false });
   }
 
-  /** Whether things can be moved from now on. */
+  /** Allow or forbid the moving of things. */
   allow(on) {
     this.on = on;
     if (on) return;
@@ -77,7 +77,7 @@ export class Drag {
     this.grip.off = object.position.clone().sub(this.meet(event) ?? object.position);
   }
 
-  /** Where the pointer meets the plane of what is held. */
+  /** The point where the pointer meets the plane of what is held. */
   meet(event) {
     this.aim(event);
     return this.ray.ray.intersectPlane(this.grip.plane, new THREE.Vector3());
@@ -129,7 +129,7 @@ export class Drag {
     }
   }
 
-  /** Where a person goes: aside as the pointer does, and away from the viewer as it goes up; it stays on the floor. */
+  /** The next place of a person: aside as the pointer goes, and away from the viewer as it goes up, on the floor. */
   along(event) {
     const { at, last } = this.grip;
     const from = this.meet({ clientX: last.x, clientY: last.y });

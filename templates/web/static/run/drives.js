@@ -1,4 +1,4 @@
-// Who drives what: a lane for each part of the robot, with bars that bear the numbers of the rows that drove it.
+// The rows that drive the robot: a lane for each part of the robot, with bars that bear the numbers of the rows that drove it.
 
 import { element } from "../elements.js";
 

@@ -1,4 +1,4 @@
-// What the robot's camera sees, as a stream of pictures, with what its sensors detect in it.
+// The picture of the robot's camera, renewed as it comes, with the detections of its sensors in it.
 
 import { element } from "../elements.js";
 

@@ -1,4 +1,4 @@
-// A run as this page sees it. What the server tells comes in here and goes on as events of the document, which every
+// A run as this page sees it. The server's messages come in here and go on as events of the document, which every
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 

@@ -216,7 +216,7 @@ function colours() {
   return found;
 }
 
-/** How a kind of stream is drawn. */
+/** The class and the colour of a kind of stream. */
 function shape(kind) {
   return { sensor: "sensor", done: "sensor", actuator: "actuator" }[kind] ?? "stream";
 }

@@ -1,5 +1,5 @@
-// The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. Where the browser cannot draw it,
-// words say so.
+// The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. A browser that cannot draw it
+// says so in words.
 
 import { act, request, takesActions } from "../api.js";
 import { make, put } from "../elements.js";
@@ -156,7 +156,7 @@ export function robot(root) {
 
 // Things that are moved by hand, with sliders or in the picture: where to, and telling it to the run.
 
-/** How far each way, in metres: a thing before the robot that it can see or reach. */
+/** The range of each way, in metres: of a thing before the robot that it can see or reach. */
 export const ways = [["Forward", 0.2, 2.5], ["Left", -1.5, 1.5], ["Up", 0, 1.5]];
 const EVERY = 80; // ms between two tellings of where a thing is put
 

@@ -1,4 +1,4 @@
-// What is around the robot: room, things, people. The room is a pale floor with lines, a rug, soft shadows, light. It looks like
+// The surroundings of the robot: room, things, people. The room is a pale floor with lines, a rug, soft shadows, light. It looks like
 // the film of a run (rrp_sheets/sim/camera.py).
 
 import * as THREE from "/vendor/js/three.module.js";
@@ -92,7 +92,7 @@ export class Room {
     this.light(this.share ?? 1);
   }
 
-  /** How bright the room is, 0 to 1; a dark one is still to be seen. */
+  /** Set the brightness of the room, 0 to 1; a dark one is still to be seen. */
   light(share) {
     this.share = share;
     const part = DARKEST + (1 - DARKEST) * share;
@@ -126,7 +126,7 @@ export function shadows(body, things) {
   return found;
 }
 
-// What stands around the robot: balls, cups, boxes, tables, walls, people. They look like those of a run's film
+// The things around the robot: balls, cups, boxes, tables, walls, people. They look like those of a run's film
 // (rrp_sheets/sim/shapes.py, things.py, people.py). Lengths in metres.
 
 /** A thing as the world tells that it looks; until it has told, as its name and kind do. */
@@ -137,7 +137,7 @@ export function thing(name, look, height, model) {
   return made;
 }
 
-/** Whether a thing still looks as it was drawn. */
+/** True when a thing still looks as it was drawn. */
 export const same = (object, look) => !look || object.userData.look === JSON.stringify(look);
 
 function ball({ size, colour }, name, scene) {

@@ -85,7 +85,7 @@ export function session(root) {
     put(button.querySelector("small"), n === 0 ? "not yet" : n === 1 ? "pressed once" : `pressed ${n} times`);
   }
 
-  /** What is pressed while the run stands still is counted with its next frame. */
+  /** Say of a button that its press counts with the next frame, while the run stands still. */
   function wait(label) {
     if (state.phase !== "paused") return;
     for (const button of press.children) {
@@ -204,7 +204,7 @@ export function scene(root) {
   }
 }
 
-// How bright and how loud the room is.
+// Sliders for the light and the noise of the room.
 function levelsOf() {
   const rows = LEVELS.map(([name, key, first]) => {
     const row = slider("Room", name, 0, 100, 1, (value) => `${Math.round(value)} %`);

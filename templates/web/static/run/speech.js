@@ -1,4 +1,4 @@
-// What the robot says, in a line of its own: a bubble while it speaks and a moment longer, then the last sentence with
+// The robot's words, in a line of its own: a bubble while it speaks and a moment longer, then the last sentence with
 // its age, quietly. (log.js plays the sound.)
 
 import { takesActions } from "../api.js";

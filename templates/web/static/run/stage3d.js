@@ -139,7 +139,7 @@ export class Stage {
     this.orbit.held = true;
   }
 
-  /** What is held goes there. */
+  /** Put a held thing at a place. */
   shift(name, place) {
     const entry = this.things.get(name);
     entry.to = new THREE.Vector3(...place);
@@ -167,7 +167,7 @@ export class Stage {
     rotation.z = kind === "person" ? Math.atan2(-position.y, -position.x) + (away ? AWAY : 0) : turned ?? 0;
   }
 
-  /** What should be in the picture. */
+  /** Tell the view what should be in the picture. */
   aim() {
     const base = this.body.base.position;
     const height = this.model.height;
@@ -298,7 +298,7 @@ class Orbit {
     this.hiding = hiding;
   }
 
-  /** How many of those who stand there (x, y) hide the robot, or what it has before it, seen from an azimuth. */
+  /** The number of those who stand there (x, y) that hide the robot, or what it has before it, seen from an azimuth. */
   hidden(azimuth) {
     const [ca, sa] = [Math.cos(azimuth), Math.sin(azimuth)];
     return [0, 0.5].reduce((sum, ahead) => sum + this.hiding.filter(([x, y]) => {
@@ -307,7 +307,7 @@ class Orbit {
     }).length, 0);
   }
 
-  /** From where to look: the wanted side, or the one where it looks from, or the first one from which nobody hides the
+  /** The azimuth to look from: the wanted side, or the one where it looks from, or the first one from which nobody hides the
    * robot and, as far as can be, everybody is in the picture. */
   side(wanted) {
     const sides = [wanted, this.other ?? wanted, ...ELSEWHERE].map((azimuth) => {
@@ -323,7 +323,7 @@ class Orbit {
     return WIDEST / Math.min(this.camera.aspect, 1);
   }
 
-  /** What is framed from an azimuth (as `fit`), and how many persons are missing. */
+  /** The frame from an azimuth (as `fit`), and the number of persons who are missing in it. */
   framing(azimuth) {
     const [{ points }, ...more] = this.framed;
     let best = this.fit(points, azimuth);
@@ -337,7 +337,7 @@ class Orbit {
     return { ...best, missing };
   }
 
-  /** From where these points just fill the picture: the middle to look at, and the distance. */
+  /** The view in which these points just fill the picture: the middle to look at, and the distance. */
   fit(points, azimuth = this.azimuth) {
     const middle = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
     const [right, up, back] = this.axes(azimuth);
@@ -351,7 +351,7 @@ class Orbit {
     return { middle, distance };
   }
 
-  /** A part of the way to the framed view, as much as fits the time since the last one; whether there is any left. */
+  /** A part of the way to the framed view, as much as fits the time since the last one; true if there is any left. */
   settle(part) {
     const now = performance.now();
     const since = Math.min(now - (this.settled ?? now), 200);

@@ -1,4 +1,4 @@
-// Looking back at a run: one time, and everything as it was then. What a time is like goes to the parts of the run panel
+// Looking back at a run: one time, and everything as it was then. The state of a time goes to the parts of the run panel
 // as the same events of the document that a run tells them: `rrp:run` and `rrp:live`.
 
 import { request, why } from "../../api.js";
@@ -105,7 +105,7 @@ class View {
     return true;
   }
 
-  /** What the robot says, or has said last. */
+  /** Show the sentence that the robot says, or its last one. */
   speak(t, saying) {
     const before = this.moments.said(t);
     const just = before && t - before.t < (saying === undefined ? SAYS : BEGINS) ? before.text : "";

@@ -1,4 +1,4 @@
-// What happened besides the values: as ticks over the time, as a list, and as sounds while it plays.
+// The events of a run besides its values: as ticks over the time, as a list, and as sounds while it plays.
 
 import { icon, make } from "../../elements.js";
 import { clock } from "../../run/time.js";
@@ -76,20 +76,20 @@ export class Moments {
     else if (bottom > box.scrollTop + box.clientHeight) box.scrollTop = bottom - box.clientHeight;
   }
 
-  /** When the moment before a time was, or the one after it; notes are passed over. */
+  /** The time of the moment before a time, or of the one after it; notes are passed over. */
   next(t, way) {
     const here = last(this.stops, way > 0 ? t + ALMOST : t - ALMOST);
     return this.stops[way > 0 ? here + 1 : here];
   }
 
-  /** What was said last until a time. */
+  /** The last sentence until a time. */
   said(t) {
     for (let n = last(this.times, t); n >= 0; n -= 1) if (this.told[n].kind === "say") return this.told[n];
     return null;
   }
 }
 
-/** Plays what was to be heard. */
+/** Plays the sounds of the run. */
 export class Sounds {
   constructor(told, files, button) {
     this.told = told.filter(({ sound }) => sound);

@@ -1,4 +1,4 @@
-// What was recorded, piece by piece: a run of an hour is not loaded at once, and what was loaded is kept.
+// The recorded run, loaded in pieces and kept: a run of an hour is not loaded at once.
 
 import { request } from "../../api.js";
 
@@ -93,7 +93,7 @@ export function valuesAt(piece, overview, ids, t) {
 
 const stillFailed = ({ at, failed, failedAt }) => failed !== undefined && !(at !== null && at > failedAt + FORGIVEN);
 
-// How the robot and the things around it stood at any time: between two poses they are on their way.
+// The robot's pose and the places of things at any time: between two poses they are on their way.
 
 /** The whole poses of a piece, from lines that tell what changed. */
 export function poses(lines) {
