@@ -11,7 +11,7 @@ import pytest
 import xlsxwriter
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from lossless import FEATURES, SHEET, cell, make, parts, refused, repack
+from lossless import FEATURES, SHEET, cell, edited, make, parts, refused, repack
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.editing import (
@@ -20,7 +20,6 @@ from rrp_sheets.workbook.editing import (
     MoveRows,
     SetCell,
     edit,
-    edited_bytes,
     read_sheets,
     typed,
 )
@@ -242,7 +241,7 @@ def test_any_edits(cells, edits):
                 wanted[one.row, one.column] = shown(one.value)
         else:
             wanted = {(new, c): t for (r, c), t in wanted.items() if (new := one.mapped(r)) is not None}
-    new = edited_bytes(data.getvalue(), "x.xlsx", edits)
+    new = edited(data.getvalue(), edits)
     book = XlsxBook(new, "x.xlsx")
     assert {at: c.text for at, c in book.sheet(0, Extent.WHOLE).cells.items()} == wanted
     assert {at: c.text for at, c in book.sheet(1, Extent.WHOLE).cells.items()} == {(1, 1): "stays"}

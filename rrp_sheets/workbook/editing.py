@@ -141,11 +141,6 @@ def clean_up(path: Path) -> None:
             sweep(path, older=-1.0)
 
 
-def edited_bytes(data: bytes, name: str, edits: Sequence[Edit]) -> bytes:
-    """An .xlsx file's bytes after edits; the same bytes when nothing changes."""
-    return _edited(data, name, edits)[0]
-
-
 def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
     """The bytes after edits, and what brings deleted sheets back."""
     from rrp_sheets.workbook.patch.cell_edits import set_cell

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
@@ -41,6 +42,15 @@ def make(path: Path, feature: Callable[[Any, Any], None] = lambda book, sheet: N
     feature(book, sheet)
     book.close()
     return path
+
+
+def edited(data: bytes, edits: Sequence[Edit]) -> bytes:
+    """A file's bytes after edits."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "x.xlsx"
+        path.write_bytes(data)
+        edit(path, edits)
+        return path.read_bytes()
 
 
 def picture() -> io.BytesIO:
