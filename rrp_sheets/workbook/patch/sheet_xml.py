@@ -120,9 +120,13 @@ class RowBlock(Touchable):
     """
 
     def __init__(self, sheet: SheetXml, data: bytes, first: int) -> None:
-        self._sheet, self._data, self.first = sheet, data, first
+        self._sheet, self.first = sheet, first
         self._table: etree._Element | None = None
         self._rows: dict[int, etree._Element] | None = None
+        self._keep(data)
+
+    def _keep(self, data: bytes) -> None:
+        self._data = data
         self.special = any(word in data for word in _MANY_CELLS)
 
     @property
@@ -194,7 +198,7 @@ class RowBlock(Touchable):
         if self.touched:
             start, end = self._sheet.frame
             data = etree.tostring(self.table, encoding="UTF-8")
-            self._data = data[len(start) : -len(end)] if data.endswith(end) else b""
+            self._keep(data[len(start) : -len(end)] if data.endswith(end) else b"")
         self._table, self._rows, self.touched = None, None, False
         return self._data
 
