@@ -12,8 +12,13 @@ from string import Formatter
 from rrp_sheets.texts import LazyMessage
 
 PAGES = Path(__file__).parent / "pages"
-_TOPICS = ("FILE", "SHEET", "TEST", "FORM", "CONN", "GRAPH", "PROT", "DEV", "SCENE", "GEST", "LINT")
-"""The beginnings of codes in the order of the catalogue. A formula's codes from FORM101 are found by evaluating it."""
+TOPICS = {
+    "FILE": "The file", "SHEET": "What stands in the sheets", "CONN": "Connectors",
+    "GRAPH": "Streams, and how rows are connected", "FORM": "Formulas and helpers", "DEV": "Devices",
+    "SCENE": "The scene", "GEST": "Gestures", "TEST": "Tests", "LINT": "What is probably not meant",
+    "PROT": "The Protocol sheet",
+}  # fmt: skip
+"""Subjects of the codes by their beginnings, in the catalogue's order. FORM101 and later are found by evaluating."""
 
 
 class Severity(Enum):
@@ -62,7 +67,7 @@ def _code(page: Path) -> Code:
 
 
 def _place(page: Path) -> tuple[int, str]:
-    return _TOPICS.index(page.stem.rstrip("0123456789")), page.stem
+    return [*TOPICS].index(page.stem.rstrip("0123456789")), page.stem
 
 
 CODES: dict[str, Code] = {page.stem: _code(page) for page in sorted(PAGES.glob("*.md"), key=_place)}

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
+from rrp_sheets.diagnostics.catalogue import TOPICS
 from rrp_sheets.diagnostics.page import CodePage, completed, load_page
 from rrp_sheets.topics.layout import entries, heading, paragraph, titled
 from rrp_sheets.topics.workbooks import checked, grids
-
-_TOPICS = {
-    "FILE": "The file", "SHEET": "What stands in the sheets", "CONN": "Connectors",
-    "GRAPH": "Streams, and how rows are connected", "FORM": "Formulas and helpers", "DEV": "Devices",
-    "SCENE": "The scene", "TEST": "Tests", "LINT": "What is probably not meant", "PROT": "The Protocol sheet",
-}  # fmt: skip
 
 
 def all_codes() -> Iterator[str]:
     """Every code with its title, by topic."""
     yield paragraph("What a check can find. `rrp-sheets help FORM003`, say, explains one and shows an example.")
-    prefixes = dict.fromkeys(re.sub(r"\d+$", "", code) for code in CODES)
-    for prefix in sorted(prefixes, key=lambda p: [*_TOPICS, p].index(p)):
-        yield heading(_TOPICS.get(prefix, prefix))
-        found = (code for code in CODES.values() if re.fullmatch(rf"{prefix}\d+", code.id))
-        yield entries((code.id, _titled(code)) for code in sorted(found, key=lambda c: c.id))
+    for prefix, title in TOPICS.items():
+        yield heading(title)
+        yield entries((code.id, _titled(code)) for code in CODES.values() if code.id.rstrip("0123456789") == prefix)
 
 
 def _titled(code: Code) -> str:

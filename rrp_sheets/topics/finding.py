@@ -13,14 +13,13 @@ from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
-from rrp_sheets.model.names import key
+from rrp_sheets.model.names import key, nearest
 from rrp_sheets.topics.functions import first_line
 from rrp_sheets.topics.layout import from_markdown, titled
 from rrp_sheets.topics.workbooks import grids
 from rrp_sheets.workbook.schema import SHEETS, SheetKind
 
 _WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units")
-TOPICS = ("connectors", "formulas", "functions", "devices", "scene", "tests", "codes")
 _SYNONYMS = {
     "connector": "connectors", "operators": "connectors", "operator": "connectors",
     "formula": "formulas", "language": "formulas", "function": "functions", "helper": "helpers",
@@ -33,96 +32,31 @@ _SYNONYMS = {
     "bundle": "bundles", "installation": "systems", "windows": "systems", "macos": "systems",
     **dict.fromkeys(_WORDS, "glossary"),
 }  # fmt: skip
-
-
-def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
-    """The blocks of text on a topic or a name; `others`: names that can be proposed too.
-
-    Raises:
-        SheetsError: when there is nothing on it, with the nearest name proposed.
-    """
-    from rrp_sheets.model.names import key
-
-    topic = _SYNONYMS.get(key(name), key(name))
-    if topic == "" or topic in TOPICS:
-        return _topics()[topic]()
-    if topic in WORDS:
-        return word(topic)
-    found = list(_named(name))
-    if found:
-        return iter(block for blocks in found for block in blocks)
-    raise _unknown(name, others)
-
-
-def _topics() -> dict[str, Callable[[], Iterator[str]]]:
-    from rrp_sheets.topics.codes import all_codes
-    from rrp_sheets.topics.connectors import all_connectors
-    from rrp_sheets.topics.devices import all_devices
-    from rrp_sheets.topics.functions import all_functions
-    from rrp_sheets.topics.scene_page import scene
-
-    return {
-        "": lambda: _file("overview"), "formulas": lambda: _file("formulas"), "tests": lambda: _file("tests"),
-        "connectors": all_connectors, "functions": all_functions, "devices": all_devices, "scene": scene,
-        "codes": all_codes,
-    }  # fmt: skip
-
-
-def _file(name: str) -> Iterator[str]:
-    text = (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")
-    for kind in SHEETS.values() if name == "sheets" else ():
-        text = text.replace(f"{{{kind.name}}}", _columns(kind))
-    return from_markdown(text)
-
-
-def _columns(kind: SheetKind) -> str:
-    """Return the columns of a kind of sheet; notes, which all sheets may have, are named beside other optional ones."""
-    required, optional = (", ".join(c.name for c in columns) for columns in (kind.required, kind.optional))
-    return f"{required}; {optional}" if len(kind.optional) > 1 else required
-
-
-def _named(name: str) -> Iterator[Iterator[str]]:
-    """Yield the help pages under a name: it may be a function and a device, say."""
-    from rrp_sheets.connectors import connectors
-    from rrp_sheets.devices import load_robot
-    from rrp_sheets.diagnostics import CODES
-    from rrp_sheets.formulas.functions import library
-    from rrp_sheets.graph.device_table import done_of
-    from rrp_sheets.topics.codes import one_code
-    from rrp_sheets.topics.connectors import one_connector
-    from rrp_sheets.topics.devices import done_stream, one_device
-    from rrp_sheets.topics.functions import one_function
-
-    if (code := CODES.get(name.upper())) is not None:
-        yield one_code(code)
-    if (connector := connectors().get(name)) is not None:
-        yield one_connector(connector)
-    if (function := library().get(name.removesuffix("()"))) is not None:
-        yield one_function(function)
-    if (device := load_robot().find(name)) is not None:
-        yield one_device(device)
-    elif (found := load_robot().find(done_of(name))) is not None and found.type.kind == "actuator":
-        yield done_stream(found)
-
-
-def _unknown(name: str, others: Sequence[str]) -> SheetsError:
-    from rrp_sheets.connectors import connectors
-    from rrp_sheets.devices import load_robot
-    from rrp_sheets.diagnostics import CODES
-    from rrp_sheets.formulas.functions import library
-    from rrp_sheets.model.names import nearest
-
-    found = list(load_robot().names.values())
-    devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
-    guess = nearest(name, [*TOPICS, *WORDS, *connectors().names(), *library().names(), *devices, *CODES, *others])
-    remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(TOPICS)}."
-    return SheetsError(f"There is no help on “{name}”.", remedy)
-
-
-WORDS = (
-    "helpers", "priority", "total", "protocol", "engine", "keys", "glossary",
-    "sheets", "robot", "serve", "records", "ethics", "compare", "bundles", "systems",
-)  # fmt: skip
+TOPICS = {
+    "connectors": "what a row can do with its input streams",
+    "formulas": "how formulas are written",
+    "functions": "the functions of formulas",
+    "devices": "what the robot senses and does",
+    "scene": "what happens in the simulated room",
+    "tests": "test sheets: what is sent, and what must come out",
+    "codes": "what a check can find",
+    "helpers": "formulas with a name of their own",
+    "priority": "which command wins when two want the same joints",
+    "total": "the value of accumulate so far",
+    "protocol": "the Protocol sheet: title, engine, seed, time limit",
+    "engine": "how rows follow each other in time",
+    "keys": "the keys of the grid",
+    "sheets": "the sheets of a workbook, and the files it may be in",
+    "robot": "what the simulated robot senses, does, and cannot do",
+    "serve": "the grid in the browser: who may use it, editing together, operating a run",
+    "records": "what a run leaves: look back, export, delete, replay",
+    "ethics": "the protocol on paper, for the ethics board",
+    "compare": "check, explain and compare workbooks; git",
+    "bundles": "a workbook with all that belongs to it, in one file",
+    "systems": "where the program runs, and what is measured",
+    "glossary": "what the words mean: stream, event, connector, subscribe, field, frame, seed, rad",
+}
+"""Every topic with a line on it; those after `codes` have a page of their own (`helpers.md`, …)."""
 EXAMPLES = {
     "helpers": """
 ## Helpers
@@ -173,6 +107,83 @@ EXAMPLES = {
 """,
 }
 """A workbook for each word that needs one; a test holds that they are in order."""
+_SMALL = frozenset((
+    "how", "can", "does", "did", "the", "and", "what", "why", "when", "where", "which", "who", "that", "this", "with",
+    "for", "from", "into", "make", "robot", "want", "should", "are", "has", "have", "not", "its", "there", "get", "let",
+))  # fmt: skip
+"""Words of questions that tell nothing of what is asked for."""
+
+
+def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
+    """The blocks of text on a topic or a name; `others`: names that can be proposed too.
+
+    Raises:
+        SheetsError: when there is nothing on it, with the nearest name proposed.
+    """
+    topic = _SYNONYMS.get(key(name), key(name))
+    if (made := _topics().get(topic)) is not None:
+        return made()
+    if topic in TOPICS:
+        return word(topic)
+    found = list(_named(name))
+    if found:
+        return iter(block for blocks in found for block in blocks)
+    raise _unknown(name, others)
+
+
+def _topics() -> dict[str, Callable[[], Iterator[str]]]:
+    from rrp_sheets.topics.codes import all_codes
+    from rrp_sheets.topics.connectors import all_connectors
+    from rrp_sheets.topics.devices import all_devices
+    from rrp_sheets.topics.functions import all_functions
+    from rrp_sheets.topics.scene_page import scene
+
+    return {
+        "": lambda: _file("overview"), "connectors": all_connectors, "formulas": lambda: _file("formulas"),
+        "functions": all_functions, "devices": all_devices, "scene": scene, "tests": lambda: _file("tests"),
+        "codes": all_codes,
+    }  # fmt: skip
+
+
+def _file(name: str) -> Iterator[str]:
+    text = (Path(__file__).parent / f"{name}.md").read_text(encoding="utf-8")
+    for kind in SHEETS.values() if name == "sheets" else ():
+        text = text.replace(f"{{{kind.name}}}", _columns(kind))
+    return from_markdown(text)
+
+
+def _columns(kind: SheetKind) -> str:
+    """Return the columns of a kind of sheet; notes, which all sheets may have, are named beside other optional ones."""
+    required, optional = (", ".join(c.name for c in columns) for columns in (kind.required, kind.optional))
+    return f"{required}; {optional}" if len(kind.optional) > 1 else required
+
+
+def _named(name: str) -> Iterator[Iterator[str]]:
+    """Yield the help pages under a name: it may be a function and a device, say."""
+    from rrp_sheets.graph.device_table import done_of
+    from rrp_sheets.topics.codes import one_code
+    from rrp_sheets.topics.connectors import one_connector
+    from rrp_sheets.topics.devices import done_stream, one_device
+    from rrp_sheets.topics.functions import one_function
+
+    if (code := CODES.get(name.upper())) is not None:
+        yield one_code(code)
+    if (connector := connectors().get(name)) is not None:
+        yield one_connector(connector)
+    if (function := library().get(name.removesuffix("()"))) is not None:
+        yield one_function(function)
+    if (device := load_robot().find(name)) is not None:
+        yield one_device(device)
+    elif (found := load_robot().find(done_of(name))) is not None and found.type.kind == "actuator":
+        yield done_stream(found)
+
+
+def _unknown(name: str, others: Sequence[str]) -> SheetsError:
+    found = list(load_robot().names.values())
+    devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
+    guess = nearest(name, [*TOPICS, *connectors().names(), *library().names(), *devices, *CODES, *others])
+    remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(filter(None, _topics()))}."
+    return SheetsError(f"There is no help on “{name}”.", remedy)
 
 
 def word(name: str) -> Iterator[str]:
@@ -180,37 +191,6 @@ def word(name: str) -> Iterator[str]:
     yield from _file(name)
     if name in EXAMPLES:
         yield titled("For example", *grids(EXAMPLES[name]), between="\n\n")
-
-
-_TOPICS = {
-    "connectors": "what a row can do with its input streams",
-    "formulas": "how formulas are written",
-    "functions": "the functions of formulas",
-    "devices": "what the robot senses and does",
-    "scene": "what happens in the simulated room",
-    "tests": "test sheets: what is sent, and what must come out",
-    "codes": "what a check can find",
-    "helpers": "formulas with a name of their own",
-    "priority": "which command wins when two want the same joints",
-    "total": "the value of accumulate so far",
-    "protocol": "the Protocol sheet: title, engine, seed, time limit",
-    "engine": "how rows follow each other in time",
-    "keys": "the keys of the grid",
-    "sheets": "the sheets of a workbook, and the files it may be in",
-    "robot": "what the simulated robot senses, does, and cannot do",
-    "serve": "the grid in the browser: who may use it, editing together, operating a run",
-    "records": "what a run leaves: look back, export, delete, replay",
-    "ethics": "the protocol on paper, for the ethics board",
-    "compare": "check, explain and compare workbooks; git",
-    "bundles": "a workbook with all that belongs to it, in one file",
-    "systems": "where the program runs, and what is measured",
-    "glossary": "what the words mean: stream, event, connector, subscribe, field, frame, seed, rad",
-}
-_SMALL = frozenset((
-    "how", "can", "does", "did", "the", "and", "what", "why", "when", "where", "which", "who", "that", "this", "with",
-    "for", "from", "into", "make", "robot", "want", "should", "are", "has", "have", "not", "its", "there", "get", "let",
-))  # fmt: skip
-"""Words of questions that tell nothing of what is asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,7 +209,7 @@ def all_names() -> tuple[HelpEntry, ...]:
 
 
 def _all() -> Iterator[HelpEntry]:
-    yield from (HelpEntry(topic, "topic", line) for topic, line in _TOPICS.items())
+    yield from (HelpEntry(topic, "topic", line) for topic, line in TOPICS.items())
     yield from (HelpEntry(c.name, "connector", c.help) for c in dict.fromkeys(connectors()))
     yield from (HelpEntry(f.name, "function", first_line(f)) for f in dict.fromkeys(library()))
     yield from (HelpEntry(f.name, f.type.kind, f.type.help) for f in load_robot().names.values() if f.offered)
