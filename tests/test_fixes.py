@@ -9,9 +9,11 @@ from hashlib import sha256
 import pytest
 from play import check, rows
 from test_run import rrp
+from typed import run
 
 from rrp_sheets import api
 from rrp_sheets.diagnostics.fix import Replace
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.resources import bundled
 
@@ -208,3 +210,45 @@ def test_a_choice_without_an_id_is_the_only_fix(tmp_path):
     assert [(c.place, c.new) for c in changes] == [("T!B3", "Score")]
     changes, found = fixed(STALE[0], tmp_path, "LINT001:")
     assert changes == [] and [code for code, _ in found] == ["LINT001"]
+
+
+def test_a_code_is_given_one_fix(tmp_path):
+    source = tmp_path / "w.md"
+    source.write_text(rows(STALE[0], header=COLUMNS))
+    twice = ("--apply", "LINT001:forget-old-value", "--apply", "LINT001:join-close-in-time")
+    code, told = run("check", source, "--fix", tmp_path / "w2.md", *twice)
+    assert code == 2 and "--apply takes one fix for a code" in told and not (tmp_path / "w2.md").exists()
+
+
+@pytest.mark.parametrize("apply", ["LINT001:forget-old-valeu", "LINT002:throttle", "LINT002:"])
+def test_a_fix_that_no_finding_has_is_refused_with_those_there_are(apply, tmp_path):
+    with pytest.raises(SheetsError) as told:
+        fixed(STALE[0], tmp_path, apply)
+    assert apply.removesuffix(":") in told.value.message
+    assert told.value.remedy == "There are: LINT001:forget-old-value, LINT001:join-close-in-time."
+    assert not (tmp_path / "out.md").exists()
+    source = tmp_path / "source.md"
+    code, said = run("check", source, "--fix", tmp_path / "out.md", "--apply", apply.removesuffix(":"))
+    assert code == 2 and told.value.remedy in said
+
+
+def test_a_wrong_choice_does_not_keep_the_safe_fix_away(tmp_path):
+    with pytest.raises(SheetsError) as told:
+        fixed("| | Red bal | subscribe | | Print |", tmp_path, "GRAPH001:throttle")
+    assert told.value.remedy == "There are: GRAPH001:correct-spelling."
+
+
+def test_fixes_of_devices_are_chosen_by_their_printed_names(tmp_path):
+    source, out = tmp_path / "w.md", tmp_path / "w2.md"
+    devices = DEVICES.replace("Joint", "Text") + "| Praise | Say | Hello |"
+    source.write_text(rows("| | Red ball | subscribe | | Praise |", devices, header=COLUMNS))
+    _, told = run("check", source)
+    (choice,) = re.findall(r"--apply (DEV007:\S+)", told)
+    code, told = run("check", source, "--fix", out, "--apply", choice)
+    assert code == 0 and "“Say” → “Say parameter”" in told
+
+
+def test_a_safe_fix_alone_needs_no_choice_and_is_not_listed(tmp_path):
+    source = tmp_path / "w.md"
+    source.write_text(rows("| | Red bal | subscribe | | Print |", header=COLUMNS))
+    assert "--apply" not in run("check", source)[1]

@@ -79,7 +79,7 @@ def fix(
         What was changed, and the copy, checked.
 
     Raises:
-        SheetsError: when the copy would replace the workbook itself, or cannot be written.
+        SheetsError: when no finding offers a chosen fix, or the copy would replace the workbook or cannot be written.
     """
     from rrp_sheets.runs.edited_copies import fix_copy
 

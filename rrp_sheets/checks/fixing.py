@@ -10,6 +10,7 @@ from pathlib import Path
 from rrp_sheets.checks.check import Checked
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.workbook.editing import Edit, InsertRows, SetCell, edit, read_sheets
@@ -38,17 +39,27 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
         What was changed, and the workbook as it is then.
 
     Raises:
-        SheetsError: when the file cannot be changed.
+        SheetsError: when the file cannot be changed, or no finding offers a chosen fix.
     """
     changes: list[CellChange] = []
     tried: _Tried = set()
+    offered: dict[str, dict[str, None]] = {}
     checked = check(path)
     for _ in range(MOST_ROUNDS):
+        for d in checked.report:
+            offered.setdefault(d.code, {}).update({f"{d.code}:{fix.id}": None for fix in d.fixes})
         step = _next(checked, chosen, tried)
         if not step:
             break
         changes += _carry_out(path, step)
         checked = check(path)
+    for code, wanted in chosen.items():
+        known = offered.get(code) or {name: None for names in offered.values() for name in names}
+        if not offered.get(code) or (wanted and f"{code}:{wanted}" not in known):
+            raise SheetsError(
+                f"No finding here has the fix “{code}:{wanted}”.".replace(":”", "”"),
+                f"There are: {', '.join(known)}." if known else "There is nothing to choose.",
+            )
     return changes, checked
 
 

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
 _SEVERITIES = {"error": N_("error"), "warning": N_("warning"), "info": N_("info")}
-
-
-_FIX = re.compile(r"(?P<code>[A-Za-z]{4,5}\d{3})(:(?P<fix>[\w-]+))?")
+_FIX = re.compile(r"(?P<code>[A-Za-z]+\d{3})(:(?P<fix>[\w-]+))?")
 
 
 class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
@@ -66,6 +64,8 @@ def check_command(
 
     if chosen and mended is None:
         raise click.UsageError("--apply goes with --fix OUT: the corrected copy.")
+    if len(dict(chosen)) < len(chosen):
+        raise click.UsageError("--apply takes one fix for a code; apply the other one to the copy afterwards.")
     changes: list[CellChange] = []
     try:
         file = opened(file)
@@ -127,7 +127,7 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: 
         kind = click.style(told(_SEVERITIES[d.severity.value], language), fg=_COLOURS[d.severity.value], bold=True)
         click.echo(f"{kind} {d.code} {place}{told(d.message, language)}", err=err)
         click.echo(f"  → {told(d.remedy, language)}", err=err)
-        for fix in d.fixes if len(d.fixes) > 1 else ():
+        for fix in d.fixes if len(d.fixes) > 1 else (f for f in d.fixes if not f.safe):
             click.echo(f"    --apply {d.code}:{fix.id}  {told(fix.title, language)}", err=err)
 
 
