@@ -275,3 +275,12 @@ def test_sheets_of_markdown_and_of_a_folder(tmp_path: Path) -> None:
 
 def contents(path: Path) -> dict[str, bytes]:
     return {p.name: p.read_bytes() for p in ([path] if path.is_file() else path.iterdir())}
+
+
+def test_a_list_of_titles_with_a_count_that_is_none_is_left_alone(tmp_path: Path) -> None:
+    path = make(tmp_path / "x.xlsx")
+    about = "docProps/app.xml"
+    repack(path, {about: lambda data: re.sub(rb"<vt:i4>\d+</vt:i4>", b"<vt:i4>two</vt:i4>", data)})
+    before = parts(path)[about]
+    edit(path, [AddSheet("New", HEAD)])
+    assert "New" in names(path) and parts(path)[about] == before

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import openpyxl
 import pytest
-from lossless import FEATURES, SHEET, make, parts
+from lossless import FEATURES, SHEET, make, parts, repack
 from typed import run
 
 from rrp_sheets import api
@@ -216,3 +216,14 @@ def test_a_report_of_a_workbook_without_styles(wrong, tmp_path):
     run("set", path, "B3", "filtr")
     sheet = openpyxl.load_workbook(report_of(path, tmp_path))[SHEET]
     assert sheet["H3"].value.startswith("B3: Error CONN002")
+
+
+def test_a_report_of_a_sheet_with_odd_measures(wrong, tmp_path):
+    path = api.convert(wrong, tmp_path / "odd.xlsx")
+
+    def odd(data: bytes) -> bytes:
+        data = re.sub(rb' ht="[^"]*"', b' ht="high"', data)
+        return re.sub(rb"<cols>.*</cols>", b'<cols><col min="one" max="all" width="9"/></cols>', data)
+
+    repack(path, {"xl/worksheets/sheet1.xml": odd})
+    assert "Findings" in {c.text for c in read_sheets(report_of(path, tmp_path))[0].cells.values()}

@@ -8,11 +8,13 @@ from pathlib import Path
 import openpyxl
 import pytest
 from lossless import FEATURES, SHEET, make, parts, repack
+from openpyxl.worksheet.datavalidation import DataValidation
 from test_writing_lossless import PIVOT, pivot, threaded
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.editing import DeleteRows, InsertRows, MoveRows, SetCell, edit, read_sheets
 from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.patch.package_edit import PackageEdit
 
 PART = "xl/worksheets/sheet1.xml"
 UP = MoveRows(SHEET, 5, 1, before=3)  # rows 3, 4 become 4, 5
@@ -296,3 +298,26 @@ def test_what_covers_the_whole_table_grows_with_it(tmp_path):
     assert {re.sub(r"\D+", " ", m).split()[-1] for m in marks()[0]} == {"404"}
     edit(path, [SetCell("T", 355, 2, "Red ball"), InsertRows("T", 20)])
     assert {re.sub(r"\D+", " ", m).split()[-1] for m in marks()[0]} == {"404"}  # still enough
+
+
+@pytest.mark.parametrize("name", ["Anna's", "A & B", '"Mine"'])
+def test_drop_downs_of_a_quoted_sheet_grow_with_it(tmp_path, name):
+    header = ["Input streams", "Connector", "Formula", "Output stream"]
+    path = make_workbook({"T": [header], name: [header, ["Red ball", "map", "1", "X"]]}, tmp_path / "x.xlsx")
+    book = openpyxl.load_workbook(path)
+    quoted = name.replace("'", "''")
+    offered = DataValidation("list", formula1=f"'{quoted}'!$A$2:$A$3", sqref="A2:A99")
+    book["T"].data_validations.dataValidation = [offered]
+    book.save(path)
+    edit(path, [InsertRows(name, 3), SetCell(name, 4, 1, "Red ball")])
+    (offered,) = openpyxl.load_workbook(path)["T"].data_validations.dataValidation
+    assert offered.formula1 == f"'{quoted}'!$A$2:$A$54"
+
+
+def test_a_part_that_was_written_is_parsed_as_it_is_now(tmp_path):
+    package = PackageEdit(make(tmp_path / "x.xlsx").read_bytes(), "x.xlsx")
+    package.write("docProps/core.xml", b"<new/>")
+    assert package.part("docProps/core.xml").root.tag == "new"
+    package.write("docProps/core.xml", b"")
+    assert package.read("docProps/core.xml") == b""
+    assert parts(package.to_bytes())["docProps/core.xml"] == b""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Sequence
+from contextlib import suppress
 from copy import deepcopy
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -21,6 +22,7 @@ from rrp_sheets.workbook.patch.sheet_list import SHEETS
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml, cells, put_value
 from rrp_sheets.workbook.patch.sheets import place_style
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, alone, child, parse, set_attributes
+from rrp_sheets.workbook.xlsx_parts import number as whole
 
 TITLE = "Findings"
 _PART = "xl/worksheets/findings"
@@ -126,7 +128,10 @@ def _make_room(sheet: SheetXml, row: int, text: str) -> None:
     assert line is not None
     lines = sum(1 + len(part) // _LETTERS_PER_LINE for part in text.split("\n"))
     height = min(5 + _LINE * lines, _TALLEST)
-    if height > float(line.get("ht") or 0):
+    old = 0.0
+    with suppress(ValueError):
+        old = float(line.get("ht", 0))
+    if height > old:
         set_attributes(line, {"ht": f"{height:g}", "customHeight": "1"})
         sheet.block(row).touch()
 
@@ -138,14 +143,14 @@ def _widen(sheet: SheetXml, column: int) -> None:
         holder = add(sheet.root, "cols", {}, at=sheet.root.index(sheet.table))
     named = {"min": str(column), "max": str(column), "width": str(_COLUMN_WIDTH), "customWidth": "1"}
     there = list(holder.iterchildren("{*}col"))
-    run = next((col for col in there if int(col.get("max", 0)) >= column), None)
+    run = next((col for col in there if whole(col.get("max")) >= column), None)
     new = add(holder, "col", named, at=None if run is None else holder.index(run))
-    if run is not None and int(run.get("min", 0)) <= column:
-        if int(run.get("min", 0)) < column:
+    if run is not None and whole(run.get("min")) <= column:
+        if whole(run.get("min")) < column:
             before = deepcopy(run)
             before.set("max", str(column - 1))
             holder.insert(holder.index(new), before)
-        if int(run.get("max", 0)) > column:
+        if whole(run.get("max")) > column:
             run.set("min", str(column + 1))
         else:
             holder.remove(run)

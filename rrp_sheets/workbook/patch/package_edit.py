@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-from html import escape
+from xml.sax.saxutils import escape
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
@@ -72,7 +72,7 @@ class PackageEdit:
         spelt = part.casefold()
         if spelt not in self._parts:
             kind = SheetXml if any(e.part.casefold() == spelt for e in self.book.entries) else XmlPart
-            self._parts[spelt] = kind(self.package.read(part))
+            self._parts[spelt] = kind(self.read(part))
         return self._parts[spelt]
 
     def recognised(self, index: int) -> Recognised:
@@ -86,7 +86,7 @@ class PackageEdit:
         spelt = part.casefold()
         if spelt in self._parts and self._parts[spelt].touched:
             return self._parts[spelt].to_bytes()
-        return self._changed.get(spelt) or self.package.read(part)
+        return self._changed[spelt] if spelt in self._changed else self.package.read(part)
 
     def write(self, part: str, data: bytes) -> None:
         """Change a part that is not taken for XML."""
@@ -108,7 +108,8 @@ class PackageEdit:
 
     def mentions(self, index: int, name: str) -> bool:
         """Return whether a sheet's part may mention a sheet of that name."""
-        return escape(name).encode() in self.package.read(self.book.entries[index].part)
+        data = self.package.read(self.book.entries[index].part)
+        return any(escape(spelt).encode() in data for spelt in (name, name.replace("'", "''")))
 
     def to_bytes(self) -> bytes:
         """The whole file as it is now; the file's own bytes when nothing has changed."""

@@ -12,6 +12,7 @@ from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text
 from rrp_sheets.workbook.patch.xml_part import add, local, set_text, text_of
+from rrp_sheets.workbook.xlsx_parts import number
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
 _ROWS = r"(?<![\w.$:])(?P<c>\$?)(?P<from>[1-9]\d{0,6}):\$?(?P<to>[1-9]\d{0,6})"
@@ -379,9 +380,10 @@ def keep_titles(
     titles = list(box.iterchildren("*")) if box is not None else []
     texts = [text_of(e) for e in titles]
     before = package.book.names
-    if not part or box is None or not titles or texts[: len(before)] != before:
+    counts = [e for pair in part.children(*_PAIRS) for e in pair.iterchildren("{*}i4")] if part else []
+    unknown = any(number(text_of(e), -1) < 0 for e in counts)
+    if not part or box is None or not titles or texts[: len(before)] != before or unknown:
         return
-    counts = [e for pair in part.children(*_PAIRS) for e in pair.iterchildren("{*}i4")]
     rest = [new for text in texts[len(before) :] if (new := named(text))]
     rest += added if len(counts) > 1 else ()
     more = len(rest) - (len(texts) - len(before))
@@ -393,5 +395,5 @@ def keep_titles(
         add(box, like, {}, text, at + i)
     for count, by in ((counts[:1], len(sheets) - len(before)), (counts[1:][-1:], more)):
         for e in count if by else ():
-            set_text(e, str(int(text_of(e)) + by))
+            set_text(e, str(number(text_of(e)) + by))
     part.touch()
