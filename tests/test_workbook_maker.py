@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import openpyxl
 import pytest
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import Offers, make_workbook, sheet_titles
 from rrp_sheets.workbook.template import new_workbook, template_sheets
@@ -166,3 +168,13 @@ def test_sheet_names(tmp_path: Path) -> None:
 def test_sheets_of_any_shape(tmp_path: Path) -> None:
     path = make_workbook({"Empty": [], "Blank": [[], ["", ""]], "A": [[], ["title"], [*HEADERS]]}, tmp_path / "x.xlsx")
     assert openpyxl.load_workbook(path)["A"].freeze_panes == "A4"
+
+
+def test_rows_are_pale_that_the_reader_takes_for_switched_off(template: Path) -> None:
+    """Also those that were switched off in another language: a spreadsheet program shows FALSE as FALSCH there."""
+    sheet = openpyxl.load_workbook(template).worksheets[0]
+    tests = [test for marks in sheet.conditional_formatting for rule in marks.rules for test in rule.formula]
+    (off,) = (test for test in tests if "SEARCH" in test)
+    texts = re.findall(r'"([^"]*)"', off)
+    assert max(texts, key=len).strip(",").split(",") == sorted(FALSE_WORDS) and "falsch" in FALSE_WORDS
+    assert max(map(len, texts)) <= 255

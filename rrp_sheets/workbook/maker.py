@@ -11,6 +11,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
@@ -384,7 +385,8 @@ def add_row_marks(sheet: Any, cells: str, last: str, on: str = "") -> None:
     pale = Font(color=OFF_INK, italic=True)
     tests = [f'LEFT($A{row},1)="#"']
     if on:
-        tests.append(f'AND(LEN(${on}{row})>0,ISNUMBER(SEARCH(","&${on}{row}&",",",FALSE,no,off,0,")))')
+        off = f'",{",".join(sorted(FALSE_WORDS))},"'  # a text in a formula has at most 255 letters
+        tests.append(f'AND(LEN(${on}{row})>0,ISNUMBER(SEARCH(","&${on}{row}&",",{off})))')
     for test in tests:
         sheet.conditional_formatting.add(
             cells, Rule(type="expression", formula=[test], dxf=DifferentialStyle(font=pale))
