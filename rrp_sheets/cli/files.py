@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+_SHOWN = 3  # findings
+
 
 @click.command(name="new")
 @click.argument("file", type=click.Path(path_type=Path))
@@ -24,9 +26,6 @@ def new_command(file: Path, template: str, robot: str) -> None:
     made = api.new(file, robot, template)
     click.echo(f"Made {made}. Open it in Excel or LibreOffice, and try it with:")
     click.echo(f'  rrp-sheets run "{made}"')
-
-
-_SHOWN = 3  # findings
 
 
 @click.command(name="set", context_settings={"ignore_unknown_options": True})

@@ -7,12 +7,12 @@ import importlib
 import os
 import platform
 import sys
-from typing import Any, NoReturn
+from typing import Any
 
 import click
 
 from rrp_sheets import __version__
-from rrp_sheets.cli.terminal import plain_output
+from rrp_sheets.cli.terminal import fail, plain_output
 from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
 
 _COMMANDS = {
@@ -33,7 +33,7 @@ _COMMANDS = {
     "replay": ("recordings", "Do a recorded run again without the robot, and say what is different."),
     "pack": ("recordings", "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle."),
     "runs": ("recordings", "List the recorded runs of a folder, or delete those of a participant."),
-    "export": ("recordings", "Write recorded runs as a table, plots, or a sheet of pictures."),
+    "export": ("recordings", "Write recorded runs as a table or plots."),
     "faces": ("recordings", "List the faces that are remembered beyond a run, or wipe them."),
     "serve": ("serve", "Edit the workbooks of a folder in the browser."),
     "tutorial": ("serve", "Learn in ten short lessons, in the browser."),
@@ -129,11 +129,3 @@ def main() -> None:
 def mute() -> None:
     """Discard all further output, since its reader has gone, as with `| head`; closing it at the exit does not fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-
-
-def fail(error: SheetsError, code: int) -> NoReturn:
-    """Print an error, and exit with a code."""
-    click.echo(f"{click.style('Error:', fg='red', bold=True)} {error.message}", err=True)
-    if error.remedy:
-        click.echo(f"  → {error.remedy}", err=True)
-    sys.exit(code)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.terminal import WorkbookArgument, home_of, told
+from rrp_sheets.cli.terminal import WorkbookArgument, fail, home_of, told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.languages import LANGUAGES
@@ -138,7 +138,6 @@ def print_command(
     Exit code: 0, or 1 when the workbook has errors (nothing is printed, unless as a draft), 2 when it cannot be read.
     """
     from rrp_sheets.cli.check import print_findings
-    from rrp_sheets.cli.main import fail
     from rrp_sheets.printing import HasErrors, print_pack
     from rrp_sheets.workers.worker_loop import lift_limit
 

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -18,7 +18,8 @@ from rrp_sheets.errors import SheetsError
 if TYPE_CHECKING:
     from rrp_sheets.runs.bundle.unpacking import Bundle
 
-
+AFTER = 2.0  # s: what is quicker needs no word
+_MOST_NOTES = 20
 _OURS = r"\x1b(?!\[(?:0|1|2|3[0-7]|9[0-7])m)"  # the colours of click.style pass
 _STEERING = re.compile(_OURS + "|[\x00-\x08\x0b\x0c\x0e-\x1a\x1c-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]|\r(?!\n)")
 
@@ -54,9 +55,6 @@ def plain_output() -> None:
         setattr(sys, name, _PlainWriter(stream.detach(), encoding, "replace", line_buffering=buffered))
 
 
-AFTER = 2.0  # s: what is quicker needs no word
-
-
 @contextmanager
 def told(words: str, after: float = AFTER) -> Iterator[None]:
     """Say on the error channel what is being done, when it takes longer than a moment."""
@@ -67,9 +65,6 @@ def told(words: str, after: float = AFTER) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
-
-
-_MOST_NOTES = 20
 
 
 class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
@@ -131,6 +126,14 @@ def _opened(ctx: click.Context, path: Path) -> Bundle:
     if len(bundle.notes) > _MOST_NOTES:
         click.echo(f"… and {len(bundle.notes) - _MOST_NOTES:,} more.", err=True)
     return bundle
+
+
+def fail(error: SheetsError, code: int) -> NoReturn:
+    """Print an error, and exit with a code."""
+    click.echo(f"{click.style('Error:', fg='red', bold=True)} {error.message}", err=True)
+    if error.remedy:
+        click.echo(f"  → {error.remedy}", err=True)
+    sys.exit(code)
 
 
 def home_of(ctx: click.Context) -> Path | None:
