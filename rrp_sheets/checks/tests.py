@@ -113,7 +113,7 @@ class _Names:
         if len(found) > 1 and found[0].kind is StreamKind.ORDINARY:
             sheets = [s.address.sheet for s in found]
             every = listed(sheets, "and of")
-            example = f"{_quoted_sheet(sheets[0])}!{found[0].name}"
+            example = f"{quoted_sheet(sheets[0])}!{found[0].name}"
             report.add("TEST003", cell.address, name=cell.text, sheets=every, example=example)
             return None
         if found:
@@ -155,7 +155,8 @@ class _Names:
         return names + [d.stream.text for d in self.workbook.devices if d.stream]
 
 
-def _quoted_sheet(name: str) -> str:
+def quoted_sheet(name: str) -> str:
+    """A sheet's name before `!` in a test."""
     return f"'{name}'" if "!" in name else name
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 
+from rrp_sheets.checks.tests import quoted_sheet
 from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token, tokenize
@@ -132,11 +133,6 @@ def run_cell(workbook: Workbook) -> Cell | None:
 def run_names(text: str) -> list[str]:
     """The names that it lists."""
     return [name for part in _SEPARATORS.split(text)[::2] if (name := part.strip())]
-
-
-def quoted_sheet(name: str) -> str:
-    """A sheet's name before `!` in a test."""
-    return f"'{name}'" if "!" in name else name
 
 
 def _spaced(text: str, new: str) -> str:
