@@ -34,8 +34,6 @@ _COLUMN_WIDTH = 70
 _LINE, _LETTERS_PER_LINE = 13.5, 74  # points; of the note's font in a column of that width
 _TALLEST = 400
 _MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
-_RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
-_CONTENT = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 
 
 def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language: str = "en") -> bytes:
@@ -169,7 +167,7 @@ def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: Styl
     part = f"{_PART}{number}.xml"
     package.added[part] = _list_xml(findings, styles, language)
     relation = listed.free_relation(package)
-    listed.put_part(package, part, _CONTENT, f"{_RELATIONS}/worksheet", relation)
+    listed.put_part(package, part, relation)
     sheet = {"name": title, "sheetId": str(listed.free_number(package)), listed.id_name(package): relation}
     listed.put_new(package, package.book.part, SHEETS, "sheet", sheet)
 

@@ -49,6 +49,7 @@ from rrp_sheets.workbook.reading import (
     tab_sheets,
     text_digest,
 )
+from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
 from rrp_sheets.workbook.text_patch import CsvFolder
 
@@ -181,7 +182,7 @@ def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
 
 
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
-    from rrp_sheets.workbook.text_patch import CsvFolder, CsvTable, EncodedText, sheet_named
+    from rrp_sheets.workbook.text_patch import CsvFolder, CsvTable, EncodedText
 
     folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
     paths = csv_paths(path)
@@ -212,7 +213,7 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
 
 
 def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit], expected: str | None) -> Edited:
-    from rrp_sheets.workbook.text_patch import EncodedText, MarkdownSheets, MarkdownTable, sheet_named
+    from rrp_sheets.workbook.text_patch import EncodedText, MarkdownSheets, MarkdownTable
 
     names = list(open_book(path)[0].names)
     if expected not in (None, digest := text_digest({path.name: data}, named=False)):

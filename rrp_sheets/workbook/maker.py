@@ -18,11 +18,9 @@ from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.headers import Recognised, recognise
 from rrp_sheets.workbook.package import packed
 from rrp_sheets.workbook.raw import RawCell, RawSheet
-from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lists
-from rrp_sheets.workbook.xlsx_parts import escape_literal
-
-_FORBIDDEN = re.compile(r"[\[\]:*?/\\\x00-\x1f]")
-_TITLE_LENGTH = 31
+from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lists, list_name
+from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
+from rrp_sheets.workbook.xlsx_parts import IMPOSSIBLE, escape_literal
 
 
 def make_workbook(
@@ -80,10 +78,10 @@ def sheet_titles(names: Sequence[str]) -> dict[str, str]:
     titles: dict[str, str] = {}
     taken: set[str] = set()
     for name in names:
-        stem = _FORBIDDEN.sub("_", name).strip().strip("'")[:_TITLE_LENGTH] or "Sheet"
+        stem = FORBIDDEN.sub("_", name).strip().strip("'")[:LONGEST] or "Sheet"
         title, number = stem, 2
         while title.casefold() in taken or title.casefold() == "history":  # Excel keeps that name for itself
-            title, number = f"{stem[: _TITLE_LENGTH - len(str(number)) - 1]} {number}", number + 1
+            title, number = f"{stem[: LONGEST - len(str(number)) - 1]} {number}", number + 1
         taken.add(title.casefold())
         titles[name] = title
     return titles
@@ -116,7 +114,7 @@ def _name_lists(book: Any, title: str, offers: Offers | None, streams: str) -> d
         places[name] = f"'{title}'!${letter}$2:${letter}${len(entries) + 1}"
     names = {}
     for name, place in places.items():
-        names[name] = "List_" + re.sub(r"\W", "_", key(name))
+        names[name] = list_name(name)
         book.defined_names[names[name]] = DefinedName(names[name], attr_text=place)
     return names
 
@@ -193,7 +191,6 @@ class Offers:
 
 
 _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
-_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 class SheetMaker:
@@ -335,7 +332,7 @@ def _set_text(cell: Any, text: str) -> None:
             "Shorten it.",
         )
     if text:
-        cell.value = escape_literal(_CONTROL.sub("\ufffd", text))
+        cell.value = escape_literal(IMPOSSIBLE.sub("\ufffd", text))
         cell.data_type = "s"  # after the value: a text that begins with = must not become a formula
 
 

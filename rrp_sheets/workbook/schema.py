@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,6 +12,9 @@ from rrp_sheets.model.languages import NAMES
 from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
+
+LIST_PREFIX = "List_"
+"""Prefix of the defined names of generated lists; the user's own names stay as they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,6 +243,11 @@ def fixed_lists() -> dict[str, tuple[str, ...]]:
     """Return the lists for drop-downs that are the same in all workbooks, by title."""
     columns = chain.from_iterable(kind.columns for kind in SHEETS.values())
     return {c.offers: tuple(choice.text for choice in c.choices) for c in columns if c.choices}
+
+
+def list_name(title: str) -> str:
+    """The defined name of a list."""
+    return LIST_PREFIX + re.sub(r"\W", "_", key(title))
 
 
 def list_titles() -> set[str]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
+from rrp_sheets.workbook import limits
 
 LONGEST = 31  # letters, as Excel counts them
-_FORBIDDEN = re.compile(r"[\[\]:*?/\\]")
+FORBIDDEN = re.compile(r"[\[\]:*?/\\\x00-\x1f]")
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff\u202a-\u202e\u2066-\u2069]")
 
 
@@ -30,7 +31,7 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
     name = " ".join(_CONTROL.sub(" ", text).split())
     if not name:
         raise SheetsError("A sheet needs a name.", "Write a short one, such as “Greeting”.")
-    if found := _FORBIDDEN.search(name):
+    if found := FORBIDDEN.search(name):
         raise SheetsError(
             f"“{found[0]}” cannot stand in the name of a sheet.", r"Leave out [ ] : * ? / and \, which Excel refuses."
         )
@@ -48,6 +49,22 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
         told = "" if taken.casefold() == name.casefold() else " Capitals, spaces, - and _ make no difference."
         raise SheetsError(f"There is a sheet “{taken}” already.", f"Choose another name.{told}")
     return name
+
+
+def sheet_named(names: Sequence[str], sheet: str) -> str:
+    """The sheet of that name in its spelling; raises SheetsError when there is none."""
+    found = [n for n in names if n == sheet] or [n for n in names if key(n) == key(sheet)]
+    if not found:
+        raise SheetsError(f"There is no sheet “{sheet}”.", f"The sheets are: {', '.join(names)}.")
+    return found[0]
+
+
+def refuse_more(names: Sequence[str]) -> None:
+    """Raise SheetsError when there can be no further sheet."""
+    if len(names) >= limits.SHEETS:
+        raise SheetsError(
+            f"A workbook has at most {limits.SHEETS} sheets.", "Delete one first, or begin another workbook."
+        )
 
 
 def free_name(stem: str, others: Iterable[str], number: int = 1) -> str:

@@ -16,11 +16,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.workbook.xlsx_parts import escape_literal
+from rrp_sheets.workbook.xlsx_parts import IMPOSSIBLE, escape_literal
 
 _MOST_ROWS = 1_000_000  # of a sheet, which holds 1,048,576: some may come while it is written
 _PIECE = 2_000  # rows that are written at once
-_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")  # halves of letters too
 _LONGEST = 32_767
 _LONGEST_PROPERTY = 255
 _ESCAPED = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
@@ -108,7 +107,7 @@ def _frame(sheets: Sequence[MoreSheet], properties: Mapping[str, str]) -> bytes:
         for row in one.rows:
             sheet.append([_cell(WriteOnlyCell, sheet, value) for value in row])
     for name, text in properties.items():
-        setattr(book.properties, name, _CONTROL.sub("\ufffd", text)[:_LONGEST_PROPERTY])
+        setattr(book.properties, name, IMPOSSIBLE.sub("\ufffd", text)[:_LONGEST_PROPERTY])
     target = io.BytesIO()
     book.save(target)
     return target.getvalue()
@@ -164,4 +163,4 @@ def _cell(make: Any, sheet: Any, value: Any) -> Any:
 
 
 def _text(value: Any) -> str:
-    return escape_literal(_CONTROL.sub("\ufffd", str(value))[:_LONGEST])
+    return escape_literal(IMPOSSIBLE.sub("\ufffd", str(value))[:_LONGEST])

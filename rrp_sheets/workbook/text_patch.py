@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.names import key
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.edits import (
@@ -30,7 +29,7 @@ from rrp_sheets.workbook.edits import (
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.values import check_value, shown
 from rrp_sheets.workbook.raw import RawCell, RawSheet
-from rrp_sheets.workbook.sheet_names import sheet_name
+from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name, sheet_named
 from rrp_sheets.workbook.text_books import (
     HEADING,
     ORDER,
@@ -268,14 +267,6 @@ def _is_heading(line: str, name: str) -> bool:
     return match is not None and match[1] == name
 
 
-def sheet_named(names: Sequence[str], sheet: str) -> str:
-    """The sheet of that name in its spelling; raises SheetsError when there is none."""
-    found = [n for n in names if n == sheet] or [n for n in names if key(n) == key(sheet)]
-    if not found:
-        raise SheetsError(f"There is no sheet “{sheet}”.", f"The sheets are: {', '.join(names)}.")
-    return found[0]
-
-
 Rows = Sequence[Sequence[str]]
 NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
 """Matches a sheet's name that cannot be a file's name."""
@@ -386,13 +377,6 @@ def _refuse_last(names: list[str]) -> None:
         raise SheetsError(f"“{names[0]}” is the only sheet.", "Add another one first.")
 
 
-def _refuse_more(names: list[str]) -> None:
-    if len(names) >= limits.SHEETS:
-        raise SheetsError(
-            f"A workbook has at most {limits.SHEETS} sheets.", "Delete one first, or begin another workbook."
-        )
-
-
 @dataclass
 class CsvFolder:
     """A folder of CSV files while its sheets change.
@@ -422,7 +406,7 @@ class CsvFolder:
         names, kept = self.names, ""
         match edit:
             case AddSheet():
-                _refuse_more(names)
+                refuse_more(names)
                 name = _file_name(sheet_name(edit.sheet, names))
                 place = names.index(sheet_named(names, edit.before)) if edit.before else len(names)
                 if self.tabs and len(self.tabs) == len(self.files):
@@ -502,7 +486,7 @@ class MarkdownSheets:
         names, pieces = self.names, self._pieces
         match edit:
             case AddSheet():
-                _refuse_more(names)
+                refuse_more(names)
                 name = sheet_name(edit.sheet, names)
                 place = names.index(sheet_named(names, edit.before)) if edit.before else len(names)
                 self._insert(place, name, markdown_text({name: edit.rows}).replace("\n", self._newline))

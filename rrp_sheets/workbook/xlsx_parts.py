@@ -15,6 +15,8 @@ from rrp_sheets.workbook.xml_stream import Handler
 _ESCAPED = re.compile(r"_x([0-9A-Fa-f]{4})_")
 _LITERAL = re.compile("_(?=x[0-9A-Fa-f]{4}_)")
 _TEXT_FORMAT = 49
+IMPOSSIBLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+"""Characters, and halves of characters, that XML cannot hold."""
 _TRUE = {"1", "true", "on"}
 
 

@@ -25,7 +25,7 @@ from rrp_sheets.workbook.xlsx_parts import (
 from rrp_sheets.workbook.xml_stream import Handler, Stop
 
 _REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
-_LAST_ROW, _LAST_COLUMN = 1_048_576, 16_384
+LAST_ROW, LAST_COLUMN = 1_048_576, 16_384
 # Cells that have only a colour, before a cell that says where it stands or at a row's end. A comment or a text that
 # is marked as one could have the same letters: where there is one, nothing is left out.
 _BARE = re.compile(rb'(?:<c r="[A-Z]{1,3}[0-9]{1,7}"(?: s="[0-9]{1,6}")?(?: t="n")? ?/>)+(?=<c r="[A-Z]|</row>)')
@@ -46,7 +46,7 @@ def place(reference: str) -> tuple[int, int] | None:
     for letter in match[1]:
         column = column * 26 + ord(letter) - 64
     row = int(match[2])
-    return (row, column) if 1 <= row <= _LAST_ROW and column <= _LAST_COLUMN else None
+    return (row, column) if 1 <= row <= LAST_ROW and column <= LAST_COLUMN else None
 
 
 class SheetHandler(Handler):

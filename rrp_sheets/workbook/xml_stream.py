@@ -13,7 +13,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import unreadable
 
 _FIRST_PIECE, _LARGEST_PIECE = 1 << 14, 1 << 22
-_ENCODING = re.compile(rb"""\A\s*<\?xml[^>]*encoding\s*=\s*["']([^"'>]*)["']""")
+DECLARED = re.compile(rb"""\A\s*<\?xml[^>]*encoding\s*=\s*["']([^"'>]*)["']""")
 _ENCODINGS = {"utf-8", "utf8", "utf-16", "us-ascii", "ascii", "iso-8859-1"}
 
 
@@ -137,7 +137,7 @@ class XmlReader:
     def _check(self, piece: bytes) -> None:
         """Refuse long tokens before they are parsed. `<` cannot stand in a text or a tag, so it bounds both."""
         if self._piece == _FIRST_PIECE:
-            declared = _ENCODING.search(piece)
+            declared = DECLARED.search(piece)
             if declared and declared[1].decode("ascii", "replace").casefold() not in _ENCODINGS:
                 raise unreadable("FILE009", name=self._name, what=N_("{part} has an unusual encoding", part=self._part))
         runs = piece.split(b"<")

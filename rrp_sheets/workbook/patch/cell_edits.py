@@ -14,8 +14,7 @@ from rrp_sheets.workbook.patch.values import check_value, shown
 from rrp_sheets.workbook.patch.xml_part import XmlPart, child, local
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.xlsx_parts import number
-
-LAST_ROW, LAST_COLUMN = 1_048_576, 16_384
+from rrp_sheets.workbook.xlsx_sheet import LAST_COLUMN, LAST_ROW
 
 
 def set_cell(package: PackageEdit, edit: SetCell) -> None:

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from xml.sax.saxutils import escape
 
-from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.names import key
 from rrp_sheets.workbook.headers import Recognised, recognise
-from rrp_sheets.workbook.patch.sheet_xml import SheetXml
+from rrp_sheets.workbook.patch.sheet_xml import SheetXml, may_have_formulas
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, local, remove
 from rrp_sheets.workbook.raw import Extent
+from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.xlsx_sheet import XlsxBook
 
 TYPES_PART = "[Content_Types].xml"
 _CALC_CHAIN = "calcchain"
 _BEFORE_CALC = ("sheets", "functionGroups", "externalReferences", "definedNames")
-_FORMULA = re.compile(rb"<(?:\w+:)?f[\s>/]")
 _ZIP64 = 1
 
 
@@ -48,13 +45,7 @@ class PackageEdit:
 
     def index(self, sheet: str) -> int:
         """The number of the sheet of that name; raises SheetsError when there is none."""
-        names = self.book.names
-        if sheet in names:
-            return names.index(sheet)
-        found = [i for i, n in enumerate(names) if key(n) == key(sheet)]
-        if not found:
-            raise SheetsError(f"There is no sheet “{sheet}”.", f"The sheets are: {', '.join(names)}.")
-        return found[0]
+        return self.book.names.index(sheet_named(self.book.names, sheet))
 
     def sheet(self, index: int) -> SheetXml:
         """A sheet as it is now."""
@@ -99,12 +90,11 @@ class PackageEdit:
             self._relations[part] = self.package.relations(part)
         return [t for k, t in self._relations[part].values() if k == kind and t in self.package]
 
-    def has_formulas(self, index: int, pattern: re.Pattern[bytes] = _FORMULA) -> bool:
-        """Return whether a sheet may have formulas: in its cells, or elsewhere as a pattern finds them."""
-        sheet = self._parts.get(self.book.entries[index].part.casefold())
-        if isinstance(sheet, SheetXml) and pattern is _FORMULA:
-            return sheet.has_formulas
-        return pattern.search(self.package.read(self.book.entries[index].part)) is not None
+    def has_formulas(self, index: int) -> bool:
+        """Return whether a sheet may have formulas in its cells."""
+        part = self.book.entries[index].part
+        sheet = self._parts.get(part.casefold())
+        return sheet.has_formulas if isinstance(sheet, SheetXml) else may_have_formulas(self.package.read(part))
 
     def mentions(self, index: int, name: str) -> bool:
         """Return whether a sheet's part may mention a sheet of that name."""

@@ -10,8 +10,9 @@ from dataclasses import dataclass, replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text
+from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text, may_refer
 from rrp_sheets.workbook.patch.xml_part import add, local, set_text, text_of
+from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.xlsx_parts import number
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
@@ -115,8 +116,6 @@ def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
 
 SPARE = 50
 """Blank rows below the last filled one that are covered too when something grows."""
-LISTS = "List_"
-"""Prefix of the names of generated lists; the user's own names stay as they are."""
 _OF_RULES = ("formula", "formula1", "formula2", "f")
 
 
@@ -176,7 +175,7 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
 def _grow_names(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
     """Extend the lists behind the drop-downs."""
     for book, e in package.workbook.find("definedName"):
-        if e.get("name", "").startswith(LISTS):
+        if e.get("name", "").startswith(LIST_PREFIX):
             new = _referring(text_of(e), package.book.names[index], "", longer)
             if new != text_of(e):
                 set_text(e, new)
@@ -209,7 +208,6 @@ _PIECE = re.compile(
 )
 _PLAIN = re.compile(r"(?!(?:[A-Z]{1,3}\d+|R\d*C\d*|TRUE|FALSE)\Z)[A-Z_]\w*\Z", re.IGNORECASE | re.ASCII)
 _FORMULAS = ("f", "formula", "formula1", "formula2", "calculatedColumnFormula", "totalsRowFormula")
-_HAS_FORMULA = re.compile(rb"<(?:\w+:)?(?:f|formula[12]?|calculatedColumnFormula|totalsRowFormula)[\s>/]|<hyperlink\b")
 _LINKED = re.compile(
     rb"""(\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*")([^"]*)(")|(<x:Fmla\w*>)([^<]*)(</x:Fmla\w*>)"""
 )
@@ -290,7 +288,7 @@ def rewrite(package: PackageEdit, part: str, change: Change) -> dict[str, str]:
     spelt = part.casefold()
     if "/drawings/" in spelt or "/ctrlprops/" in spelt:
         return _rewrite_links(package, part, package.read(part), change)
-    if not _HAS_FORMULA.search(package.read(part)):
+    if not may_refer(package.read(part)):
         return {}
     old: dict[str, str] = {}
     for holder, e in package.part(part).find(*_FORMULAS, "hyperlink"):

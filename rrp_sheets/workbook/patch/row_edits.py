@@ -16,7 +16,6 @@ from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.cell_edits import sheet_tables
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.references import (
-    LISTS,
     Moves,
     ReferenceConflict,
     adapted,
@@ -34,13 +33,14 @@ from rrp_sheets.workbook.patch.sheet_xml import (
     block_text,
     cells,
     is_filled,
+    may_refer,
     renumber,
 )
 from rrp_sheets.workbook.patch.xml_part import child, remove, set_text, text_of
 from rrp_sheets.workbook.raw import Range
-from rrp_sheets.workbook.xlsx_sheet import place
+from rrp_sheets.workbook.schema import LIST_PREFIX
+from rrp_sheets.workbook.xlsx_sheet import LAST_ROW, place
 
-_LAST_ROW = 1_048_576
 _MOST = 100_000
 
 
@@ -58,7 +58,7 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     _refuse_header(package, index, edit)
     if isinstance(edit, MoveRows) and not edit.moves:
         return
-    if isinstance(edit, InsertRows) and sheet.last and sheet.last + edit.count > _LAST_ROW:
+    if isinstance(edit, InsertRows) and sheet.last and sheet.last + edit.count > LAST_ROW:
         raise SheetsError(f"The last row of “{name}” is in use, so no row fits in.", "Delete rows at the end first.")
     _refuse_torn(sheet, name, edit)
     tables = sheet_tables(package, index)
@@ -87,7 +87,7 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
 
 def _refuse_impossible(edit: RowEdit) -> None:
     before = edit.before if isinstance(edit, MoveRows) else edit.start
-    if edit.start < 1 or edit.count < 1 or max(edit.start, before) > _LAST_ROW + 1 or edit.count > _MOST:
+    if edit.start < 1 or edit.count < 1 or max(edit.start, before) > LAST_ROW + 1 or edit.count > _MOST:
         raise SheetsError("There are no such rows.", "Rows count from 1; name at least one.")
 
 
@@ -258,7 +258,6 @@ def _shifted(anchor: bytes, by: int) -> bytes:
 
 
 _STAYING = ("_xlnm.print_area", "_xlnm.print_titles", "_xlnm._filterdatabase")
-_ANY_FORMULA = re.compile(rb"<(?:\w+:)?f(?:ormula[12]?)?[\s>/]")
 _LINKED = re.compile(rb"""\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*"([^"]*)"|<x:Fmla\w*>([^<]*)</x:Fmla""")
 
 
@@ -318,7 +317,7 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
     """
     names = package.book.names
     for i, name in enumerate(names):
-        if i != index and not package.has_formulas(i, _ANY_FORMULA):
+        if i != index and not may_refer(package.package.read(package.book.entries[i].part)):
             continue
         sheet = package.sheet(i)
         for e in sheet.elements("formula", "formula1", "formula2", "f"):
@@ -336,7 +335,7 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
     for _, e in package.workbook.find("definedName"):
         title = e.get("name", "")
         if title.casefold() not in _STAYING:
-            yield text_of(e), "", f"the name “{title}”", False, title.startswith(LISTS)
+            yield text_of(e), "", f"the name “{title}”", False, title.startswith(LIST_PREFIX)
     yield from ((*found, False) for found in _in_parts(package))
 
 

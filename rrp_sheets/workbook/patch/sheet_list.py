@@ -24,6 +24,7 @@ from rrp_sheets.workbook.patch.xml_part import (
 )
 from rrp_sheets.workbook.xlsx_parts import number, truth
 
+_SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 _RELATIONS_SPACE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
 VIEWS = ("workbook", "bookViews")
 TABS = ("activeTab", "firstSheet")
@@ -246,11 +247,11 @@ def put_new(
     put(package, part, path, element, at)
 
 
-def put_part(package: PackageEdit, part: str, content_type: str, kind: str, relation: str) -> None:
-    """List a part among the package's parts, and among those that the workbook part refers to."""
-    types = {"PartName": f"/{part}", "ContentType": content_type}
+def put_part(package: PackageEdit, part: str, relation: str) -> None:
+    """List a worksheet's part among the package's parts, and among those that the workbook part refers to."""
+    types = {"PartName": f"/{part}", "ContentType": _SHEET_TYPE}
     put_new(package, TYPES_PART, TYPES, "Override", types)
-    related = {"Id": relation, "Type": kind, "Target": target(package, part)}
+    related = {"Id": relation, "Type": f"{_RELATIONS_SPACE}/worksheet", "Target": target(package, part)}
     put_new(package, relations_part(package), RELATIONS, "Relationship", related)
 
 

@@ -28,6 +28,7 @@ from rrp_sheets.workbook.patch.references import (
 )
 from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, Piece, cut, paste
 from rrp_sheets.workbook.patch.xml_part import canonical, text_of
+from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.sheet_names import sheet_name
 from rrp_sheets.workbook.xlsx_parts import number
 
@@ -212,9 +213,6 @@ def _packed(data: bytes) -> str:
     return base64.b64encode(zlib.compress(data, 6)).decode()
 
 
-_LISTS = "List_"
-
-
 def referring(data: bytes, name: str, sheet: str) -> list[str]:
     """Return the references to a sheet, in words.
 
@@ -237,7 +235,7 @@ def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
                 yield f"the formula in {other}!{column_letters(f.column)}{f.row}"
     for defined, text in listed.defined_names(package).items():
         if wanted in sheets_named(text):
-            yield "drop-down lists in Excel" if defined.startswith(_LISTS) else f"the name “{defined}”"
+            yield "drop-down lists in Excel" if defined.startswith(LIST_PREFIX) else f"the name “{defined}”"
     own = {part.casefold() for part in own_parts(package, package.book.entries[package.index(sheet)].part)}
     for part in formula_parts(package):
         texts = (text_of(f) for _, f in package.part(part).find("f")) if "/charts/" in part and part not in own else ()

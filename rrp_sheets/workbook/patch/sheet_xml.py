@@ -39,8 +39,19 @@ _PLACES = re.compile(
 )
 _NUMBER = re.compile(rb"""(?:\A|\s)r\s*=\s*["'](\d{1,7})["']""")
 _FORMULA = re.compile(rb"<(?:[\w.-]+:)?f[\s/>]")
+_REFERENCE = re.compile(rb"<(?:[\w.-]+:)?(?:f|formula[12]?|calculatedColumnFormula|totalsRowFormula|hyperlink)[\s/>]")
 _MANY_CELLS = [quote + word + quote for word in (b"shared", b"array", b"dataTable") for quote in (b'"', b"'")]
 _ROWS_HERE = b"<?rows here?>"
+
+
+def may_have_formulas(data: bytes) -> bool:
+    """Return whether there may be formulas in cells of a part."""
+    return _FORMULA.search(data) is not None
+
+
+def may_refer(data: bytes) -> bool:
+    """Return whether there may be formulas anywhere in a part, or links."""
+    return _REFERENCE.search(data) is not None
 
 
 def block_of(reference: str) -> Range | None:
@@ -147,7 +158,7 @@ class RowBlock(Touchable):
     def has_formulas(self) -> bool:
         """True when there may be formulas."""
         if self._table is None:
-            return _FORMULA.search(self._data) is not None
+            return may_have_formulas(self._data)
         return next(self._table.iter("{*}f"), None) is not None
 
     def touch(self) -> None:

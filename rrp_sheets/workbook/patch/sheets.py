@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
@@ -11,9 +10,6 @@ from dataclasses import dataclass
 
 from lxml import etree
 
-from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.names import key
-from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch import sheet_list as listed
@@ -23,11 +19,8 @@ from rrp_sheets.workbook.patch.sheet_list import SHEETS, change, cut, paste
 from rrp_sheets.workbook.patch.sheet_restore import bring_sheet, delete_sheet
 from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes
 from rrp_sheets.workbook.raw import RawCell, RawSheet
-from rrp_sheets.workbook.schema import DEVICES, list_titles
-from rrp_sheets.workbook.sheet_names import sheet_name
-
-_SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
-_SHEET_RELATION = "http://schemas.openxmlformats.org/officeDocument/2006/relationships/worksheet"
+from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles
+from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
 
 
 def change_sheets(package: PackageEdit, edit: SheetEdit) -> str:
@@ -57,17 +50,14 @@ def change_sheets(package: PackageEdit, edit: SheetEdit) -> str:
 def _add(package: PackageEdit, edit: AddSheet) -> None:
     before = listed.names(package)
     name = sheet_name(edit.sheet, before)
-    if len(before) >= limits.SHEETS:
-        raise SheetsError(
-            f"A workbook has at most {limits.SHEETS} sheets.", "Delete one first, or begin another workbook."
-        )
+    refuse_more(before)
     place = listed.place(package, edit.before) if edit.before else len(before)
     known = listed.defined_names(package)
     made = new_sheet(package, name, edit.rows, lists_of([*known]))
     part = listed.free_part(package)
     package.added[part] = made.xml
     relation = listed.free_relation(package)
-    listed.put_part(package, part, _SHEET_TYPE, _SHEET_RELATION, relation)
+    listed.put_part(package, part, relation)
     listed.renumber(package, lambda n: n + (n >= place))
     sheet = {"name": name, "sheetId": str(listed.free_number(package)), listed.id_name(package): relation}
     listed.put_new(package, package.book.part, SHEETS, "sheet", sheet, place)
@@ -76,7 +66,7 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
         listed.define(package, "_xlnm.Print_Titles", f"{quoted(name)}!{made.titles}", place)
         titles = [f"{quoted(name)}!Print_Titles"]
     streams = list_name("Streams")
-    if made.streams and any(n.startswith("List_") for n in known) and GONE in known.get(streams, GONE):
+    if made.streams and any(n.startswith(LIST_PREFIX) for n in known) and GONE in known.get(streams, GONE):
         listed.define(package, streams, f"{quoted(name)}!{made.streams}")
     keep_titles(package, listed.worksheets(package, before), added=titles)
 
@@ -131,11 +121,6 @@ def lists_of(names: Sequence[str]) -> dict[str, str]:
     """The lists for drop-downs that a workbook has, by the title that the looks of a column know them by."""
     by_name = {list_name(title): title for title in list_titles()}
     return {title: name for name, title in by_name.items() if name in names}
-
-
-def list_name(title: str) -> str:
-    """The defined name of a list."""
-    return "List_" + re.sub(r"\W", "_", key(title))
 
 
 def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], lists: Mapping[str, str]) -> NewSheet:

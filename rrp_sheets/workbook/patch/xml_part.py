@@ -10,9 +10,9 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.xml_stream import DECLARED
 
 _UNICODE = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8-sig"}
-_DECLARED = re.compile(rb"""\A\s*<\?xml[^>]*encoding\s*=\s*["']([^"'>]*)["']""")
 _DECLARATION = re.compile(rb"\A\s*<\?xml\s[^>]*\?>\s*")
 _DOCTYPE = re.compile(rb"(?>\s+|<\?(?>.*?(?:\?>|\Z))|<!--(?>.*?(?:-->|\Z)))*+<!DOCTYPE", re.DOTALL)
 _TOO_DEEP = etree.XPath(f"boolean({'/*' * (limits.XML_DEPTH + 1)})")
@@ -67,7 +67,7 @@ class XmlPart(Touchable):
     """
 
     def __init__(self, data: bytes) -> None:
-        declared = _DECLARED.search(data)
+        declared = DECLARED.search(data)
         self._encoding = next(
             (name for mark, name in _UNICODE.items() if data.startswith(mark)),
             declared[1].decode("ascii", "replace").casefold() if declared else "utf-8",
