@@ -21,7 +21,7 @@ from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheet_list import SHEETS
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml, cells, put_value
 from rrp_sheets.workbook.patch.sheets import place_style
-from rrp_sheets.workbook.patch.xml_part import XmlPart, add, alone, child, parse, set_attributes
+from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, new_element, parse, set_attributes
 from rrp_sheets.workbook.xlsx_parts import number as whole
 
 TITLE = "Findings"
@@ -208,7 +208,7 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
 
 
 def _row(table: etree._Element, number: int, texts: Sequence[str], styles: Sequence[int]) -> etree._Element:
-    row = alone(table, "row", {"r": str(number)})
+    row = new_element(table, "row", {"r": str(number)})
     for column, (text, style) in enumerate(zip(texts, styles, strict=True), 1):
         put_value(add(row, "c", {"r": f"{column_letters(column)}{number}", "s": str(style)}), text)
     return row
@@ -227,8 +227,8 @@ class StyleSheet:
     def __init__(self, package: PackageEdit) -> None:
         parts = package.related(package.book.part, "styles")
         part = package.part(parts[0]) if parts else None
-        boxes = [part.box("styleSheet", name) for name in _LISTS] if part else []
-        self._part = part if all(box is not None for box in boxes) else None
+        lists = [part.container("styleSheet", name) for name in _LISTS] if part else []
+        self._part = part if all(found is not None for found in lists) else None
         self._styles = part.children("styleSheet", "cellXfs") if part else []
         self._known: dict[str, list[bytes]] = {}
         self._made: dict[tuple[int, str, bool], int] = {}
@@ -250,8 +250,8 @@ class StyleSheet:
         return made
 
     def _style(self, part: XmlPart, base: int, fill: str, edge: str, bold: bool) -> int:
-        def placed(box: str, xml: str) -> str:
-            return str(place_style(part, box, parse(xml.encode()), self._known))
+        def placed(group: str, xml: str) -> str:
+            return str(place_style(part, group, parse(xml.encode()), self._known))
 
         named: dict[str, str | None] = {}
         if fill:

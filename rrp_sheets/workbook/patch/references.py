@@ -374,23 +374,23 @@ def keep_titles(
     """
     name = titles_part(package)
     part = package.part(name) if name else None
-    box = part.box(*_TITLES) if part else None
-    titles = list(box.iterchildren("*")) if box is not None else []
+    container = part.container(*_TITLES) if part else None
+    titles = list(container.iterchildren("*")) if container is not None else []
     texts = [text_of(e) for e in titles]
     before = package.book.names
     counts = [e for pair in part.children(*_PAIRS) for e in pair.iterchildren("{*}i4")] if part else []
     unknown = any(number(text_of(e), -1) < 0 for e in counts)
-    if not part or box is None or not titles or texts[: len(before)] != before or unknown:
+    if not part or container is None or not titles or texts[: len(before)] != before or unknown:
         return
     rest = [new for text in texts[len(before) :] if (new := named(text))]
     rest += added if len(counts) > 1 else ()
     more = len(rest) - (len(texts) - len(before))
-    box.set("size", str(len(sheets) + len(rest)))
-    at, like = box.index(titles[0]), local(titles[0])
+    container.set("size", str(len(sheets) + len(rest)))
+    at, like = container.index(titles[0]), local(titles[0])
     for e in titles:
-        box.remove(e)
+        container.remove(e)
     for i, text in enumerate((*sheets, *rest)):
-        add(box, like, {}, text, at + i)
+        add(container, like, {}, text, at + i)
     for count, by in ((counts[:1], len(sheets) - len(before)), (counts[1:][-1:], more)):
         for e in count if by else ():
             set_text(e, str(number(text_of(e)) + by))

@@ -12,10 +12,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
 from rrp_sheets.workbook.patch.xml_part import (
     add,
-    alone,
     broken,
     child,
     local,
+    new_element,
     parse,
     remove,
     set_attributes,
@@ -84,15 +84,15 @@ def paste(package: PackageEdit, piece: Piece) -> None:
 
 def put(package: PackageEdit, part: str, path: Path, element: etree._Element, place: int) -> None:
     """Put an element into a list, at a place or at the end."""
-    box, there = package.part(part).box(*path), package.part(part).children(*path)
-    if box is None:
+    container, there = package.part(part).container(*path), package.part(part).children(*path)
+    if container is None:
         raise broken()
     if place < len(there):
-        box.insert(box.index(there[place]), element)
+        container.insert(container.index(there[place]), element)
     elif there:
-        box.insert(box.index(there[-1]) + 1, element)
+        container.insert(container.index(there[-1]) + 1, element)
     else:
-        box.append(element)
+        container.append(element)
     package.part(part).touch()
 
 
@@ -191,7 +191,7 @@ def define(package: PackageEdit, name: str, formula: str, local: int | None = No
 def ensure_names(package: PackageEdit) -> None:
     """Have a list of names."""
     book = package.workbook
-    if book.box(*NAMES) is None:
+    if book.container(*NAMES) is None:
         last = [e for e in book.root.iterchildren("*") if local(e) in _BEFORE_NAMES][-1]
         add(book.root, "definedNames", {}, at=book.root.index(last) + 1)
         book.touch()
@@ -200,9 +200,9 @@ def ensure_names(package: PackageEdit) -> None:
 def drop_empty_names(package: PackageEdit) -> None:
     """Have no list of names without names."""
     book = package.workbook
-    box = book.box(*NAMES)
-    if box is not None and child(box, "definedName") is None:
-        book.root.remove(box)
+    container = book.container(*NAMES)
+    if container is not None and child(container, "definedName") is None:
+        book.root.remove(container)
         book.touch()
 
 
@@ -240,9 +240,9 @@ def put_new(
     text: str = "",
 ) -> None:
     """Put a new element into a list, at a place or at the end."""
-    box = package.part(part).box(*path)
-    assert box is not None
-    element = alone(box, name, attributes)
+    container = package.part(part).container(*path)
+    assert container is not None
+    element = new_element(container, name, attributes)
     element.text = text or None
     put(package, part, path, element, at)
 

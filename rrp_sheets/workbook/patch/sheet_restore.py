@@ -53,7 +53,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     old_titles = package.read(titles) if titles else b""
     kept: dict[str, Any] = {
         "sheet": name, "place": at, "part": package.package.parts[entry.part.casefold()].filename,
-        "ground": _ground(package, counts := _counts(package)),
+        "ground": _style_digest(package, counts := _counts(package)),
         "counts": counts, "parts": {spelt: _packed(package.read(spelt)) for spelt in gone},
         "formulas": {
             part: old for part in formula_parts(package)
@@ -129,7 +129,7 @@ def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
     there = package.package.parts
     rels = _rels(kept["part"])
     taken = [p for p in kept["parts"] if p.casefold() in there and p not in (kept["part"], rels)]
-    if taken or _ground(package, kept["counts"]) != kept["ground"]:
+    if taken or _style_digest(package, kept["counts"]) != kept["ground"]:
         raise SheetsError(
             f"“{kept['sheet']}” cannot come back as it was: another program has saved the workbook since.",
             "Take it from a version that was kept before (Versions).",
@@ -193,7 +193,7 @@ def _counts(package: PackageEdit) -> list[int]:
     return [len(package.part(parts[0]).children("styleSheet", name)) if parts else 0 for name in _STYLES]
 
 
-def _ground(package: PackageEdit, counts: list[int]) -> str:
+def _style_digest(package: PackageEdit, counts: list[int]) -> str:
     """Return a digest that changes when numbers of styles or shared texts get other meanings; new styles do no harm."""
     total = hashlib.sha256()
     for part in package.related(package.book.part, "sharedstrings"):

@@ -16,10 +16,10 @@ from rrp_sheets.workbook.patch.xml_part import (
     Touchable,
     XmlPart,
     add,
-    alone,
     broken,
     child,
     local,
+    new_element,
     parse,
     refuse_endless,
     set_attributes,
@@ -80,7 +80,7 @@ def block_text(block: Range) -> str:
 
 @dataclass(slots=True)
 class FormulaRange:
-    """An array formula or a data table: the block of cells that it fills, in the words that tell it."""
+    """An array formula or a data table: the block of cells that it fills, and what messages call it."""
 
     block: Range
     what: str
@@ -88,7 +88,7 @@ class FormulaRange:
 
 @dataclass(slots=True)
 class CellFormula:
-    """A formula in a cell, with its text there; `block` is to be told when `element` is changed."""
+    """A formula in a cell, with its text there; touch `block` when `element` is changed."""
 
     block: RowBlock
     row: int
@@ -232,7 +232,7 @@ class SheetXml(XmlPart):
         if table is None or len(table) or local(root) != "worksheet":
             raise broken()
         self.table = table
-        empty = bytes(etree.tostring(alone(table, "sheetData", {}), encoding="UTF-8")).removesuffix(b"/>")
+        empty = bytes(etree.tostring(new_element(table, "sheetData", {}), encoding="UTF-8")).removesuffix(b"/>")
         name = re.match(rb"<[^\s/>]+", empty)
         assert name is not None
         self.frame = (empty + b">", b"</" + name[0][1:] + b">")
@@ -444,7 +444,7 @@ def put_value(cell: etree._Element, value: Value) -> None:
 
 def blank_like(row: etree._Element) -> etree._Element:
     """A blank row that looks like another."""
-    new = alone(row, "row", {str(name): str(value) for name, value in row.attrib.items()})
+    new = new_element(row, "row", {str(name): str(value) for name, value in row.attrib.items()})
     set_attributes(new, dict.fromkeys(("hidden", "collapsed", "spans")))
     if new.get("customHeight") not in ("1", "true"):
         set_attributes(new, {"ht": None})

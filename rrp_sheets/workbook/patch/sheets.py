@@ -118,7 +118,7 @@ class NewSheet:
 
 
 def lists_of(names: Sequence[str]) -> dict[str, str]:
-    """The lists for drop-downs that a workbook has, by the title that the looks of a column know them by."""
+    """The lists for drop-downs that a workbook has, by the title that a column of the schema has them under."""
     by_name = {list_name(title): title for title in list_titles()}
     return {title: name for name, title in by_name.items() if name in names}
 
@@ -147,32 +147,32 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
         letter = column_letters(what.columns["Stream"])
         streams = f"${letter}${header + 1}:${letter}${maker.last}"
     titles = "" if maker.prose else f"${header}:${header}"
-    return NewSheet(_dressed(package, XmlPart(xml), XmlPart(styles)), titles, streams)
+    return NewSheet(with_package_styles(package, XmlPart(xml), XmlPart(styles)), titles, streams)
 
 
-def _dressed(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -> bytes:
+def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -> bytes:
     """The sheet with the numbers that its styles have in the package."""
     parts = package.related(package.book.part, "styles")
-    wardrobe = _Wardrobe(package.part(parts[0]), styles) if parts else None  # none: a workbook without looks
+    merger = StyleMerger(package.part(parts[0]), styles) if parts else None  # none: a workbook without styles
     for _, e in sheet.find(*_STYLED):
         name = "style" if local(e) == "col" else "s"
-        if (old := e.get(name)) is not None and wardrobe:
-            e.set(name, str(wardrobe.style(int(old))))
+        if (old := e.get(name)) is not None and merger:
+            e.set(name, str(merger.style(int(old))))
         elif old is not None:
             del e.attrib[name]
     for _, e in sheet.find("cfRule"):
-        if wardrobe and wardrobe.has_marks and (old := e.get("dxfId")) is not None:
-            e.set("dxfId", str(wardrobe.number("dxfs", int(old))))
+        if merger and merger.has_marks and (old := e.get("dxfId")) is not None:
+            e.set("dxfId", str(merger.number("dxfs", int(old))))
     for _, e in sheet.find("sheetView", "conditionalFormatting"):
         if local(e) == "sheetView":
             set_attributes(e, {"tabSelected": None})
-        elif not (wardrobe and wardrobe.has_marks):
+        elif not (merger and merger.has_marks):
             remove(e)
     return sheet.to_bytes()
 
 
-class _Wardrobe:
-    """The styles of a package, and those of a made sheet that are looked for in them or added.
+class StyleMerger:
+    """Merger of a made sheet's styles into those of a package: each is looked for there, or added.
 
     Args:
         here: the package's style part.
@@ -186,39 +186,39 @@ class _Wardrobe:
 
     @property
     def has_marks(self) -> bool:
-        """True when there is a list for the looks of conditional formats."""
-        return self._here.box("styleSheet", "dxfs") is not None
+        """True when there is a list for the styles of conditional formats."""
+        return self._here.container("styleSheet", "dxfs") is not None
 
     def style(self, number: int) -> int:
         """The number here of a cell's style."""
         return self.number("cellXfs", number)
 
-    def number(self, box: str, number: int) -> int:
+    def number(self, group: str, number: int) -> int:
         """The number here of a made element of a list, which is added where there is none like it."""
-        if (box, number) not in self._numbers:
-            new = deepcopy(self._made.children("styleSheet", box)[number])
-            if box == "cellXfs":
+        if (group, number) not in self._numbers:
+            new = deepcopy(self._made.children("styleSheet", group)[number])
+            if group == "cellXfs":
                 for name, borrowed in _BORROWED.items():
                     if (old := new.get(name)) is not None:
                         new.set(name, str(self.number(borrowed, int(old))))
                 new.set("xfId", "0")
-            self._numbers[box, number] = place_style(self._here, box, new, self._mine)
-        return self._numbers[box, number]
+            self._numbers[group, number] = place_style(self._here, group, new, self._mine)
+        return self._numbers[group, number]
 
 
-def place_style(styles: XmlPart, box: str, new: etree._Element, known: dict[str, list[bytes]]) -> int:
+def place_style(styles: XmlPart, group: str, new: etree._Element, known: dict[str, list[bytes]]) -> int:
     """The place of an element in a list of a style part, which is added where there is none like it.
 
     Args:
         styles: the part.
-        box: the list's name.
+        group: the name of the list.
         new: the element.
         known: of every list the canonical forms of its elements, filled here.
     """
-    holder = styles.box("styleSheet", box)
+    holder = styles.container("styleSheet", group)
     if holder is None:
         return 0
-    forms = known.setdefault(box, [canonical(e) for e in holder.iterchildren("*")])
+    forms = known.setdefault(group, [canonical(e) for e in holder.iterchildren("*")])
     for e in new.iter("*"):
         e.tag = named_like(holder, local(e))
     new.tail = None

@@ -84,7 +84,7 @@ class XmlPart(Touchable):
     def _parse(self, body: bytes) -> etree._Element:
         return parse(body)
 
-    def box(self, *path: str) -> etree._Element | None:
+    def container(self, *path: str) -> etree._Element | None:
         """The element at a path of local names, which begins with that of the first element."""
         found: etree._Element | None = self.root if local(self.root) == path[0] else None
         for name in path[1:]:
@@ -93,11 +93,11 @@ class XmlPart(Touchable):
 
     def children(self, *path: str) -> list[etree._Element]:
         """The elements inside of the one at a path."""
-        box = self.box(*path)
-        return [] if box is None else list(box.iterchildren("*"))
+        container = self.container(*path)
+        return [] if container is None else list(container.iterchildren("*"))
 
     def find(self, *names: str) -> Iterator[tuple[Touchable, etree._Element]]:
-        """All elements of these local names, each with what is to be told when it is changed (`touch`)."""
+        """All elements of these local names, each with what is to be touched when it is changed."""
         for element in list(self.root.iter(*(f"{{*}}{name}" for name in names))):
             yield self, element
 
@@ -161,17 +161,17 @@ def set_attributes(element: etree._Element, changes: Mapping[str, str | None]) -
 
 
 def add(
-    box: etree._Element, name: str, attributes: Mapping[str, str], text: str = "", at: int | None = None
+    container: etree._Element, name: str, attributes: Mapping[str, str], text: str = "", at: int | None = None
 ) -> etree._Element:
-    """Add an element of the box's namespace, at the end or at a place."""
-    new = etree.SubElement(box, named_like(box, name), dict(attributes))
+    """Add an element of the container's namespace, at the end or at a place."""
+    new = etree.SubElement(container, named_like(container, name), dict(attributes))
     new.text = text or None
     if at is not None:
-        box.insert(at, new)
+        container.insert(at, new)
     return new
 
 
-def alone(like: etree._Element, name: str, attributes: Mapping[str, str]) -> etree._Element:
+def new_element(like: etree._Element, name: str, attributes: Mapping[str, str]) -> etree._Element:
     """Return an element that is in no tree yet, with the namespaces of another one."""
     return etree.Element(named_like(like, name), dict(attributes), like.nsmap)  # type: ignore[arg-type]
 
