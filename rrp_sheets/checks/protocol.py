@@ -19,8 +19,8 @@ from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.schema import FIELDS
 
 ENGINES = FIELDS["engine"].words
-FORGETS, KEEPS = FIELDS["facememory"].words
-_, NOT_KEPT = FIELDS["camerapictures"].words
+FACES_FORGOTTEN, FACES_KEPT = FIELDS["facememory"].words
+PICTURES, NO_PICTURES = FIELDS["camerapictures"].words
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 
 
@@ -68,14 +68,14 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     if text := protocol.text("Time limit"):
         limit = parse_duration(text, bare="s")
         if not limit:
-            meant = meant_duration(text, "s") or N_("10 min or 90 s")
-            report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=meant)
-    memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FORGETS, KEEPS), t), report)
-    pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((KEEPS, NOT_KEPT), t), report)
+            likely = meant_duration(text, "s") or N_("10 min or 90 s")
+            report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=likely)
+    memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FACES_FORGOTTEN, FACES_KEPT), t), report)
+    pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((PICTURES, NO_PICTURES), t), report)
     language = _meant(protocol, "Language", "PROT008", language_code, report) or "en"
     behaviours = _behaviours(workbook, report)
     return RunPlan(
-        behaviours, rate, seed, limit or None, engine, memory == KEEPS, language, keeps_pictures=pictures != NOT_KEPT
+        behaviours, rate, seed, limit or None, engine, memory == FACES_KEPT, language, pictures != NO_PICTURES
     )
 
 
