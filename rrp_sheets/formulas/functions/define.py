@@ -1,4 +1,4 @@
-"""What a function of the library is, and how one is defined from a plain Python function."""
+"""Functions of the library, and their definition from plain Python functions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MANY = 255
 
 
 def arguments(count: int) -> str:
-    """How many arguments, in words."""
+    """The number of arguments, in words."""
     return {0: N_("no arguments"), 1: N_("one argument")}.get(count) or N_("{count} arguments", count=count)
 
 
@@ -52,7 +52,7 @@ class Function:
 
     @property
     def takes(self) -> str:
-        """How many arguments, in words."""
+        """The number of arguments, in words."""
         if self.most >= MANY:
             return N_("{least} or more arguments", least=self.least)
         if self.least == self.most:
@@ -122,7 +122,7 @@ def listing(value: Value) -> list[Value] | tuple[Value, ...]:
 
 
 def islist(value: Value) -> bool:
-    """Whether a value is a list, or a table, which is the list of its rows."""
+    """Return whether a value is a list, or a table, which is the list of its rows."""
     return isinstance(value, (list, tuple, Table))
 
 

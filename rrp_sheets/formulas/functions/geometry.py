@@ -11,7 +11,7 @@ from rrp_sheets.texts import N_
 
 
 def distance(x1: Value, y1: Value, x2: Value, y2: Value) -> float:
-    """How far two points are apart.
+    """The distance between two points.
 
     >>> distance(0, 0, 3, 4)
     5.0
@@ -20,7 +20,7 @@ def distance(x1: Value, y1: Value, x2: Value, y2: Value) -> float:
 
 
 def hypot(x: Value, y: Value) -> float:
-    """How far a point is from the origin.
+    """The distance of a point from the origin.
 
     >>> hypot(3, 4)
     5.0
@@ -61,7 +61,7 @@ def scale(value: Value, from_low: Value, from_high: Value, to_low: Value, to_hig
 
 
 def between(value: Value, low: Value, high: Value) -> bool:
-    """Whether a number lies between two others, or is one of them.
+    """TRUE when a number lies between two others, or is one of them.
 
     >>> between(3, 1, 5), between(6, 1, 5)
     (True, False)

@@ -132,7 +132,7 @@ def list_(*values: Value) -> Value:
 
 
 def count(*values: Value) -> int:
-    """How many numbers there are among some values or in a list.
+    """Count the numbers among some values or in a list.
 
     >>> count([1, 2, "three"])
     2
@@ -141,7 +141,7 @@ def count(*values: Value) -> int:
 
 
 def counta(*values: Value) -> int:
-    """How many values there are that are not blank.
+    """Count the values that are not blank.
 
     >>> counta([1, None, "three"])
     2
@@ -150,7 +150,7 @@ def counta(*values: Value) -> int:
 
 
 def countif(values: Value, what: Value, *, charge: Charge = free) -> int:
-    """How many members of a list equal a value; to count by a condition, write SUM([x > 3 for x in list]).
+    """Count the members of a list that equal a value; to count by a condition, write SUM([x > 3 for x in list]).
 
     >>> countif(["red", "blue", "Red"], "red")
     2
@@ -163,7 +163,7 @@ def countif(values: Value, what: Value, *, charge: Charge = free) -> int:
 
 
 def all_(values: Value) -> bool:
-    """Whether all members of a list hold.
+    """TRUE when all members of a list hold.
 
     >>> all_([True, 1])
     True
@@ -172,7 +172,7 @@ def all_(values: Value) -> bool:
 
 
 def any_(values: Value) -> bool:
-    """Whether at least one member of a list holds.
+    """TRUE when at least one member of a list holds.
 
     >>> any_([False, 0, True])
     True

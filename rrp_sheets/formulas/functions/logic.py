@@ -21,7 +21,7 @@ def xor(*conditions: Value) -> bool:
 
 
 def isblank(value: Value) -> bool:
-    """Whether a value is blank.
+    """TRUE when a value is blank.
 
     >>> isblank(None), isblank(0), isblank("")
     (True, False, False)
@@ -30,7 +30,7 @@ def isblank(value: Value) -> bool:
 
 
 def istext(value: Value) -> bool:
-    """Whether a value is a text.
+    """TRUE when a value is a text.
 
     >>> istext("hi"), istext(1)
     (True, False)
@@ -43,7 +43,7 @@ def _is_number(value: Value) -> bool:
 
 
 def islogical(value: Value) -> bool:
-    """Whether a value is TRUE or FALSE.
+    """TRUE when a value is TRUE or FALSE.
 
     >>> islogical(False), islogical(0)
     (True, False)
@@ -52,7 +52,7 @@ def islogical(value: Value) -> bool:
 
 
 def islist(value: Value) -> bool:
-    """Whether a value is a list.
+    """TRUE when a value is a list.
 
     >>> islist([1, 2]), islist(1)
     (True, False)
@@ -61,7 +61,7 @@ def islist(value: Value) -> bool:
 
 
 def isrecord(value: Value) -> bool:
-    """Whether a value is a whole record, such as what a sensor gives.
+    """TRUE when a value is a whole record, such as what a sensor gives.
 
     >>> isrecord(1)
     False
@@ -128,10 +128,10 @@ FUNCTIONS = (
     Function(("IFERROR",), _lazy, 2, 2, "IFERROR(value; otherwise)",
              "The first value, or the second when working out the first fails.\n\n"
              ">>> IFERROR(1 / 0; -1)\n-1", _iferror),
-    Function(("ISERROR",), _lazy, 1, 1, "ISERROR(value)", "Whether working out a value fails.\n\n"
+    Function(("ISERROR",), _lazy, 1, 1, "ISERROR(value)", "TRUE when working out a value fails.\n\n"
              ">>> ISERROR(1 / 0)\nTrue", _iferror),
     Function(("ISNUMBER",), _lazy, 1, 1, "ISNUMBER(value)",
-             "Whether a value is a number; FALSE too when working it out fails.\n\n"
+             "TRUE when a value is a number; FALSE too when working it out fails.\n\n"
              '>>> ISNUMBER(SEARCH("ball"; "red hat"))\nFalse', _isnumber),
     define(xor), define(isblank), define(istext), define(islogical), define(islist), define(isrecord),
 )  # fmt: skip

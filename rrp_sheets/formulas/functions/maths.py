@@ -198,7 +198,7 @@ def mod(value: Value, divisor: Value) -> Number:
 
 
 def quotient(value: Value, divisor: Value) -> int:
-    """How many times a number goes into another, without the rest.
+    """The whole number of times that a number goes into another, without the rest.
 
     >>> quotient(7, 3), quotient(-7, 3)
     (2, -2)
@@ -216,7 +216,7 @@ def in_bounds(n: Number) -> Number:
 
 
 def iseven(value: Value) -> bool:
-    """Whether a whole number is even.
+    """TRUE when a whole number is even.
 
     >>> iseven(4), iseven(3)
     (True, False)
@@ -225,7 +225,7 @@ def iseven(value: Value) -> bool:
 
 
 def isodd(value: Value) -> bool:
-    """Whether a whole number is odd.
+    """TRUE when a whole number is odd.
 
     >>> isodd(3), isodd(4)
     (True, False)

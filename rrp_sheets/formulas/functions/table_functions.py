@@ -17,7 +17,7 @@ _NO_DEFAULT = object()
 
 
 def rows(table: Value) -> int:
-    """How many rows a table has, or how many places a list.
+    """The number of rows of a table, or of places of a list.
 
     >>> rows(["first", "second"])
     2
@@ -55,7 +55,7 @@ def match(what: Value, where: Value, kind: Value = 0, *, charge: Charge = free) 
 def xlookup(
     what: Value, where: Value, results: Value, otherwise: Value = _NO_DEFAULT, *, charge: Charge = free
 ) -> Value:
-    """What stands in `results` at the place where a value is in a list; `otherwise` when it is not there.
+    """The entry of `results` at the place where a value is in a list; `otherwise` when it is not there.
 
     >>> xlookup("no", ["yes", "no"], ["Good!", "Never mind."]), xlookup("what", ["yes"], ["Good!"], None)
     ('Never mind.', None)
@@ -95,7 +95,7 @@ def _named(what: Value) -> str:
 
 
 def members_of(values: list[Value]) -> list[Value] | tuple[Value, ...]:
-    """What PICK draws from: the one list or table that it is given, or its several values."""
+    """The values that PICK draws from: the one list or table that it is given, or its several values."""
     members = listing(values[0]) if len(values) == 1 else values
     if not members:
         raise FormulaProblem("FORM107", what=N_("There is nothing in the list to pick from"))

@@ -27,7 +27,7 @@ _NUMBER = re.compile(r"\s*[+-]?(\d{1,16}(\.\d{0,16})?|\.\d{1,16})\s*", re.ASCII)
 
 
 def len_(value: Value) -> int:
-    """How many characters a text has, or how many places a list.
+    """The number of characters of a text, or of places of a list.
 
     >>> len_("Kim"), len_([1, 2])
     (3, 2)
@@ -151,7 +151,7 @@ def substitute(value: Value, old: Value, new: Value, which: Value = None, *, cha
 
 
 def find(what: Value, value: Value, start: Value = 1, *, charge: Charge = free) -> int:
-    """Where a text stands in another, capitals considered; the first letter has number 1. Not there: an error.
+    """The place of a text in another, capitals considered; the first letter has number 1. Not there: an error.
 
     >>> find("ball", "red ball")
     5
@@ -160,7 +160,7 @@ def find(what: Value, value: Value, start: Value = 1, *, charge: Charge = free) 
 
 
 def search(what: Value, value: Value, start: Value = 1, *, charge: Charge = free) -> int:
-    """Where a text stands in another, without regard to capitals; the first letter has number 1. Not there: an error.
+    """The place of a text in another, without regard to capitals; the first letter has number 1. Not there: an error.
 
     >>> search("BALL", "red ball")
     5
@@ -182,7 +182,7 @@ def _find(what: str, value: str, start: Value, name: str, charge: Charge) -> int
 
 
 def startswith(value: Value, what: Value) -> bool:
-    """Whether a text begins with another, without regard to capitals.
+    """TRUE when a text begins with another, without regard to capitals.
 
     >>> startswith("Red ball", "red")
     True
@@ -191,7 +191,7 @@ def startswith(value: Value, what: Value) -> bool:
 
 
 def endswith(value: Value, what: Value) -> bool:
-    """Whether a text ends with another, without regard to capitals.
+    """TRUE when a text ends with another, without regard to capitals.
 
     >>> endswith("Red ball", "BALL")
     True
@@ -249,7 +249,7 @@ def textsplit(value: Value, between: Value = " ", *, charge: Charge = free) -> l
 
 
 def exact(first: Value, second: Value) -> bool:
-    """Whether two texts are the same, capitals included (== takes “Red” and “red” for the same).
+    """TRUE when two texts are the same, capitals included (== takes “Red” and “red” for the same).
 
     >>> exact("Red", "red")
     False
