@@ -35,6 +35,13 @@ from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
 from rrp_sheets.texts import N_
 
+_ANY = N_("Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done.")
+_PLAIN = (StreamKind.SENSOR, StreamKind.DONE, StreamKind.ORDINARY)
+_ELSE = N_("Put it there, or leave the cell blank and choose a Sound.")
+MOST_JUDGED = 300
+"""A workbook with more mistakes is corrected step by step, each with a check of its own."""
+MOST_COMPARED = 300_000  # pairs of names, for the same reason
+
 
 @dataclass(frozen=True)
 class Checked:
@@ -126,10 +133,6 @@ def _robot(workbook: Workbook, report: Report) -> Robot:
     return load_robot("nao")
 
 
-_ANY = N_("Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done.")
-_PLAIN = (StreamKind.SENSOR, StreamKind.DONE, StreamKind.ORDINARY)
-
-
 def find_cues(
     rows: Sequence[SceneRow], scene: Sequence[SceneAction], graph: Graph, report: Report
 ) -> tuple[tuple[SceneAction, ...], tuple[Stream, ...]]:
@@ -178,9 +181,6 @@ def _by_name(graph: Graph) -> dict[str, Stream]:
 def _name(text: str) -> str:
     sheet, mark, name = text.partition("!")
     return f"{key(sheet)}!{key(name)}" if mark else key(sheet)
-
-
-_ELSE = N_("Put it there, or leave the cell blank and choose a Sound.")
 
 
 def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report: Report) -> None:
@@ -238,11 +238,6 @@ def _sounds_in(folder: Path) -> list[str]:
         return [p.name for p in sorted(folder.iterdir())[:1_000] if p.suffix.casefold() == SUFFIX]
     except OSError:
         return []
-
-
-MOST_JUDGED = 300
-"""A workbook with more mistakes is corrected step by step, each with a check of its own."""
-MOST_COMPARED = 300_000  # pairs of names, for the same reason
 
 
 def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Report) -> None:

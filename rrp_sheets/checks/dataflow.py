@@ -25,6 +25,17 @@ MOST_NODES = 60  # of an expression that is followed through several rows
 MOST_COMBINATIONS = 64
 _SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout"})
 _LATER = frozenset({"sample", "delay", "timeout"})
+MOST_CASES = 12
+_OPPOSITE: dict[type, type] = {
+    ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
+    ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
+}  # fmt: skip
+_PLAIN: dict[type, type] = {ast.Is: ast.Eq, ast.IsNot: ast.NotEq}
+_MIRRORED: dict[type, type] = {ast.Lt: ast.Gt, ast.Gt: ast.Lt, ast.LtE: ast.GtE, ast.GtE: ast.LtE}
+_ORDERS: dict[type, frozenset[str]] = {
+    ast.Lt: frozenset("<"), ast.LtE: frozenset("<="), ast.Gt: frozenset(">"), ast.GtE: frozenset(">="),
+    ast.Eq: frozenset("="), ast.NotEq: frozenset("<>"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,19 +248,6 @@ def _substitute(tree: ast.expr, names: Mapping[str, ast.expr], left: list[int]) 
 
 class _TooLarge(Exception):
     """Raised for an expression that cannot be followed: it has too many nodes, a PICK or a loop."""
-
-
-MOST_CASES = 12
-_OPPOSITE: dict[type, type] = {
-    ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
-    ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In,
-}  # fmt: skip
-_PLAIN: dict[type, type] = {ast.Is: ast.Eq, ast.IsNot: ast.NotEq}
-_MIRRORED: dict[type, type] = {ast.Lt: ast.Gt, ast.Gt: ast.Lt, ast.LtE: ast.GtE, ast.GtE: ast.LtE}
-_ORDERS: dict[type, frozenset[str]] = {
-    ast.Lt: frozenset("<"), ast.LtE: frozenset("<="), ast.Gt: frozenset(">"), ast.GtE: frozenset(">="),
-    ast.Eq: frozenset("="), ast.NotEq: frozenset("<>"),
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)

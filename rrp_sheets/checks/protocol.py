@@ -22,6 +22,26 @@ ENGINES = FIELDS["engine"].words
 FACES_FORGOTTEN, FACES_KEPT = FIELDS["facememory"].words
 PICTURES, NO_PICTURES = FIELDS["camerapictures"].words
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
+FIELD = "Data kept"
+_NAMES = {
+    "events": N_("every value with its time"), "words": N_("the words that it hears"),
+    "camera": N_("pictures of the robot's camera"), "film": N_("a film of the robot"),
+    "speech": N_("the sound of what the robot says"), "faces": N_("what remembered faces look like"),
+}  # fmt: skip
+# How people name each kind: beginnings of English words, and Japanese words.
+_ENGLISH = {
+    "events": "value|event|trace|record|log|time|press|touch|step|word|sentence|answer|exercise|data|measure|which",
+    "words": "word|hear|recogni|speech|utter|answer|transcript|sentence",
+    "camera": "picture|image|photo|camera|video|footage", "film": "film|video|movie|animation|footage",
+    "speech": "sound|audio|speech|spoken|sentence|say|said|voice|utter", "faces": "face|biometric",
+}  # fmt: skip
+_JAPANESE = {
+    "events": "値|時刻|記録|出来事|データ", "words": "言葉|ことば|単語|認識|聞", "camera": "画像|写真|映像|カメラ",
+    "film": "動画|映像|フィルム|ビデオ", "speech": "音|発話|話|声|文", "faces": "顔",
+}  # fmt: skip
+_NAMED = {kind: re.compile(rf"\b(?:{_ENGLISH[kind]})|{_JAPANESE[kind]}") for kind in _NAMES}
+_CLAUSE = re.compile(r"[;,.:、。；，：\n]|\b(?:but|and(?= no\b))")
+_NOT = re.compile(r"\b(?:no|not|none|nothing|never|neither|nor|without)\b|n't\b|ない|ません|なし|せず|残さず")
 
 
 @dataclass(frozen=True)
@@ -106,28 +126,6 @@ def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
             every = N_("The behaviours are: {names}.", names=", ".join(known.values()))
             report.add("PROT004", workbook.protocol.fields["run"].address, name=name, **meant(guess, every))
     return frozenset(chosen)
-
-
-FIELD = "Data kept"
-_NAMES = {
-    "events": N_("every value with its time"), "words": N_("the words that it hears"),
-    "camera": N_("pictures of the robot's camera"), "film": N_("a film of the robot"),
-    "speech": N_("the sound of what the robot says"), "faces": N_("what remembered faces look like"),
-}  # fmt: skip
-# How people name each kind: beginnings of English words, and Japanese words.
-_ENGLISH = {
-    "events": "value|event|trace|record|log|time|press|touch|step|word|sentence|answer|exercise|data|measure|which",
-    "words": "word|hear|recogni|speech|utter|answer|transcript|sentence",
-    "camera": "picture|image|photo|camera|video|footage", "film": "film|video|movie|animation|footage",
-    "speech": "sound|audio|speech|spoken|sentence|say|said|voice|utter", "faces": "face|biometric",
-}  # fmt: skip
-_JAPANESE = {
-    "events": "値|時刻|記録|出来事|データ", "words": "言葉|ことば|単語|認識|聞", "camera": "画像|写真|映像|カメラ",
-    "film": "動画|映像|フィルム|ビデオ", "speech": "音|発話|話|声|文", "faces": "顔",
-}  # fmt: skip
-_NAMED = {kind: re.compile(rf"\b(?:{_ENGLISH[kind]})|{_JAPANESE[kind]}") for kind in _NAMES}
-_CLAUSE = re.compile(r"[;,.:、。；，：\n]|\b(?:but|and(?= no\b))")
-_NOT = re.compile(r"\b(?:no|not|none|nothing|never|neither|nor|without)\b|n't\b|ない|ません|なし|せず|残さず")
 
 
 def channel(robot: Robot, device: DeviceType | None) -> str:

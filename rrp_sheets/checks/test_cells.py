@@ -26,6 +26,16 @@ _QUOTES = {'"': '"', "'": "'", "“": "”", "„": "“"}
 _FIELD = re.compile(r"\s*(?P<name>[^\W\d][\w \-]*?)\s*=(?!=)\s*(?P<value>.*?)\s*", re.DOTALL)
 _OPEN, _CLOSE = "([{", ")]}"
 _MINUS = str.maketrans("−–", "--")
+Given = Formula | Value
+"""Source of a value: a formula without inputs, evaluated when it is sent, or the value itself."""
+_OPERATOR = re.compile(r"(>=|<=|<>|!=|==|>|<|≥|≤|≠|＞|＜)\s*(?P<rest>.*)", re.DOTALL)
+_SURELY = re.compile(r"(?<![\w.\"'])value\s*(\.\w|\[|>|<|!=|=|≥|≤|≠)", re.IGNORECASE)
+_BEGINS = re.compile(r"(?P<name>[^\W\d]\w*)\s*(<|>|!=|=|≥|≤|≠)")
+_WORD = re.compile(r"[^\W\d]\w*")
+_NO_CONDITION = ("Name", "Constant", "Attribute", "Subscript", "BinOp", "Join", "List", "Tuple", "JoinedStr")
+"""Nodes of a formula's tree that are rather part of a text than a question about the value."""
+_ABOUT = re.compile(r"[≈~≃≅]\s*(?P<number>[^±]*?)\s*(?:±\s*(?P<within>.*))?", re.DOTALL)
+_PAIRS = {"≥": ">=", "≤": "<=", "≠": "<>", "==": "=", "！=": "!="}
 
 
 class TooLarge(ValueError):
@@ -125,10 +135,6 @@ def compiled(text: str, scope: Scope) -> Formula | FormulaProblem:
         return compile_formula(text, scope)
     except FormulaProblem as problem:
         return problem
-
-
-Given = Formula | Value
-"""Source of a value: a formula without inputs, evaluated when it is sent, or the value itself."""
 
 
 @dataclass(frozen=True)
@@ -235,16 +241,6 @@ def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem)
     elif code == "TEST007" and problem.code == "FORM001" and "quotes" not in problem.details:
         remedy = sentences(remedy, N_('A text to send stands in quotes: "Hello".'))
     report.add(code, cell.address, text=cell.text, why=why, remedy=remedy)
-
-
-_OPERATOR = re.compile(r"(>=|<=|<>|!=|==|>|<|≥|≤|≠|＞|＜)\s*(?P<rest>.*)", re.DOTALL)
-_SURELY = re.compile(r"(?<![\w.\"'])value\s*(\.\w|\[|>|<|!=|=|≥|≤|≠)", re.IGNORECASE)
-_BEGINS = re.compile(r"(?P<name>[^\W\d]\w*)\s*(<|>|!=|=|≥|≤|≠)")
-_WORD = re.compile(r"[^\W\d]\w*")
-_NO_CONDITION = ("Name", "Constant", "Attribute", "Subscript", "BinOp", "Join", "List", "Tuple", "JoinedStr")
-"""Nodes of a formula's tree that are rather part of a text than a question about the value."""
-_ABOUT = re.compile(r"[≈~≃≅]\s*(?P<number>[^±]*?)\s*(?:±\s*(?P<within>.*))?", re.DOTALL)
-_PAIRS = {"≥": ">=", "≤": "<=", "≠": "<>", "==": "=", "！=": "!="}
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,31 @@ from rrp_sheets.texts import LazyMessage, places_in, told
 
 Detail = str | int | float | None
 """Value of a detail: what the user typed, a number, or a `LazyMessage` of the program; all can be written as JSON."""
+OF_CELLS = ("SHEET006", "SHEET007", "SHEET016")
+"""Codes that make all other findings of the same cell meaningless: its text is not what the user meant."""
+OF_ROWS = ("SHEET017",)
+"""The row's cells stand in wrong columns, so nothing else is said about that row."""
+_OF_INPUTS = ("CONN003", "CONN004", "CONN009")
+"""The row's inputs are not the ones that were meant, so nothing is said about its formula."""
+_LOST_OUTPUT = ("GRAPH002", "GRAPH004", "GRAPH007", "GRAPH008", "GRAPH013", "GRAPH016", "SHEET017", "SHEET021")
+"""The row gives nothing under a name of its own: whoever wants that name misses it."""
+_MISSING = ("GRAPH001", "GRAPH006", "GRAPH011")
+_UNDECLARED = ("GRAPH001", "GRAPH006", "GRAPH007", "GRAPH009", "DEV008")
+_UNKNOWN_HELPER = ("FORM001", "FORM004", "FORM005", "FORM014")
+_UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
+"""Codes that follow everywhere, by the kind of the sheet that cannot be read wholly."""
+_MISSED_BEHAVIOUR = ("PROT004", "DEV010")
+_UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
+"""A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
+_SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
+_OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
+"""Codes that are left out while rows of the scene have errors: which things are in the room is not known then."""
+_WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
+_AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
+_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
+"""As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
+_OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
+"""No error is among these: a warning must not let a workbook with an error pass for one without."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,33 +178,6 @@ class Report:
         """Return the named entries of every finding, for tests: `report.flatten(["code", "cell"])`."""
         fields = list(fields)
         return [tuple(d.as_dict()[f] for f in fields) for d in self]
-
-
-OF_CELLS = ("SHEET006", "SHEET007", "SHEET016")
-"""Codes that make all other findings of the same cell meaningless: its text is not what the user meant."""
-OF_ROWS = ("SHEET017",)
-"""The row's cells stand in wrong columns, so nothing else is said about that row."""
-_OF_INPUTS = ("CONN003", "CONN004", "CONN009")
-"""The row's inputs are not the ones that were meant, so nothing is said about its formula."""
-_LOST_OUTPUT = ("GRAPH002", "GRAPH004", "GRAPH007", "GRAPH008", "GRAPH013", "GRAPH016", "SHEET017", "SHEET021")
-"""The row gives nothing under a name of its own: whoever wants that name misses it."""
-_MISSING = ("GRAPH001", "GRAPH006", "GRAPH011")
-_UNDECLARED = ("GRAPH001", "GRAPH006", "GRAPH007", "GRAPH009", "DEV008")
-_UNKNOWN_HELPER = ("FORM001", "FORM004", "FORM005", "FORM014")
-_UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
-"""Codes that follow everywhere, by the kind of the sheet that cannot be read wholly."""
-_MISSED_BEHAVIOUR = ("PROT004", "DEV010")
-_UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
-"""A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
-_SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
-_OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
-"""Codes that are left out while rows of the scene have errors: which things are in the room is not known then."""
-_WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
-_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
-"""As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
-_OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
-"""No error is among these: a warning must not let a workbook with an error pass for one without."""
 
 
 def without_followers(found: Collection[Diagnostic]) -> list[Diagnostic]:

@@ -41,6 +41,9 @@ _IN_SIMULATION = {
     "actuator": N_("In a simulated run its commands are done at once, as not completed."),
 }
 _EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
+LONGEST_CHAIN = 500
+_BREAK = N_("Break the circle: one of these rows must take another input.")
+T = TypeVar("T")
 
 
 def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector], report: Report) -> Graph:
@@ -202,10 +205,6 @@ class _Builder:
         return None
 
 
-LONGEST_CHAIN = 500
-_BREAK = N_("Break the circle: one of these rows must take another input.")
-
-
 def set_in_order(
     steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, *, complete: bool
 ) -> tuple[Step, ...]:
@@ -307,9 +306,6 @@ def _tell_unused(steps: tuple[Step, ...], streams: dict[str, Stream], report: Re
             stream = streams[step.output]
             if stream.kind is StreamKind.ORDINARY:
                 report.add("GRAPH011", step.row.output.address, name=stream.name)
-
-
-T = TypeVar("T")
 
 
 def after_needs(needs: Mapping[T, Collection[T]], place: Callable[[T], object]) -> list[T]:

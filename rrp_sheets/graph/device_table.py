@@ -21,6 +21,16 @@ from rrp_sheets.texts import N_
 from rrp_sheets.workbook.schema import DEVICES
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
+_HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
+_DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+_WEAK, _STRONG = re.compile("[,，、]"), re.compile("[;；\n]")
+_ENDS = frozenset(
+    {"please", "thanks", "thank you", "robot", "nao", "too", "sir", "madam", "darling", "everybody", "everyone"}
+)
+_QUOTED = re.compile(r"""["“”„«][^"“”„«»]*["“”»]""")
+LONGEST_SETTING = 1_000  # characters: minutes of speech
+COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
 
 
 @dataclass(frozen=True)
@@ -201,18 +211,6 @@ def describe(device: DeviceType) -> str:
 
 def _use(cell: Address, device: str) -> Fix:
     return Fix(f"use-{device.casefold().replace(' ', '-')}", N_("Use {name}", name=device), (Put(cell, device),))
-
-
-_HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
-_DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
-_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-_WEAK, _STRONG = re.compile("[,，、]"), re.compile("[;；\n]")
-_ENDS = frozenset(
-    {"please", "thanks", "thank you", "robot", "nao", "too", "sir", "madam", "darling", "everybody", "everyone"}
-)
-_QUOTED = re.compile(r"""["“”„«][^"“”„«»]*["“”»]""")
-LONGEST_SETTING = 1_000  # characters: minutes of speech
-COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
 
 
 def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = ()) -> tuple[Value, str]:

@@ -34,6 +34,7 @@ _COLUMN_WIDTH = 70
 _LINE, _LETTERS_PER_LINE = 13.5, 74  # points; of the note's font in a column of that width
 _TALLEST = 400
 _MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+_LISTS = ("fonts", "fills", "borders", "cellXfs")
 
 
 def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language: str = "en") -> bytes:
@@ -212,9 +213,6 @@ def _row(table: etree._Element, number: int, texts: Sequence[str], styles: Seque
     for column, (text, style) in enumerate(zip(texts, styles, strict=True), 1):
         put_value(add(row, "c", {"r": f"{column_letters(column)}{number}", "s": str(style)}), text)
     return row
-
-
-_LISTS = ("fonts", "fills", "borders", "cellXfs")
 
 
 class StyleSheet:

@@ -22,6 +22,16 @@ from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lis
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
 from rrp_sheets.workbook.xlsx_parts import IMPOSSIBLE, escape_literal
 
+FONT = "Arial"  # on every machine, or with a replacement of the same widths
+SIZE = 10
+INK, PALE_INK, RULE = "1F2D3A", "5F6B76", "C9D3DB"
+MARK, OFF_INK = "FFE9B8", "8A949C"
+ROWS = 200
+_LISTS = re.compile(r"Lists(?: for drop-downs(?: \d+)?)?")
+"""Name of the sheet with the entries of the drop-downs."""
+_LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
+_PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
+
 
 def make_workbook(
     sheets: Mapping[str, Sequence[Sequence[str]]],
@@ -128,17 +138,6 @@ def _make_lists(book: Any, offers: Offers, title: str) -> None:
     sheet.make()
 
 
-FONT = "Arial"  # on every machine, or with a replacement of the same widths
-SIZE = 10
-INK, PALE_INK, RULE = "1F2D3A", "5F6B76", "C9D3DB"
-MARK, OFF_INK = "FFE9B8", "8A949C"
-ROWS = 200
-
-
-_LISTS = re.compile(r"Lists(?: for drop-downs(?: \d+)?)?")
-"""Name of the sheet with the entries of the drop-downs."""
-
-
 @dataclass(frozen=True, slots=True)
 class Offers:
     """Names for drop-downs and for the marks of unknown names.
@@ -188,9 +187,6 @@ class Offers:
             for row in rows[1:]
             for column, text in enumerate(row)
         )
-
-
-_LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
 
 
 class SheetMaker:
@@ -334,9 +330,6 @@ def _set_text(cell: Any, text: str) -> None:
     if text:
         cell.value = escape_literal(IMPOSSIBLE.sub("\ufffd", text))
         cell.data_type = "s"  # after the value: a text that begins with = must not become a formula
-
-
-_PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
 
 
 def add_prompt(sheet: Any, cells: str, title: str, prompt: str, entries: str | None) -> None:

@@ -33,6 +33,7 @@ from rrp_sheets.workbook.schema import PLAIN, SheetKind
 _SEPARATORS = re.compile(r"[,、，\n]")
 _BLANK = RawCell("")
 _MOST_MERGES = 20
+_TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^“”]*”|(?<!\w)'(?:[^']|'')*')""")
 
 
 @dataclass(frozen=True, slots=True)
@@ -356,9 +357,6 @@ def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         elif name:
             fields[k], names[k] = value, name.text
-
-
-_TEXT = re.compile(r"""(?<![fF])(?:"(?:[^"]|"")*"|“[^“”]*”|(?<!\w)'(?:[^']|'')*')""")
 
 
 def words(texts: Iterable[str]) -> set[str]:

@@ -47,6 +47,10 @@ from rrp_sheets.workbook.text_books import (
 )
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
+Rows = Sequence[Sequence[str]]
+NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
+"""Matches a sheet's name that cannot be a file's name."""
+_HEADING = re.compile(r"^#{1,2}[ \t].*$", re.MULTILINE)
 
 
 class EncodedText:
@@ -267,11 +271,6 @@ def _is_heading(line: str, name: str) -> bool:
     return match is not None and match[1] == name
 
 
-Rows = Sequence[Sequence[str]]
-NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
-"""Matches a sheet's name that cannot be a file's name."""
-
-
 def markdown_text(sheets: Mapping[str, Rows]) -> str:
     r"""The sheets as Markdown tables, each below its name.
 
@@ -363,9 +362,6 @@ def _refuse_large(data: bytes) -> None:
             f"As text the workbook has {len(data) / 1e6:.1f} MB; {limits.FILE_BYTES / 1e6:g} MB can be read again.",
             "Take out the sheets that the robot does not need.",
         )
-
-
-_HEADING = re.compile(r"^#{1,2}[ \t].*$", re.MULTILINE)
 
 
 def _kept(**what: object) -> str:

@@ -22,6 +22,23 @@ _TOKEN = re.compile(
     rf'"(?:[^"]|"")*"|\[[^\[\]]*\]|{_SHEET}(?:{_CELL}|{_ROWS})(?![\w.(!\[])',
     re.IGNORECASE,
 )
+Moves = Sequence[tuple[int, int | None]]
+"""Filled rows that go elsewhere: from where, to where (None: away)."""
+SPARE = 50
+"""Blank rows below the last filled one that are covered too when something grows."""
+_OF_RULES = ("formula", "formula1", "formula2", "f")
+_PIECE = re.compile(
+    r""""(?:[^"]|"")*"|(?P<quoted>'(?:[^']|'')+')!|(?<![\w.\])#'])(?P<plain>[^\W\d][\w.]*(?::[^\W\d][\w.]*)?)!"""
+)
+_PLAIN = re.compile(r"(?!(?:[A-Z]{1,3}\d+|R\d*C\d*|TRUE|FALSE)\Z)[A-Z_]\w*\Z", re.IGNORECASE | re.ASCII)
+_FORMULAS = ("f", "formula", "formula1", "formula2", "calculatedColumnFormula", "totalsRowFormula")
+_LINKED = re.compile(
+    rb"""(\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*")([^"]*)(")|(<x:Fmla\w*>)([^<]*)(</x:Fmla\w*>)"""
+)
+GONE = "#REF!"
+Change = Callable[[str], str]
+_TITLES = ("Properties", "TitlesOfParts", "vector")
+_PAIRS = ("Properties", "HeadingPairs", "vector")
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,10 +89,6 @@ class ReferenceConflict(Exception):
         self.top, self.bottom = top, bottom
 
 
-Moves = Sequence[tuple[int, int | None]]
-"""Filled rows that go elsewhere: from where, to where (None: away)."""
-
-
 def check(top: int, bottom: int, moves: Moves) -> None:
     """Raise ReferenceConflict when rows `top` to `bottom` would not hold the same contents afterwards.
 
@@ -112,11 +125,6 @@ def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
             out += (formula[at:start], str(new))
             at = end
     return "".join([*out, formula[at:]])
-
-
-SPARE = 50
-"""Blank rows below the last filled one that are covered too when something grows."""
-_OF_RULES = ("formula", "formula1", "formula2", "f")
 
 
 def note(package: PackageEdit, index: int) -> None:
@@ -201,18 +209,6 @@ def _referring(formula: str, sheet: str, own: str, longer: Callable[[int, int], 
             out += [formula[at:start], str(bottom)]
             at = end
     return "".join([*out, formula[at:]])
-
-
-_PIECE = re.compile(
-    r""""(?:[^"]|"")*"|(?P<quoted>'(?:[^']|'')+')!|(?<![\w.\])#'])(?P<plain>[^\W\d][\w.]*(?::[^\W\d][\w.]*)?)!"""
-)
-_PLAIN = re.compile(r"(?!(?:[A-Z]{1,3}\d+|R\d*C\d*|TRUE|FALSE)\Z)[A-Z_]\w*\Z", re.IGNORECASE | re.ASCII)
-_FORMULAS = ("f", "formula", "formula1", "formula2", "calculatedColumnFormula", "totalsRowFormula")
-_LINKED = re.compile(
-    rb"""(\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*")([^"]*)(")|(<x:Fmla\w*>)([^<]*)(</x:Fmla\w*>)"""
-)
-GONE = "#REF!"
-Change = Callable[[str], str]
 
 
 def quoted(name: str) -> str:
@@ -349,10 +345,6 @@ def formula_parts(package: PackageEdit) -> Iterator[str]:
         folders = ("/worksheets/", "/charts/", "/drawings/", "/ctrlprops/", "/tables/")
         if any(f in f"/{part}" for f in folders) and "/_rels/" not in part and part.endswith((".xml", ".vml")):
             yield part
-
-
-_TITLES = ("Properties", "TitlesOfParts", "vector")
-_PAIRS = ("Properties", "HeadingPairs", "vector")
 
 
 def titles_part(package: PackageEdit) -> str:

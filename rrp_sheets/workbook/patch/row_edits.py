@@ -42,6 +42,12 @@ from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.xlsx_sheet import LAST_ROW, place
 
 _MOST = 100_000
+_SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
+_NOTE = re.compile(rb"""ObjectType\s*=\s*["']Note["']""")
+_ROW = re.compile(rb"(<x:Row>\s*)(\d+)(\s*</x:Row>)")
+_ANCHOR = re.compile(rb"(<x:Anchor>)([^<]*)(</x:Anchor>)")
+_STAYING = ("_xlnm.print_area", "_xlnm.print_titles", "_xlnm._filterdatabase")
+_LINKED = re.compile(rb"""\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*"([^"]*)"|<x:Fmla\w*>([^<]*)</x:Fmla""")
 
 
 def change_rows(package: PackageEdit, edit: RowEdit) -> None:
@@ -201,12 +207,6 @@ def _move_links(sheet: SheetXml, edit: RowEdit) -> None:
         sheet.root.remove(holder)  # an empty list is not allowed
 
 
-_SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
-_NOTE = re.compile(rb"""ObjectType\s*=\s*["']Note["']""")
-_ROW = re.compile(rb"(<x:Row>\s*)(\d+)(\s*</x:Row>)")
-_ANCHOR = re.compile(rb"(<x:Anchor>)([^<]*)(</x:Anchor>)")
-
-
 def move_comments(package: PackageEdit, index: int, edit: RowEdit) -> None:
     """Let all comments of a sheet go where their rows go; those of deleted rows go away."""
     part = package.book.entries[index].part
@@ -255,10 +255,6 @@ def _shifted(anchor: bytes, by: int) -> bytes:
         if number.isdigit():
             parts[i] = parts[i].replace(number, b"%d" % max(int(number) + by, 0))
     return b",".join(parts)
-
-
-_STAYING = ("_xlnm.print_area", "_xlnm.print_titles", "_xlnm._filterdatabase")
-_LINKED = re.compile(rb"""\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*"([^"]*)"|<x:Fmla\w*>([^<]*)</x:Fmla""")
 
 
 def ignored_columns(package: PackageEdit, index: int) -> frozenset[int]:

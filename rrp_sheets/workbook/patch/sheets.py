@@ -22,6 +22,9 @@ from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
 
+_BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
+_STYLED = ("c", "row", "col")
+
 
 def change_sheets(package: PackageEdit, edit: SheetEdit) -> str:
     """Carry out an edit of the list of sheets.
@@ -102,10 +105,6 @@ def _move(package: PackageEdit, edit: MoveSheet) -> None:
     paste(package, piece.at(order.index(at)))
     listed.renumber(package, lambda n: order.index(n) if n in order else n)
     keep_titles(package, listed.worksheets(package, before))
-
-
-_BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
-_STYLED = ("c", "row", "col")
 
 
 @dataclass(frozen=True, slots=True)
