@@ -284,34 +284,32 @@ FIRST_ROWS = 200  # in the page itself; the others follow
 
 
 def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
-    """Build the page of a sheet; without a sheet, that of the first behaviour."""
+    """Build the page of a sheet, one of the user's own included; without a sheet, that of the first behaviour."""
     newest_event = session.newest_event()
-    grids = session.document.grids
-    first = next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
-    if sheet in session.document.own:
-        other = grid_page(session, name, first)
-        return own_page(other, panels(session, name, sheet), session.document, sheet)
-    sheet = sheet or first
+    document, grids = session.document, session.document.grids
+    sheet = sheet or next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     beside = panels(session, name, sheet)  # before the rows: a page that says "checked" must not have older rows
     look = session.analysis()
-    renderer = session.renderer(sheet) if sheet else None
-    version = grids[sheet].version if sheet else 0  # before the rows, which are of that version or of a later one
-    rows = renderer.rows(0, FIRST_ROWS) if renderer else Markup("")
+    own = sheet in document.own
+    renderer = RowRenderer(own_grid(document, sheet)) if own else session.renderer(sheet) if sheet else None
+    grid = renderer.grid if renderer else None
+    version = grid.version if grid else 0  # before the rows, which are of that version or of a later one
+    rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS) if renderer else Markup("")
     return GridPage(
         name=name,
         title=look.workbook.protocol.text("Title") or name,
         sheet=sheet,
-        kind=grids[sheet].kind if sheet else "",
-        first=grids[sheet].first if sheet else 1,
+        kind=grid.kind if grid else "",
+        first=grid.first if grid else 1,
         heads=tuple(renderer.heads()) if renderer else (),
         examples=bool(renderer and renderer.has_examples),
         rows=rows,
-        count=len(grids[sheet].rows) if sheet else 0,
-        tabs=sheet_tabs(session.document, name, sheet),
+        count=len(grid.rows) if grid else 0,
+        tabs=sheet_tabs(document, name, sheet),
         vocabulary=_json(completions.vocabulary(no_analysis())),
         panels=beside,
-        read_only=session.document.why,
-        hindered=hindrance(session.document.path),
+        read_only=document.why,
+        hindered=hindrance(document.path),
         errors=look.errors,
         newest_event=newest_event,
         version=version,
@@ -368,17 +366,6 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
 
 
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60
-
-
-def own_page(page: GridPage, panels: Panels, document: Document, name: str) -> GridPage:
-    """Build the page of a sheet of the user's own from that of another sheet of the workbook."""
-    grid = own_grid(document, name)
-    renderer = RowRenderer(grid)
-    return replace(
-        page, panels=panels, sheet=name, kind="own", first=1, heads=tuple(renderer.heads()), examples=False,
-        count=len(grid.rows), rows=renderer.rows(0, MOST_OWN_ROWS),
-        tabs=sheet_tabs(document, page.name, name),
-    )  # fmt: skip
 
 
 def own_grid(document: Document, name: str) -> Grid:
