@@ -18,7 +18,7 @@ from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.view import RunStart
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.collab import workbook_session as desk_module
+from rrp_sheets.web.collab import workbook_session as workbook_session_module
 from rrp_sheets.web.collab.broadcaster import EventStream, message
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.web.run.run_manager import RunManager
@@ -219,7 +219,7 @@ def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, 
         go_on.wait(30)
         raise SheetsError("It was too large.", "")
 
-    monkeypatch.setattr(desk_module, "Document", slowly)
+    monkeypatch.setattr(workbook_session_module, "Document", slowly)
     page = threading.Thread(target=lambda: client.get("/book/large.xlsx"))
     page.start()
     try:
@@ -258,27 +258,27 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
     worker = Held()
     open_workbooks = OpenWorkbooks(tmp_path, worker)
-    run_manager, room = RunManager(open_workbooks), open_workbooks.session(tmp_path / "b.xlsx")
-    page = room.join("a", "Aya")
-    room.analysis()  # begins the first check
+    run_manager, session = RunManager(open_workbooks), open_workbooks.session(tmp_path / "b.xlsx")
+    page = session.join("a", "Aya")
+    session.analysis()  # begins the first check
     hear(page, "checked")
-    session = run_manager.start(room, "b.xlsx", RunOptions("Aya", speed=0))
+    run = run_manager.start(session, "b.xlsx", RunOptions("Aya", speed=0))
     hear(page, '"phase":"running"')
     worker.answer.clear()
     worker.begun.clear()
-    put(room, "redBall.distence")
+    put(session, "redBall.distence")
     assert worker.begun.wait(60)
-    put(room, "redBall.distance + 7")
+    put(session, "redBall.distance + 7")
     worker.answer.set()
     assert "not used while there are errors" in hear(page, '"kind":"edit"')
-    session.stop("Aya")
+    run.stop("Aya")
     assert '"restart":""' in hear(page, '"phase":"ended"')
 
 
-def put(room: WorkbookSession, text: str) -> None:
-    grid = room.document.grids["T"]
+def put(session: WorkbookSession, text: str) -> None:
+    grid = session.document.grids["T"]
     cell = CellText(grid.rows[0], 4, text)
-    assert not room.change("b", "Aya", "", lambda document: document.set_cells("Aya", "T", [cell])).get("message")
+    assert not session.change("b", "Aya", "", lambda document: document.set_cells("Aya", "T", [cell])).get("message")
 
 
 def hear(page: EventStream, words: str) -> str:

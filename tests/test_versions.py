@@ -78,8 +78,8 @@ def test_a_version_is_compared_with_now_and_brought_back(folder: Path, client: F
     assert address
     compared = get(client, address[1].replace("&amp;", "&")).text
     assert "Different behaviour" in compared and "Head tracker" in compared and "first, today" in compared
-    room = _room(client)
-    listener = room.join("c1", "Ken")
+    session = _session(client)
+    listener = session.join("c1", "Ken")
     assert "“first” is back." in restore(client, versions(client)["first"])
     assert (folder / "good.md").read_bytes() == before
     assert list(versions(client)) == ["Before first came back", "first"]
@@ -106,14 +106,14 @@ def test_bringing_back_waits_for_who_edits_a_cell(folder: Path, client: FlaskCli
     keep(client, "first")
     change(folder)
     now = (folder / "good.md").read_bytes()
-    room = _room(client)
-    grid = room.document.grids["Tracking"]
+    session = _session(client)
+    grid = session.document.grids["Tracking"]
     place = ("Tracking", grid.rows[0], 1)
-    room.take("c1", "Ken", place)
+    session.take("c1", "Ken", place)
     number = versions(client)["first"]
     assert "Ken is editing a cell just now. Bring it back when they have finished." in restore(client, number)
     assert (folder / "good.md").read_bytes() == now
-    room.release("c1", place)
+    session.release("c1", place)
     assert "“first” is back." in restore(client, number)
 
 
@@ -217,7 +217,7 @@ def test_formulas_are_not_evaluated_in_the_server(
     assert "Different behaviour" in get(client, "/compare?first=book/good.md&second=book/other.md").text
 
 
-def _room(client: FlaskClient):  # type: ignore[no-untyped-def]
+def _session(client: FlaskClient):  # type: ignore[no-untyped-def]
     """The session behind the pages, as the grid's routes have it."""
     services = client.application.extensions["services"]
     return services.open_workbooks.session(services.repository.path("good.md"))

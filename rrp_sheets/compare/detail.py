@@ -27,12 +27,12 @@ _BLANK = "blank"
 
 def detail(first: Side, second: Side, found: Match, changes: Sequence[Change]) -> tuple[ChangedBehaviour, ...]:
     """Return the behaviours in which something changed, in the order of the second workbook, then the removed ones."""
-    maker = _Maker(first, second, found, changes)
+    builder = _BehaviourBuilder(first, second, found, changes)
     out = []
     for b, behaviour in enumerate(second.behaviours):
         a = found.behaviours.back.get(b)
-        out.append(maker.alone(behaviour, c.ADDED) if a is None else maker.both(a, b))
-    out += [maker.alone(first.behaviours[a], c.REMOVED) for a in found.behaviours.left]
+        out.append(builder.alone(behaviour, c.ADDED) if a is None else builder.both(a, b))
+    out += [builder.alone(first.behaviours[a], c.REMOVED) for a in found.behaviours.left]
     return tuple(b for b in out if b.rows and _has_changed(b))
 
 
@@ -40,7 +40,7 @@ def _has_changed(behaviour: ChangedBehaviour) -> bool:
     return any(r.sign for r in behaviour.rows) or any(s.sign for s in behaviour.streams.values())
 
 
-class _Maker:
+class _BehaviourBuilder:
     def __init__(self, first: Side, second: Side, found: Match, changes: Sequence[Change]) -> None:
         self.first, self.second, self.found = first, second, found
         self.rows: dict[tuple[str, int, int], list[Change]] = defaultdict(list)

@@ -175,7 +175,7 @@ class WorkFile:
             journal.stored(entry.seq)
 
 
-def hindrance(path: Path) -> str:
+def write_block_reason(path: Path) -> str:
     """Return why edits of a workbook would be refused just now; empty when they would not."""
     try:
         refuse_open_file(path)

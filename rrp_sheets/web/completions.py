@@ -28,12 +28,12 @@ from rrp_sheets.workbook.schema import FIELDS
 Word = dict[str, str]
 
 
-def vocabulary(look: Analysis) -> dict[str, Any]:
+def vocabulary(analysis: Analysis) -> dict[str, Any]:
     """Return all suggestions for one workbook, in the format of the grid's script."""
-    robot, graph, firsts = look.robot, look.graph, _firsts(look.robot)
+    robot, graph, firsts = analysis.robot, analysis.graph, _firsts(analysis.robot)
     named = [s for s in graph.streams.values() if s.name]
-    streams = [_stream(s, look) for s in named]
-    names = {key(argument_name(s.name)): _argument(s, look) for s in named}
+    streams = [_stream(s, analysis) for s in named]
+    names = {key(argument_name(s.name)): _argument(s, analysis) for s in named}
     records = {}
     for device in robot.device_names("sensor"):
         found = robot.find(device)
@@ -46,17 +46,17 @@ def vocabulary(look: Analysis) -> dict[str, Any]:
         if record is not None:
             records[key(argument_name(s.name))] = _record(record)
     return {
-        **_fixed(), **cell_words(look.workbook, robot), "streams": streams, "names": names, "records": records,
-        "sensors": _devices(look, firsts, "sensor", StreamKind.SENSOR),
-        "actuators": _devices(look, firsts, "actuator", StreamKind.ACTUATOR),
+        **_fixed(), **cell_words(analysis.workbook, robot), "streams": streams, "names": names, "records": records,
+        "sensors": _devices(analysis, firsts, "sensor", StreamKind.SENSOR),
+        "actuators": _devices(analysis, firsts, "actuator", StreamKind.ACTUATOR),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": f"when a command of {s.name} has ended"}
             for s in named if s.kind is StreamKind.ACTUATOR
         ],
-        "helpers": [_helper(h) for h in look.workbook.helpers if h.name],
+        "helpers": [_helper(h) for h in analysis.workbook.helpers if h.name],
         "tables": [
-            {"text": argument_name(s), "help": "your table"} for s in look.workbook.sheets
-            if key(s) in look.workbook.tables
+            {"text": argument_name(s), "help": "your table"} for s in analysis.workbook.sheets
+            if key(s) in analysis.workbook.tables
         ],
         "devices": [
             {"text": name, "kind": kind, "help": _help(robot, firsts, name)}
@@ -101,16 +101,16 @@ def _helper(helper: Helper) -> Word:
     return {"text": name, "name": helper.name.text, "help": text, "label": usage}
 
 
-def _stream(stream: Stream, look: Analysis) -> Word:
-    return {"text": stream.name, "kind": stream.kind.value, "help": _example(stream, look)}
+def _stream(stream: Stream, analysis: Analysis) -> Word:
+    return {"text": stream.name, "kind": stream.kind.value, "help": _example(stream, analysis)}
 
 
-def _argument(stream: Stream, look: Analysis) -> Word:
-    return {"text": argument_name(stream.name), "kind": stream.kind.value, "help": _example(stream, look)}
+def _argument(stream: Stream, analysis: Analysis) -> Word:
+    return {"text": argument_name(stream.name), "kind": stream.kind.value, "help": _example(stream, analysis)}
 
 
-def _example(stream: Stream, look: Analysis) -> str:
-    example = look.stream_examples.get(stream.id, "")
+def _example(stream: Stream, analysis: Analysis) -> str:
+    example = analysis.stream_examples.get(stream.id, "")
     return f"for example {example}" if example else ""
 
 
@@ -122,11 +122,11 @@ def _record(record: RecordType) -> dict[str, Any]:
     return {"name": record.name, "fields": fields}
 
 
-def _devices(look: Analysis, firsts: Mapping[str, str], kind: str, wanted: StreamKind) -> list[Word]:
-    robot = look.robot
-    mine = [d.stream.text for d in look.workbook.devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
+def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str, wanted: StreamKind) -> list[Word]:
+    robot, devices = analysis.robot, analysis.workbook.devices
+    mine = [d.stream.text for d in devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
     offered = [n for n in _offered(robot, firsts, kind) if key(n) not in {key(m) for m in mine}]
-    declared = {key(d.stream.text): d.device.text for d in look.workbook.devices}
+    declared = {key(d.stream.text): d.device.text for d in devices}
     return [
         *(
             {

@@ -249,7 +249,7 @@ class GridPage:
         rows: the table's rows, ready-made.
         vocabulary: the words that are suggested, as JSON.
         read_only: why nothing can be changed; empty when it can.
-        hindered: why nothing can be changed just now, because another program has the file, say.
+        write_block: why nothing can be changed just now, because another program has the file, say.
         errors: the number of errors; with any, the workbook cannot run.
         live: this is the run panel.
         acts: the actions of the scene's things that can be triggered by hand, as JSON.
@@ -272,7 +272,7 @@ class GridPage:
     vocabulary: Markup
     panels: Panels
     read_only: str = ""
-    hindered: str = ""
+    write_block: str = ""
     errors: int = 0
     live: bool = False
     acts: Markup | None = None

@@ -58,26 +58,26 @@ class RowRenderer:
 
     def take(
         self,
-        look: Analysis,
+        analysis: Analysis,
         taken: Mapping[tuple[str, str, int], tuple[str, str]],
         marks: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         """Take over the newest check, the locked cells with their editors (page, name), and the test results."""
         self._marks = marks
-        self._robot = look.robot
+        self._robot = analysis.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
         problems: dict[int, list[tuple[int, Diagnostic]]] = {}
-        for number, d in enumerate(look.findings, 1):
+        for number, d in enumerate(analysis.findings, 1):
             if d.address and d.address.sheet == self.grid.name:
                 problems.setdefault(d.address.row, []).append((number, d))
         self._problems = problems
-        behaviour = look.behaviour(self.grid.name)
+        behaviour = analysis.behaviour(self.grid.name)
         if self.grid.kind != "behaviour" or behaviour is None:
             return
-        self._streams = look.kinds(self.grid.name)
+        self._streams = analysis.kinds(self.grid.name)
         shown = [s for s in behaviour.steps if s.active and not s.connector.is_sink]
-        self._examples = {s.number: look.examples[s.ref] for s in shown if s.ref in look.examples}
-        streams = look.graph.streams
+        self._examples = {s.number: analysis.examples[s.ref] for s in shown if s.ref in analysis.examples}
+        streams = analysis.graph.streams
         anonymous = (s for s in behaviour.steps if s.output in streams)
         self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
 

@@ -17,7 +17,7 @@ from typing import Any
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.journal import Answers, Journal, made_for
 from rrp_sheets.documents.row_changes import SheetChange
-from rrp_sheets.documents.workfile import hindrance
+from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
@@ -37,15 +37,15 @@ class WorkbookSession(Broadcaster):
         self.document = document
         self._worker = worker
         self._again = threading.Event()
-        self._look = no_analysis()
+        self._analysis = no_analysis()
         self._words: tuple[Analysis, str, str] | None = None
         self._renderers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
         self._answers: Answers[dict[str, Any]] = Answers()
         self._trouble = ""
-        self._hindered = ""
+        self._write_block = ""
         self.author = ""  # of the newest edit
-        self._made = time.time_ns() // 1_000_000  # grows with each look of a row: a page keeps the later one of two
+        self._made = time.time_ns() // 1_000_000  # grows with each version of a row: a page keeps the later one of two
         self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
         self.after_check: Callable[[], None] = lambda: None
         self.after_edit: Callable[[], None] = lambda: None
@@ -56,19 +56,19 @@ class WorkbookSession(Broadcaster):
     def analysis(self) -> Analysis:
         """Return the newest analysis; an empty one until the first check, which this starts, has ended."""
         with self._lock:
-            seen = self._look
-        if not seen.checked:
+            analysis = self._analysis
+        if not analysis.checked:
             self.check_soon(only_first=True)
-        return seen
+        return analysis
 
     def words(self) -> tuple[str, str]:
         """Return the words that are suggested, as JSON, and a digest of them; made once for each check."""
-        seen = self.analysis()
+        analysis = self.analysis()
         with self._lock:
             kept = self._words
-        if kept is None or kept[0] is not seen:
-            text = json.dumps(vocabulary(seen), separators=(",", ":"))
-            kept = seen, text, hashlib.sha256(text.encode()).hexdigest()[:16]
+        if kept is None or kept[0] is not analysis:
+            text = json.dumps(vocabulary(analysis), separators=(",", ":"))
+            kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:
                 self._words = kept
         return kept[1], kept[2]
@@ -189,14 +189,14 @@ class WorkbookSession(Broadcaster):
                     return
                 self._again.clear()
             try:
-                seen = analyse(self.document.path, self.document.reading, self._worker)
+                analysis = analyse(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
                 self.tell("trouble", {"message": str(error)})
                 with self._lock:
-                    self._look = replace(self._look, checked=True)
+                    self._analysis = replace(self._analysis, checked=True)
                 continue
             with self._lock:
-                self._look = seen
+                self._analysis = analysis
             self._tell_check()
 
     def _tell_check(self) -> None:
@@ -289,10 +289,10 @@ class WorkbookSession(Broadcaster):
             expired = self.locks.expire()
         for place in expired:
             self._tell_row(place, but="")
-        hindered = hindrance(self.document.path)
-        if hindered != self._hindered:
-            self._hindered = hindered
-            self.tell("notice", {"text": hindered})
+        reason = write_block_reason(self.document.path)
+        if reason != self._write_block:
+            self._write_block = reason
+            self.tell("notice", {"text": reason})
         try:
             changes = self.document.poll()
         except SheetsError as error:

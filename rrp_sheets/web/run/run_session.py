@@ -77,12 +77,12 @@ class RunSession:
         self._looked = 0.0
         self._rest = TELL_EVERY
         self._looking = False
-        self._eyelid = threading.Lock()
+        self._picture_lock = threading.Lock()
         self._lock = threading.Lock()
-        look = session.analysis()
+        examples = session.analysis().examples
         grids = session.document.grids.values()
         self.rows = {f"{g.name}!{n}": row for g in grids if g.kind == "behaviour" for row, n in g.numbers().items()}
-        self.run_state = RunState(self.rows, {ref: unit_of(text) for ref, text in look.examples.items()}, self._changed)
+        self.run_state = RunState(self.rows, {ref: unit_of(text) for ref, text in examples.items()}, self._changed)
         self.run_state.speed = options.speed
         self.process = RunProcess(session.document.path, RunSettings(
             seconds=options.seconds, mode=options.mode, participant=options.participant,
@@ -157,7 +157,7 @@ class RunSession:
             self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _look(self) -> None:
-        with self._eyelid:  # two who decide at once must not be heard the wrong way round
+        with self._picture_lock:  # two who decide at once must not be heard the wrong way round
             wanted = time.monotonic() - self._looked < LOOKED_FOR
             if wanted != self._looking:
                 self._looking = wanted

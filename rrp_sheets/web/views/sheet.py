@@ -20,7 +20,7 @@ from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.documents.steps import Cells, RestoreRows
-from rrp_sheets.documents.workfile import hindrance
+from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.render.diagram import draw_diagram
@@ -228,7 +228,7 @@ _OLD = "This is no longer what the check says."
 _LOOK = "Look at the problems again."
 
 
-def make_fix(document: Document, look: Analysis, author: str, asked: dict[str, Any]) -> Changed:
+def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[str, Any]) -> Changed:
     """Apply the fix that a user has chosen in the list of problems.
 
     `asked` holds the ids of the `finding` and of the `fix`.
@@ -236,7 +236,7 @@ def make_fix(document: Document, look: Analysis, author: str, asked: dict[str, A
     Raises:
         Refused: the problem is not there any more, or the fix does not fit the sheet as it is now.
     """
-    finding = next((d for d in look.findings if d.fixes and d.id == asked.get("finding")), None)
+    finding = next((d for d in analysis.findings if d.fixes and d.id == asked.get("finding")), None)
     fix = next((f for f in finding.fixes if f.id == asked.get("fix")), None) if finding else None
     if fix is None:
         raise Refused(_OLD, _LOOK)
@@ -289,7 +289,7 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     document, grids = session.document, session.document.grids
     sheet = sheet or next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     beside = panels(session, name, sheet)  # before the rows: a page that says "checked" must not have older rows
-    look = session.analysis()
+    analysis = session.analysis()
     own = sheet in document.own
     renderer = RowRenderer(own_grid(document, sheet)) if own else session.renderer(sheet) if sheet else None
     grid = renderer.grid if renderer else None
@@ -297,7 +297,7 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS) if renderer else Markup("")
     return GridPage(
         name=name,
-        title=look.workbook.protocol.text("Title") or name,
+        title=analysis.workbook.protocol.text("Title") or name,
         sheet=sheet,
         kind=grid.kind if grid else "",
         first=grid.first if grid else 1,
@@ -309,8 +309,8 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
         vocabulary=_json(completions.vocabulary(no_analysis())),
         panels=beside,
         read_only=document.why,
-        hindered=hindrance(document.path),
-        errors=look.errors,
+        write_block=write_block_reason(document.path),
+        errors=analysis.errors,
         newest_event=newest_event,
         version=version,
     )
@@ -330,10 +330,10 @@ def _json(data: object) -> Markup:
 
 def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     """Build the panels: the diagram, the explanation in words, the problems and the tests."""
-    look = session.analysis()
+    analysis = session.analysis()
     grids = session.document.grids
     problems = []
-    for number, d in enumerate(look.findings[:MOST_PROBLEMS], 1):
+    for number, d in enumerate(analysis.findings[:MOST_PROBLEMS], 1):
         place = str(d.address) if d.address else ""
         row = ""
         grid = grids.get(d.address.sheet) if d.address else None
@@ -344,24 +344,24 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
                     in_browser(d.message), in_browser(d.remedy), d.address.sheet if d.address else "",
                     d.id, tuple((f.id, f.title) for f in d.fixes))
         )  # fmt: skip
-    behaviour = look.behaviour(sheet)
+    behaviour = analysis.behaviour(sheet)
     drawing, words, why = Markup(""), None, ""
-    number = next((n for n, b in enumerate(look.graph.behaviours, 1) if b is behaviour), 0)
+    number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
-        if not look.understood:
+        if not analysis.understood:
             why = "The diagram comes when the problems are mended."
         elif len(behaviour.steps) > MOST_DRAWN_ROWS:
             why = f"This is too long to be drawn here: more than {MOST_DRAWN_ROWS} rows. Divide the sheet."
         else:
             try:
-                drawing = Markup(look.drawing(behaviour))
+                drawing = Markup(analysis.drawing(behaviour))
             except SheetsError as error:
                 why = f"{error.message} {error.remedy}"
-            words = words_of(explain(look.graph, look.workbook, look.robot, [behaviour])[0])
+            words = words_of(explain(analysis.graph, analysis.workbook, analysis.robot, [behaviour])[0])
     return Panels(
-        name=name, sheet=sheet, counts=counts(look.findings), problems=tuple(problems),
-        left_out=max(0, len(look.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
-        checked=look.checked, picture=number, tests=panel_of(session.tests, session.document, sheet),
+        name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
+        left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+        checked=analysis.checked, picture=number, tests=panel_of(session.tests, session.document, sheet),
     )  # fmt: skip
 
 

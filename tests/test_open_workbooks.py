@@ -26,7 +26,7 @@ HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes
 @pytest.fixture(scope="module")
 def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
     rows = [HEADER, ["", "Red ball", "subscribe", "", "Print", ""]]
-    return make_workbook({"T": rows}, tmp_path_factory.mktemp("desk") / "b.xlsx")
+    return make_workbook({"T": rows}, tmp_path_factory.mktemp("open") / "b.xlsx")
 
 
 @pytest.fixture
