@@ -25,7 +25,7 @@ from rrp_sheets.web.runs.record_pages import (
     RunsPage,
 )
 from rrp_sheets.web.runs.run_store import PICTURES, line_of, when
-from rrp_sheets.web.services import Services
+from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 A_PAGE = 100  # runs
@@ -47,9 +47,9 @@ _KINDS = {
 }  # fmt: skip
 
 
-def runs_page(services: Services, book: str, words: str, first: int, participant: str = "") -> RunsPage:
+def runs_page(book: str, words: str, first: int, participant: str = "") -> RunsPage:
     """Build the list, from the newest to the oldest; `first` is how many are skipped."""
-    runs, books = services.runs, set(services.repository.names())
+    runs, books = services().runs, set(services().repository.names())
     every = newest_first(runs.facts(runs.names()))
     found = [
         f for f in every
@@ -72,13 +72,13 @@ def _has(facts: RunMetadata, words: str) -> bool:
     return all(word in place.casefold() for word in words.casefold().split())
 
 
-def record_page(services: Services, run: str, *, wait: bool = False) -> RecordPage:
+def record_page(run: str, *, wait: bool = False) -> RecordPage:
     """Build the page of one run; raises SheetsError when there is none of that name.
 
     A record that takes long to be read is read only if `wait` is true; otherwise the page comes without its content,
     says so, and requests it again.
     """
-    runs, repository = services.runs, services.repository
+    runs, repository = services().runs, services().repository
     place = runs.place(run)
     facts = runs.facts([run])[0]
     books = set(repository.names())
@@ -91,7 +91,7 @@ def record_page(services: Services, run: str, *, wait: bool = False) -> RecordPa
     reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if facts.readable and not reading:
         try:
-            answer = services.queries.course(place)
+            answer = services().queries.course(place)
         except SheetsError as error:
             trouble = f"{error.message} {error.remedy}"
     log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
@@ -185,14 +185,14 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
     return tuple(found.values())
 
 
-def marbles_page(services: Services, run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
+def marbles_page(run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
     """Build the marble diagrams that were asked for; raises SheetsError when there is no such run."""
-    place = services.runs.place(run)
+    place = services().runs.place(run)
     behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
     spread = "spread" in asked
     trouble, answer = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
     try:
-        answer = services.queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+        answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     if not trouble and not answer["pictures"]:

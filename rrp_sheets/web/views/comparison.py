@@ -42,7 +42,7 @@ _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts 
 @blueprint.get("/compare")
 def compare() -> str:
     """Show the choice of two workbooks, and their differences when both are chosen."""
-    return show(compare_page(services(), _refs(), request.args.get("book", "")))
+    return show(compare_page(_refs(), request.args.get("book", "")))
 
 
 @blueprint.get("/compare/drawn")
@@ -92,29 +92,29 @@ def _refs() -> tuple[str, str]:
     return request.args.get("first", "")[:400], request.args.get("second", "")[:400]
 
 
-def compare_page(services: Services, refs: tuple[str, str], asked_book: str) -> ComparePage:
+def compare_page(refs: tuple[str, str], asked_book: str) -> ComparePage:
     """Build the page; the comparison itself is made when both workbooks are named."""
     first, second = refs
-    names = [n for n in services.repository.workbooks() if addressable(n)]
+    names = [n for n in services().repository.workbooks() if addressable(n)]
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
-    groups = choices(services, books, refs)
+    groups = choices(books, refs)
     words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
     result, trouble = Markup(""), ""
     if first and second:
         try:
-            result = _result(services, refs, words)
+            result = _result(refs, words)
         except SheetsError as error:
             trouble = str(error)
     return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
-def choices(services: Services, books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, tuple[Choice, ...]]]:
+def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, tuple[Choice, ...]]]:
     """Return the choices, in groups: all workbooks, the kept versions of `books`, and workbooks as they ran."""
-    runs = services.runs
-    names = [n for n in services.repository.workbooks() if addressable(n)]
+    runs = services().runs
+    names = [n for n in services().repository.workbooks() if addressable(n)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names)),
-        *(kept_versions(services, book) for book in books),
+        *(kept_versions(book) for book in books),
     ]
     ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
     mine = [r for r in ran if not books or r.workbook in books or f"run/{r.run}" in refs][:_MOST_RUNS]
@@ -124,9 +124,9 @@ def choices(services: Services, books: Sequence[str], refs: Sequence[str] = ()) 
     return [group for group in groups if group[1]]
 
 
-def kept_versions(services: Services, book: str) -> tuple[str, tuple[Choice, ...]]:
+def kept_versions(book: str) -> tuple[str, tuple[Choice, ...]]:
     """Return the kept versions of a workbook as a group of choices, with its title."""
-    kept = services.open_workbooks.session(services.repository.path(book)).document.versions()
+    kept = services().open_workbooks.session(services().repository.path(book)).document.versions()
     return f"Kept versions of {book}", tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
 
 
@@ -135,11 +135,11 @@ def _book_of(ref: str) -> str:
     return rest if kind == "book" else rest.partition("/")[2] if kind == "version" else ""
 
 
-def _result(services: Services, refs: tuple[str, str], words: dict[str, str]) -> Markup:
+def _result(refs: tuple[str, str], words: dict[str, str]) -> Markup:
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        paths = [path_of(services, ref, folder / str(n)) for n, ref in enumerate(refs)]
-        found = services.queries.compare(*paths)
+        paths = [path_of(services(), ref, folder / str(n)) for n, ref in enumerate(refs)]
+        found = services().queries.compare(*paths)
     named = [
         replace(version, source=words.get(ref, version.source))
         for ref, version in zip(refs, (found.first, found.second), strict=True)
@@ -150,26 +150,28 @@ def _result(services: Services, refs: tuple[str, str], words: dict[str, str]) ->
     return as_part(comparison, later=later)
 
 
-def path_of(services: Services, ref: str, folder: Path) -> Path:
+def path_of(shared: Services, ref: str, folder: Path) -> Path:
     """Return the path of the file that a reference names; a kept version is written into `folder`.
+
+    `shared` are the services: a replay calls this in a thread of its own, where `services()` finds none.
 
     Raises:
         SheetsError: there is no such file.
     """
     kind, _, rest = ref.partition("/")
     if kind == "book":
-        path = services.repository.path(rest)
-        refuse_text(services.repository, rest)
+        path = shared.repository.path(rest)
+        refuse_text(shared.repository, rest)
         return path.absolute()
     if kind == "run":
-        path = services.runs.place(rest) / WORKBOOK
+        path = shared.runs.place(rest) / WORKBOOK
         if not path.is_file() or path.is_symlink():
             raise SheetsError("The workbook that ran was not kept with this run.", _GONE)
         return path
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
         raise SheetsError("This cannot be compared.", _GONE)
-    session = services.open_workbooks.session(services.repository.path(book))
+    session = shared.open_workbooks.session(shared.repository.path(book))
     content = session.document.version_content(int(number[:15]))
     if content is None:
         raise SheetsError("There is no such version any more.", _GONE)

@@ -18,7 +18,7 @@ from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_store import line_of
-from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.services import services
 
 blueprint = Blueprint("lookback", __name__)
 
@@ -87,7 +87,7 @@ class DrawnSheet:
 @blueprint.get("/runs/<run>/lookback")
 def page(run: str) -> str:
     """Show the page; its parts are requested one after the other."""
-    return show(lookback_page(services(), run_or_404(run)))
+    return show(lookback_page(run_or_404(run)))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")
@@ -128,20 +128,20 @@ def diagram(run: str, number: int) -> str:
     return show(drawn)
 
 
-def lookback_page(services: Services, run: str) -> LookbackPage:
+def lookback_page(run: str) -> LookbackPage:
     """Build the page of a run; raises SheetsError when there is none of that name."""
-    facts = services.runs.facts([run])[0]
+    facts = services().runs.facts([run])[0]
     answer: Mapping[str, Any] = {"sheets": [], "why": ""}
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
     if not trouble:
         try:
-            answer = json.loads(services.lookback_queries.lookback(services.runs.place(run), "sheets"))
+            answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
         except SheetsError as error:
             answer = {"sheets": [], "why": f"{error.message} {error.remedy}"}
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     return LookbackPage(
-        line_of(facts, set(services.repository.names())), facts.seconds, sheets,
+        line_of(facts, set(services().repository.names())), facts.seconds, sheets,
         Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(answer["why"]),
     )  # fmt: skip
 

@@ -21,7 +21,7 @@ from rrp_sheets.web.models import pieces, show
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.runs.protocol_printer import Wanted
 from rrp_sheets.web.runs.record_pages import PrintPage, ProtocolPart
-from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.services import services
 from rrp_sheets.web.views.comparison import choices, path_of
 from rrp_sheets.web.workbook_repository import printable, refuse_text
 
@@ -36,13 +36,13 @@ _NOTHING = "none"  # chosen by hand, where an approved version would be proposed
 @blueprint.get("/book/<name>/print")
 def page(name: str) -> str:
     """Show the page with the options; it requests the protocol itself when it is shown."""
-    return show(print_page(services(), _workbook(name), request.args))
+    return show(print_page(_workbook(name), request.args))
 
 
 @blueprint.get("/book/<name>/print/protocol")
 def protocol(name: str) -> str:
     """Show the protocol as a fragment of the page, or the reason why there is none."""
-    return show(protocol_part(services(), _workbook(name), request.args))
+    return show(protocol_part(_workbook(name), request.args))
 
 
 @blueprint.get("/book/<name>/print/ready")
@@ -50,7 +50,7 @@ def pdf_ready(name: str) -> Response:
     """Make the PDF; tell what it lacks."""
     book = _workbook(name)
     try:
-        return jsonify({"notes": _pdf(services(), book, request.args)[1]})
+        return jsonify({"notes": _pdf(book, request.args)[1]})
     except SheetsError as error:
         return jsonify({"trouble": str(error)})
 
@@ -58,7 +58,7 @@ def pdf_ready(name: str) -> Response:
 @blueprint.get("/book/<name>/print/protocol.pdf")
 def protocol_pdf(name: str) -> Response:
     """Send the PDF."""
-    data, _ = _pdf(services(), _workbook(name), request.args)
+    data, _ = _pdf(_workbook(name), request.args)
     file = f"{printable(Path(name).stem)}-protocol.pdf"
     return send_file(BytesIO(data), mimetype="application/pdf", as_attachment=True, download_name=file)
 
@@ -80,12 +80,12 @@ def _workbook(name: str) -> str:
     return name
 
 
-def print_page(services: Services, name: str, asked: Mapping[str, str]) -> PrintPage:
+def print_page(name: str, asked: Mapping[str, str]) -> PrintPage:
     """Build the page with the options."""
-    book = services.repository.open(name)
-    kept = services.open_workbooks.session(services.repository.path(name)).document.versions()
+    book = services().repository.open(name)
+    kept = services().open_workbooks.session(services().repository.path(name)).document.versions()
     against = asked.get("against", "") or _approved(name, kept)
-    groups = choices(services, [name], [against])
+    groups = choices([name], [against])
     mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
     choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
               "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
@@ -97,10 +97,10 @@ def print_page(services: Services, name: str, asked: Mapping[str, str]) -> Print
     )  # fmt: skip
 
 
-def protocol_part(services: Services, name: str, asked: Mapping[str, str]) -> ProtocolPart:
+def protocol_part(name: str, asked: Mapping[str, str]) -> ProtocolPart:
     """Build the protocol as a fragment of the page, or with the reason why there is none."""
     try:
-        proof = services.printer.proof(_wanted(services, name, asked))
+        proof = services().printer.proof(_wanted(name, asked))
     except SheetsError as error:
         return ProtocolPart(None, {}, {}, Markup(""), str(error))
     words = texts(proof.pack.language).entries
@@ -109,27 +109,27 @@ def protocol_part(services: Services, name: str, asked: Mapping[str, str]) -> Pr
     return ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend), "", pieces)
 
 
-def _pdf(services: Services, name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
+def _pdf(name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
     """Return the PDF, and notes on what it lacks; raises SheetsError when it cannot be made."""
-    return services.printer.pdf(_wanted(services, name, asked), _one_of(asked.get("paper", ""), PAPERS) or "a4")
+    return services().printer.pdf(_wanted(name, asked), _one_of(asked.get("paper", ""), PAPERS) or "a4")
 
 
-def _wanted(services: Services, name: str, asked: Mapping[str, str]) -> Wanted:
-    path, digest = services.repository.path(name).absolute(), services.repository.open(name).reading.digest
+def _wanted(name: str, asked: Mapping[str, str]) -> Wanted:
+    path, digest = services().repository.path(name).absolute(), services().repository.open(name).reading.digest
     language = _one_of(asked.get("language", ""), LANGUAGES)
     ref = asked.get("against", "")[:400]
     if not ref or ref == _NOTHING:
         return Wanted(path, digest, language=language)
-    return Wanted(path, digest, *_other(services, ref), language)
+    return Wanted(path, digest, *_other(ref), language)
 
 
-def _other(services: Services, ref: str) -> tuple[Path, str]:
+def _other(ref: str) -> tuple[Path, str]:
     """Return the file of the workbook to compare with, and its SHA-256."""
     with tempfile.TemporaryDirectory() as folder:
-        path = path_of(services, ref, Path(folder) / "version")
+        path = path_of(services(), ref, Path(folder) / "version")
         content = b"" if path.is_dir() else path.read_bytes()
         if path.is_relative_to(folder):
-            path = services.printer.held(content, path.name)
+            path = services().printer.held(content, path.name)
     return path, sha256(content).hexdigest()
 
 

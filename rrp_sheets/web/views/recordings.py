@@ -17,7 +17,7 @@ from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
 from rrp_sheets.web.runs.run_store import line_of
-from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.services import services
 
 blueprint = Blueprint("recordings", __name__)
 _MOST_ROWS = 200  # that marbles are asked for
@@ -66,19 +66,19 @@ def runs() -> str:
     """Show the list of recordings."""
     book, words, participant = (request.args.get(n, "")[:300] for n in ("book", "words", "participant"))
     first = request.args.get("first", 0, type=int)
-    return show(runs_page(services(), book, words, max(0, first), participant))
+    return show(runs_page(book, words, max(0, first), participant))
 
 
 @blueprint.get("/runs/pair")
 def pair() -> str:
     """Show two recordings side by side."""
-    return show(pair_page(services(), request.args.getlist("run")))
+    return show(pair_page(request.args.getlist("run")))
 
 
 @blueprint.get("/runs/<run>")
 def record(run: str) -> str:
     """Show a recording."""
-    return show(record_page(services(), run_or_404(run), wait="read" in request.args))
+    return show(record_page(run_or_404(run), wait="read" in request.args))
 
 
 @blueprint.get("/runs/<run>/written")
@@ -91,7 +91,7 @@ def written(run: str) -> Response:
 def marbles(run: str) -> str:
     """Show marble diagrams of a recording."""
     rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7]
-    return show(marbles_page(services(), run_or_404(run), request.args, rows[:_MOST_ROWS]))
+    return show(marbles_page(run_or_404(run), request.args, rows[:_MOST_ROWS]))
 
 
 @blueprint.get("/runs/<run>/series.json")
@@ -103,7 +103,7 @@ def series(run: str) -> Response:
         return jsonify([])
 
 
-def pair_page(services: Services, chosen: Sequence[str]) -> PairPage:
+def pair_page(chosen: Sequence[str]) -> PairPage:
     """Compare two runs.
 
     Raises:
@@ -113,16 +113,16 @@ def pair_page(services: Services, chosen: Sequence[str]) -> PairPage:
     if len(names) != 2:
         raise SheetsError(f"{len(names) or 'No'} run{'' if len(names) == 1 else 's'} chosen.",
                           "Tick two runs in the list of runs, and compare them.")  # fmt: skip
-    runs = services.runs
+    runs = services().runs
     places = [runs.place(name) for name in names]
     facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
     places.sort(key=lambda p: [f.run for f in facts].index(p.name))
-    books = set(services.repository.names())
+    books = set(services().repository.names())
     lines = (line_of(facts[0], books), line_of(facts[1], books))
     answer: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        answer = services.exporter.ask(f"{names[0]} and {names[1]}", "pair_table", str(places[0]), str(places[1]))
+        answer = services().exporter.ask(f"{names[0]} and {names[1]}", "pair_table", str(places[0]), str(places[1]))
     except SheetsError as error:
         trouble = f"{error.message} {error.remedy}"
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest

@@ -18,7 +18,7 @@ from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.record_pages import Choice, RunLine
 from rrp_sheets.web.runs.replay_jobs import ReplayJob
 from rrp_sheets.web.runs.run_store import line_of
-from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.services import services
 from rrp_sheets.web.views.comparison import kept_versions, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
@@ -94,13 +94,13 @@ class ReplayResult:
 @blueprint.get("/runs/<run>/replay")
 def page(run: str) -> str:
     """Show the page, which requests the replay itself."""
-    return show(replay_page(services(), run_or_404(run), _asked()))
+    return show(replay_page(run_or_404(run), _asked()))
 
 
 @blueprint.get("/runs/<run>/replay/result")
 def result(run: str) -> str:
     """Show the result of a replay, or its progress; the first request starts it."""
-    return show(replay_result(services(), run_or_404(run), _asked()))
+    return show(replay_result(run_or_404(run), _asked()))
 
 
 def _asked() -> str:
@@ -108,10 +108,10 @@ def _asked() -> str:
     return request.args.get("with", "")[:_LONGEST_REF]
 
 
-def replay_page(services: Services, run: str, ref: str) -> ReplayPage:
+def replay_page(run: str, ref: str) -> ReplayPage:
     """Build the page, which requests the replay itself."""
-    facts = services.runs.facts([run])[0]
-    names = [n for n in services.repository.workbooks() if addressable(n)]
+    facts = services().runs.facts([run])[0]
+    names = [n for n in services().repository.workbooks() if addressable(n)]
     line = line_of(facts, names)
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
     if facts.ended == "going":
@@ -120,33 +120,34 @@ def replay_page(services: Services, run: str, ref: str) -> ReplayPage:
     books = [*mine, *(n for n in names if n not in mine)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in books)),
-        *(kept_versions(services, book) for book in mine),
+        *(kept_versions(book) for book in mine),
     ]
     return ReplayPage(line, trouble, tuple(g for g in groups if g[1]), ref)
 
 
-def replay_result(services: Services, run: str, ref: str) -> ReplayResult:
+def replay_result(run: str, ref: str) -> ReplayResult:
     """Return the result of a replay, or its progress; the first request starts it."""
-    place = services.runs.place(run)
+    shared = services()
+    place = shared.runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}
     address = url_for("replay.result", run=run, **named)
     try:
-        stamp = _stamp(place, services.repository, ref)
+        stamp = _stamp(place, shared.repository, ref)
 
         def other(stack: ExitStack) -> Path | None:
             if not ref:
                 return None
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            return path_of(services, ref, folder / "other")
+            return path_of(shared, ref, folder / "other")
 
-        job = services.replays.job((run, ref, stamp), place, other)
+        job = shared.replays.job((run, ref, stamp), place, other)
     except SheetsError as error:
         return ReplayResult(address, False, 0, str(error))
     if not job.over:
         return ReplayResult(address, True, round(100 * job.part))
     if job.trouble:
         return ReplayResult(address, False, 100, str(job.trouble))
-    return _finished(job, address, services, run, ref)
+    return _finished(job, address, run, ref)
 
 
 def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float, ...]:
@@ -168,9 +169,9 @@ def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float
     return tuple(found)
 
 
-def _finished(job: ReplayJob, address: str, services: Services, run: str, ref: str) -> ReplayResult:
+def _finished(job: ReplayJob, address: str, run: str, ref: str) -> ReplayResult:
     answer: dict[str, Any] = job.account or {}
-    grids = _Grids(services, run, ref)
+    grids = _Grids(run, ref)
     look = url_for("lookback.page", run=run)
 
     def lines(name: str) -> tuple[TimeLine, ...]:
@@ -189,16 +190,16 @@ def _finished(job: ReplayJob, address: str, services: Services, run: str, ref: s
 class _Grids:
     """Grids of the replayed workbook, if it is in the folder unchanged, to link rows to."""
 
-    def __init__(self, services: Services, run: str, ref: str) -> None:
-        repository = services.repository
+    def __init__(self, run: str, ref: str) -> None:
+        repository, open_workbooks = services().repository, services().open_workbooks
         kind, _, name = ref.partition("/")
         self._book = name if kind == "book" else ""
         if not ref:
-            facts = services.runs.facts([run])[0]
+            facts = services().runs.facts([run])[0]
             if facts.workbook in repository.names() and addressable(facts.workbook):
                 digest = repository.open(facts.workbook).reading.digest
                 self._book = facts.workbook if digest == facts.digest else ""
-        self._grids = services.open_workbooks.session(repository.path(self._book)).document.grids if self._book else {}
+        self._grids = open_workbooks.session(repository.path(self._book)).document.grids if self._book else {}
 
     def address(self, row: str) -> str:
         """Return the link to a row (`Tracking!5`) in the grid; empty when it is not there."""

@@ -13,7 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.models import show
 from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_store import RunStore, line_of
-from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 
 blueprint = Blueprint("run_deletion", __name__)
@@ -73,7 +73,7 @@ class DeletePage:
 @blueprint.get("/runs/delete")
 def ask() -> str:
     """Show what would be deleted and what stays, and ask for the confirmation."""
-    return show(_asked_page(services(), *_asked(request.args.get("participant"))))
+    return show(_asked_page(*_asked(request.args.get("participant"))))
 
 
 @blueprint.post("/runs/delete/now")
@@ -81,7 +81,7 @@ def delete() -> str:
     """Delete runs, and show what was deleted."""
     participant, names = _asked(request.form.get("participant"))
     try:
-        return show(_deleted_page(services(), participant, names))
+        return show(_deleted_page(participant, names))
     except SheetsError as error:  # told where it was asked for
         return show(DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True))
 
@@ -90,44 +90,44 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
     return (participant or "")[:300], request.values.getlist("run")[:_MOST_RUNS]
 
 
-def _asked_page(services: Services, participant: str, names: list[str], notice: str = "") -> DeletePage:
+def _asked_page(participant: str, names: list[str], notice: str = "") -> DeletePage:
     """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
-    runs = services.runs
-    answer = services.exporter.ask("This folder", "plan_deletion", str(runs.folder), participant, names, _busy(runs))
-    return _page(services, participant, answer, notice, failed=bool(notice))
+    runs = services().runs
+    answer = services().exporter.ask("This folder", "plan_deletion", str(runs.folder), participant, names, _busy(runs))
+    return _page(participant, answer, notice, failed=bool(notice))
 
 
-def _deleted_page(services: Services, participant: str, names: list[str]) -> DeletePage:
+def _deleted_page(participant: str, names: list[str]) -> DeletePage:
     """Delete the runs, if the confirmation was typed and nothing has changed since the page was shown."""
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
     if typed != (participant or "delete"):
         what = f"The code {participant}" if participant else "The word “delete”"
-        return _asked_page(services, participant, names, f"{what} was not typed; nothing was deleted.")
+        return _asked_page(participant, names, f"{what} was not typed; nothing was deleted.")
     # what it was is told from what is there now: afterwards there is nothing to tell it from
-    runs = services.runs
+    runs = services().runs
     folder = str(runs.folder)
-    answer = services.exporter.ask(
+    answer = services().exporter.ask(
         "This folder", "delete_planned", folder, participant, names, _busy(runs), expected, below
     )
     if not answer["deleted"]:
         notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
-        return _page(services, participant, answer, notice, failed=True)
+        return _page(participant, answer, notice, failed=True)
     runs.forget({str(run["run"]) for run in answer["runs"]})
     count = len(answer["runs"]) + sum(len(d["runs"]) for d in answer.get("below", ()) if d["folder"] in below)
     notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
     if answer["begun"]:
         named = ", ".join(printable(str(n)) for n in answer["begun"][:_MOST_NAMED])
         notice += f" Meanwhile there is another one, which stays: {named}. Delete again when it has ended."
-    return _page(services, participant, answer, notice, failed=bool(answer["begun"]))
+    return _page(participant, answer, notice, failed=bool(answer["begun"]))
 
 
 def _busy(runs: RunStore) -> list[str]:
     return [*runs.going(), *runs.writing()]
 
 
-def _page(services: Services, participant: str, answer: Mapping[str, Any], notice: str, *, failed: bool) -> DeletePage:
-    books = set(services.repository.names())
+def _page(participant: str, answer: Mapping[str, Any], notice: str, *, failed: bool) -> DeletePage:
+    books = set(services().repository.names())
     done = bool(answer.get("deleted"))
     names = [str(run["run"]) for run in answer["runs"]]
     below = answer.get("below", ())
@@ -135,7 +135,7 @@ def _page(services: Services, participant: str, answer: Mapping[str, Any], notic
     gone = [answer, *(d for d in below if d["folder"] in ticked)] if done else [answer]
     return DeletePage(
         participant=participant, word=participant or "delete",
-        lines=() if done else tuple(line_of(f, books) for f in services.runs.facts(names)),
+        lines=() if done else tuple(line_of(f, books) for f in services().runs.facts(names)),
         shown=(*names, *(f"{d['folder']}/{run['run']}" for d in below for run in d["runs"])), what=_what(gone),
         wiped=tuple(name for d in gone for name in d["faces_wiped"]),
         stays=tuple(_stays(participant, answer, [d for d in below if done and d not in gone])),

@@ -25,7 +25,7 @@ from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.web.models import Card, LastRun, ShelfPage, Unreadable, counts, plural, show
 from rrp_sheets.web.runs.run_store import RunStore, line_of, when
-from rrp_sheets.web.services import Services, services
+from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
     MOST_FILES,
     SUFFIXES,
@@ -162,20 +162,20 @@ Done = tuple[str, str]
 """Result of an action in words, and the file that exists now; empty for none."""
 
 
-def _new(services: Services) -> Done:
-    repository = services.repository
+def _new() -> Done:
+    repository = services().repository
     path = _free(repository, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
     return f"Made {path.name}.", path.name
 
 
-def _tutorial(services: Services) -> Done:
-    path = begin(services.repository.folder)
+def _tutorial() -> Done:
+    path = begin(services().repository.folder)
     return f"Made {path.name}.", path.name
 
 
-def _copy(services: Services) -> Done:
-    repository = services.repository
+def _copy() -> Done:
+    repository = services().repository
     source = repository.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
@@ -184,31 +184,31 @@ def _copy(services: Services) -> Done:
     return f"Made {target.name}.", target.name
 
 
-def _rename(services: Services) -> Done:
-    repository = services.repository
+def _rename() -> Done:
+    repository = services().repository
     source = repository.path(request.form.get("book", ""))
     target = _free(repository, _name(request.form.get("name", ""), source.suffix))
-    with services.open_workbooks.without(source.name):
+    with services().open_workbooks.without(source.name):
         source.rename(target)
-        services.open_workbooks.renamed(source.name, target.name)
+        services().open_workbooks.renamed(source.name, target.name)
     return f"{source.name} is now {target.name}.", target.name
 
 
-def _archive(services: Services) -> Done:
-    repository = services.repository
+def _archive() -> Done:
+    repository = services().repository
     source = repository.path(request.form.get("book", ""))
     folder = repository.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
     target = folder / source.name
     if target.exists():
         target = _numbered(target)
-    with services.open_workbooks.without(source.name):
+    with services().open_workbooks.without(source.name):
         shutil.move(source, target)
     return f"{source.name} is in the folder {ARCHIVE} now.", ""
 
 
-def _unarchive(services: Services) -> Done:
-    repository = services.repository
+def _unarchive() -> Done:
+    repository = services().repository
     name = request.form.get("book", "")
     source = repository.folder / ARCHIVE / name
     if name not in archived(repository) or source.is_symlink():
@@ -220,8 +220,8 @@ def _unarchive(services: Services) -> Done:
     return f"{target.name} is back on the shelf.", target.name
 
 
-def _upload(services: Services) -> Done:
-    repository = services.repository
+def _upload() -> Done:
+    repository = services().repository
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
         raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")
@@ -244,7 +244,7 @@ def _upload(services: Services) -> Done:
     return notice, stored[0] if len(stored) == 1 else ""
 
 
-_ACTIONS: dict[str, Callable[[Services], Done]] = {
+_ACTIONS: dict[str, Callable[[], Done]] = {
     "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
     "tutorial": _tutorial,
 }  # fmt: skip
@@ -261,7 +261,7 @@ def act(action: str) -> Response:
     """Create, copy, rename, archive or upload workbooks, and show the shelf with the result."""
     repository, sort = services().repository, request.args.get("sort", "")
     try:
-        notice, made = _ACTIONS[action](services())
+        notice, made = _ACTIONS[action]()
     except SheetsError as error:
         notice = str(error)
         return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
