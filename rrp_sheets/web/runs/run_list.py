@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from markupsafe import Markup
 
@@ -14,17 +14,7 @@ from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKB
 from rrp_sheets.runs.folder import describe
 from rrp_sheets.runs.records.listing import clock, length
 from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
-from rrp_sheets.web.runs.record_pages import (
-    Download,
-    EditedRow,
-    LogLine,
-    MarblesPage,
-    RecordDetail,
-    RecordPage,
-    RunLine,
-    RunsPage,
-)
-from rrp_sheets.web.runs.run_store import PICTURES, line_of, when
+from rrp_sheets.web.runs.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
@@ -45,6 +35,148 @@ _KINDS = {
     "switch": ("switched", "subscribe"), "speed": ("speed", "run"), "pause": ("paused", "pause"),
     "resume": ("went on", "run"), "step": ("one frame on", "step"),
 }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class RunsPage:
+    """List of the recorded runs of the folder.
+
+    Attributes:
+        book: only those of this workbook.
+        words: only those with these words.
+        books: the workbooks that have runs.
+        total: how many runs there are; `older` the offset of the next page, 0 on the last one.
+        found: how many of them match; `lines_from` the number of the first that is shown.
+        participant: only those of this one; `participants` all codes that there are.
+    """
+
+    template: ClassVar[str] = "runs.html"
+    lines: tuple[RunLine, ...]
+    book: str
+    words: str
+    books: tuple[str, ...]
+    total: int
+    older: int
+    here: bool = False
+    participant: str = ""
+    participants: tuple[str, ...] = ()
+    found: int = 0
+    lines_from: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class RecordDetail:
+    """Property of a run, from its record."""
+
+    name: str
+    value: str
+    code: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Download:
+    """File of the run's folder that can be downloaded."""
+
+    address: str
+    name: str
+    about: str
+    size: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """Entry of a run's log; `at` is in seconds, `when` in words."""
+
+    at: float
+    when: str
+    kind: str
+    word: str
+    icon: str
+    text: str
+    row: str
+    by: str
+    sound: str
+
+
+@dataclass(frozen=True, slots=True)
+class EditedRow:
+    """Row that was changed during the run: the time of the last change, and its line in the log or 0."""
+
+    row: str
+    when: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPage:
+    """Page of one recorded run.
+
+    Attributes:
+        line: as in the list.
+        others: further runs of the same workbook.
+        same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
+        pictures: the names of the existing pictures.
+        edits: the first rows that were changed, `more_edits` the number of the others.
+        trouble: why the events cannot be read.
+        writing: its last files are still being written.
+        events: the number of events.
+        window: the seconds that the marbles show at first.
+        participant: the code.
+        reading: the size of the record, when it is still to be read; empty when its content is shown.
+    """
+
+    template: ClassVar[str] = "record.html"
+    line: RunLine
+    others: tuple[RunLine, ...]
+    facts: tuple[RecordDetail, ...]
+    same: str
+    pictures: frozenset[str]
+    downloads: tuple[Download, ...]
+    log: tuple[LogLine, ...]
+    left_out: int
+    sounds: tuple[str, ...]
+    errors: Mapping[str, int]
+    edits: tuple[EditedRow, ...]
+    more_edits: int
+    trouble: str
+    writing: bool
+    events: str
+    window: tuple[str, str]
+    curves: int
+    compared_with: tuple[RunLine, ...]
+    participant: str = ""
+    reading: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MarblesPage:
+    """Marble diagrams of a run, a fragment of its page.
+
+    Attributes:
+        rows: number, connector and formula, whether it is shown.
+        first, last: seconds, as they were asked for.
+        spread: whether a busy time is drawn in several strips.
+        pictures: the diagrams as trusted SVG.
+    """
+
+    template: ClassVar[str] = "marbles.html"
+    run: str
+    behaviours: tuple[str, ...]
+    behaviour: str
+    rows: tuple[tuple[int, str, bool], ...]
+    all_rows: bool
+    first: str
+    last: str
+    seconds: str
+    spread: bool
+    pictures: tuple[Markup, ...]
+    left_out: int
+    trouble: str
+
+    @property
+    def ticked(self) -> list[int]:
+        """Numbers of the rows that were asked for; empty for all."""
+        return [] if self.all_rows else [number for number, _, shown in self.rows if shown]
 
 
 def runs_page(book: str, words: str, first: int, participant: str = "") -> RunsPage:

@@ -13,7 +13,6 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.runs.records.listing import ended, length
 from rrp_sheets.runs.records.metadata import RunMetadata, facts_of, run_names
-from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {STRIP: "image/png", FILM: "image/gif", DIAGRAM: "image/svg+xml"}
@@ -23,6 +22,35 @@ _OTHERS = {
     TABLE: _SHEET, WORKBOOK: _SHEET, "robot.toml": "text/plain", "gestures.toml": "text/plain",
     TRACE: "application/x-ndjson", POSES: "application/x-ndjson", CAMERA: "application/zip",
 }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class RunLine:
+    """Run in a list.
+
+    Attributes:
+        run: the name of its folder; `opens` whether it can be opened.
+        who: participant and condition.
+        mode: simulated, pilot, real; empty when unknown.
+        state: `good`, `stopped`, `broken`, `going`, `unreadable`: the icon that is shown.
+        ended: how it ended, in words.
+        why: what is wrong, or why it broke off, and what can be done.
+        book: the workbook's file, when it is in the folder.
+    """
+
+    run: str
+    opens: bool
+    when: str
+    workbook: str
+    book: str
+    who: str
+    operator: str
+    mode: str
+    length: str
+    state: str
+    ended: str
+    why: str
+    errors: int
 
 
 @dataclass(frozen=True)

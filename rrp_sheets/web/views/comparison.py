@@ -9,10 +9,11 @@ import re
 import tempfile
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import datetime
 from io import BytesIO
 from pathlib import Path
+from typing import ClassVar
 
 from flask import Blueprint, Response, abort, request, send_file, url_for
 from markupsafe import Markup
@@ -26,7 +27,6 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import confirm_download, workbook_or_404
-from rrp_sheets.web.runs.record_pages import Choice, ComparePage, VersionLine, VersionsPage
 from rrp_sheets.web.runs.run_store import line_of, when
 from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.services import Services, services
@@ -37,6 +37,57 @@ blueprint.after_request(confirm_download)
 _MOST_RUNS = 40
 _GONE = "Choose another one from the list."
 _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts that are seen on a diagram
+
+
+@dataclass(frozen=True, slots=True)
+class VersionLine:
+    """Kept version; `now` when the workbook is the same now."""
+
+    id: int
+    name: str
+    when: str
+    by: str
+    now: bool
+
+
+@dataclass(frozen=True, slots=True)
+class VersionsPage:
+    """List of the kept versions of a workbook."""
+
+    template: ClassVar[str] = "versions.html"
+    name: str
+    lines: tuple[VersionLine, ...]
+    read_only: str
+    notice: str = ""
+    failed: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Workbook that can be compared, by its reference."""
+
+    ref: str
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class ComparePage:
+    """Comparison of two workbooks side by side.
+
+    Attributes:
+        groups: the choices, under headings.
+        book: the workbook that the page belongs to, or empty.
+        result: the comparison, as trusted HTML.
+        trouble: why there is none.
+    """
+
+    template: ClassVar[str] = "compare.html"
+    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    first: str
+    second: str
+    book: str
+    result: Markup
+    trouble: str = ""
 
 
 @blueprint.get("/compare")

@@ -16,8 +16,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
-from rrp_sheets.web.runs.record_pages import RunLine
-from rrp_sheets.web.runs.run_store import line_of
+from rrp_sheets.web.runs.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
 blueprint = Blueprint("lookback", __name__)

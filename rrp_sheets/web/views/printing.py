@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from datetime import datetime
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
+from typing import ClassVar
 
 from flask import Blueprint, Response, abort, jsonify, request, send_file
 from markupsafe import Markup
@@ -16,13 +18,13 @@ from markupsafe import Markup
 from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
+from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
-from rrp_sheets.web.models import pieces, show
+from rrp_sheets.web.models import TextPiece, pieces, show
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.runs.protocol_printer import Wanted
-from rrp_sheets.web.runs.record_pages import PrintPage, ProtocolPart
 from rrp_sheets.web.services import services
-from rrp_sheets.web.views.comparison import choices, path_of
+from rrp_sheets.web.views.comparison import Choice, choices, path_of
 from rrp_sheets.web.workbook_repository import printable, refuse_text
 
 blueprint = Blueprint("printing", __name__)
@@ -31,6 +33,49 @@ blueprint.after_request(confirm_download)
 PAPERS = {"a4": "A4", "letter": "Letter"}
 _APPROVED = re.compile(r"approved|承認", re.IGNORECASE)
 _NOTHING = "none"  # chosen by hand, where an approved version would be proposed
+
+
+@dataclass(frozen=True, slots=True)
+class PrintPage:
+    """Page for printing a workbook: the options; the protocol itself is requested separately.
+
+    Attributes:
+        own: the language that the Protocol sheet says.
+        choice: language, paper and against, as they are asked for.
+        has_approved: whether a kept version is called an approved one.
+        errors: whether it will be a draft.
+    """
+
+    template: ClassVar[str] = "print.html"
+    name: str
+    title: str
+    digest: str
+    own: str
+    languages: tuple[tuple[str, str], ...]
+    papers: tuple[tuple[str, str], ...]
+    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    choice: Mapping[str, str]
+    has_approved: bool
+    errors: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ProtocolPart:
+    """Protocol on the page; `trouble` says why there is none.
+
+    Attributes:
+        t: the texts in its language.
+        pictures: the diagrams, by the names under which the pack has them.
+        pieces: splits a sentence at its formulas.
+    """
+
+    template: ClassVar[str] = "protocol.html"
+    pack: Pack | None
+    t: Mapping[str, str]
+    pictures: Mapping[str, Markup]
+    legend: Markup
+    trouble: str
+    pieces: Callable[[str], tuple[TextPiece, ...]] | None = None
 
 
 @blueprint.get("/book/<name>/print")

@@ -14,9 +14,8 @@ from rrp_sheets.runs.records.listing import clock
 from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import run_or_404
-from rrp_sheets.web.runs.record_pages import RunLine
 from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
-from rrp_sheets.web.runs.run_store import line_of
+from rrp_sheets.web.runs.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
 blueprint = Blueprint("recordings", __name__)

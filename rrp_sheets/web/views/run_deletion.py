@@ -11,8 +11,7 @@ from flask import Blueprint, request
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.models import show
-from rrp_sheets.web.runs.record_pages import RunLine
-from rrp_sheets.web.runs.run_store import RunStore, line_of
+from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 from flask import Blueprint, Response, abort, jsonify, redirect, request, stream_with_context, url_for
 from markupsafe import Markup
@@ -23,6 +23,7 @@ from rrp_sheets.documents.steps import Cells, RestoreRows
 from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.render.svg import frame, text
@@ -31,13 +32,13 @@ from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import GridPage, MessagePage, Panels, Problem, counts, show, words_of
+from rrp_sheets.web.models import BehaviourWords, Head, MessagePage, ProblemCount, counts, show, words_of
 from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.services import services
-from rrp_sheets.web.testing.panel import panel_of
-from rrp_sheets.web.views.tabs import sheet_tabs
+from rrp_sheets.web.testing.panel import TestsPanel, panel_of
+from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 
 MOST_CELLS = 50_000
@@ -50,6 +51,105 @@ _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 
 blueprint = Blueprint("sheet", __name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Finding of the check.
+
+    Attributes:
+        number: its place in the list, and on its flag in the diagram.
+        severity: error, warning or info; also the word that is shown.
+        place: `Tracking!C7`; empty for the whole file.
+        cell: `C7`.
+        anchor: the id of the row, or else of the sheet, on the page; empty where neither is shown.
+        finding: names it in a request.
+        fixes: what can be done about it at once: id and words.
+    """
+
+    number: int
+    severity: str
+    code: str
+    place: str
+    cell: str
+    anchor: str
+    message: str
+    remedy: str
+    sheet: str = ""
+    finding: str = ""
+    fixes: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Panels:
+    """Panels beside and below the grid.
+
+    Attributes:
+        sheet: the sheet whose diagram and words are shown.
+        left_out: the number of problems that are not listed.
+        drawing: the behaviour's diagram as trusted SVG; empty for none.
+        picture: the behaviour's number, under which the diagram is a file of its own; 0 for none.
+        words: the description of the behaviour; None if there is none, it is too long, or cannot be described yet.
+        why: says why there is no diagram.
+        checked: False while the first check is under way.
+        tests: the results of the tests; None for a workbook without tests.
+    """
+
+    template: ClassVar[str] = "panels.html"
+    name: str
+    sheet: str
+    counts: tuple[ProblemCount, ...]
+    problems: tuple[Problem, ...]
+    left_out: int
+    drawing: Markup
+    words: BehaviourWords | None
+    why: str
+    checked: bool = True
+    picture: int = 0
+    tests: TestsPanel | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GridPage:
+    """Page of a sheet in the grid or in the run panel.
+
+    Attributes:
+        off_words: the words in the column On that switch a row off, with spaces between them.
+        kind: `behaviour`, `devices`, …
+        first: the number of the first row.
+        examples: whether the rows show example values.
+        rows: the table's rows, ready-made.
+        vocabulary: the words that are suggested, as JSON.
+        read_only: why nothing can be changed; empty when it can.
+        write_block: why nothing can be changed just now, because another program has the file, say.
+        errors: the number of errors; with any, the workbook cannot run.
+        live: this is the run panel.
+        acts: the actions of the scene's things that can be triggered by hand, as JSON.
+        newest_event: the number of the newest event that the page includes.
+        version: of the order of its rows.
+    """
+
+    template: ClassVar[str] = "grid.html"
+    off_words: ClassVar[str] = " ".join(sorted(FALSE_WORDS))
+    name: str
+    title: str
+    sheet: str
+    kind: str
+    first: int
+    heads: tuple[Head, ...]
+    examples: bool
+    rows: Markup
+    count: int
+    tabs: SheetTabs
+    vocabulary: Markup
+    panels: Panels
+    read_only: str = ""
+    write_block: str = ""
+    errors: int = 0
+    live: bool = False
+    acts: Markup | None = None
+    newest_event: str = ""
+    version: int = 0
 
 
 @blueprint.get("/book/<name>")

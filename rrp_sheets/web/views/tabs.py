@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
 
 from flask import Blueprint, Response, jsonify, request
 
@@ -10,13 +12,52 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
-from rrp_sheets.web.models import Addable, SheetTabs, Tab, show
+from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.workbook.schema import TITLES, is_single
 
 blueprint = Blueprint("tabs", __name__)
 MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
+
+
+@dataclass(frozen=True, slots=True)
+class Tab:
+    """Tab of a sheet; `here` for the one that is shown."""
+
+    name: str
+    kind: str
+    here: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Addable:
+    """Kind of sheet that can be added: its title, a line of help, and the proposed name."""
+
+    kind: str
+    title: str
+    help: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class SheetTabs:
+    """Row of tabs below a sheet.
+
+    Attributes:
+        name: the workbook's.
+        sheet: the one that is shown.
+        tabs: the sheets of known kinds; then the user's own, whose kind is empty.
+        addable: the sheets that can be added; none if the workbook is read-only, or on the run panel.
+        live: this is the run panel.
+    """
+
+    template: ClassVar[str] = "tabs.html"
+    name: str
+    sheet: str
+    tabs: tuple[Tab, ...]
+    addable: tuple[Addable, ...]
+    live: bool = False
 
 
 @blueprint.get("/book/<name>/tabs/<sheet>")

@@ -5,8 +5,10 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import ClassVar
 
 from flask import Blueprint, Response, request, send_file, url_for
 
@@ -23,7 +25,7 @@ from rrp_sheets.runs.bundle.manifest import is_device
 from rrp_sheets.runs.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata
-from rrp_sheets.web.models import Card, LastRun, ShelfPage, Unreadable, counts, plural, show
+from rrp_sheets.web.models import ProblemCount, counts, plural, show
 from rrp_sheets.web.runs.run_store import RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
@@ -48,6 +50,79 @@ _MADE = (
 _MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
 _MOST_WORDS = 4_000  # letters that a search looks through
 _UNSHOWABLE = "Its name has letters that cannot be shown here."
+
+
+@dataclass(frozen=True, slots=True)
+class LastRun:
+    """Newest run of a workbook: its folder's name, its time, and its end (`state` names the icon for that)."""
+
+    run: str
+    when: str
+    ended: str
+    state: str
+    opens: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """Card of a workbook on the shelf.
+
+    Attributes:
+        about: the Protocol's purpose.
+        size: `2 behaviours, 14 rows`.
+        picture: whether its first behaviour can be drawn.
+        words: the text that is searched: title, name, purpose, streams, notes.
+        last: the newest run; None of a workbook that has not run.
+    """
+
+    name: str
+    title: str
+    about: str
+    size: str
+    changed: str
+    counts: tuple[ProblemCount, ...]
+    picture: bool
+    words: str
+    last: LastRun | None
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """File on the shelf that cannot be read as a workbook, and why; `addressed`: its name can be used in a URL."""
+
+    name: str
+    message: str
+    remedy: str
+    addressed: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class ShelfPage:
+    """Shelf: the workbooks of the folder.
+
+    Attributes:
+        others: Markdown files without any sheet of ours.
+        left_out: the number of files that were not read.
+        templates: the templates for a new workbook, with a line about each.
+        archived: the names of the files in the archive.
+        sort: `recent`, `name` or `run`.
+        notice: the result of the last action, or why it failed (`failed`); `made` is the file that it created.
+        tutorial: the copy of the tutorial that was changed last; empty for none.
+    """
+
+    template: ClassVar[str] = "shelf.html"
+    folder: str
+    cards: tuple[Card, ...]
+    unreadable: tuple[Unreadable, ...]
+    others: tuple[str, ...] = ()
+    left_out: int = 0
+    templates: tuple[tuple[str, str], ...] = ()
+    archived: tuple[str, ...] = ()
+    sort: str = "recent"
+    notice: str = ""
+    failed: bool = False
+    made: str = ""
+    tutorial: str = ""
 
 
 @cache
