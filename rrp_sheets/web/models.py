@@ -15,8 +15,8 @@ from rrp_sheets.workbook.schema import Column
 
 
 @dataclass(frozen=True, slots=True)
-class ProblemCount:
-    """Number of problems of one severity, in words; `kind` is error, warning or none."""
+class KindText:
+    """Text with its kind, by which it is shown: a number of problems with its severity, a stream with its kind."""
 
     kind: str
     text: str
@@ -24,10 +24,11 @@ class ProblemCount:
 
 @dataclass(frozen=True, slots=True)
 class TextPiece:
-    """Piece of a text; `code` if it is a formula."""
+    """Piece of a text: plain, a formula (`code`), or a link to a help topic."""
 
     text: str
     code: bool = False
+    topic: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,12 +124,12 @@ def pieces(text: str) -> tuple[TextPiece, ...]:
     return tuple(p for p in (*found, TextPiece(text[end:])) if p.text)
 
 
-def counts(findings: Iterable[Diagnostic]) -> tuple[ProblemCount, ...]:
+def counts(findings: Iterable[Diagnostic]) -> tuple[KindText, ...]:
     """Count the errors and the warnings among the findings, in words."""
     found = [d.severity.value for d in findings]
     total = {kind: found.count(kind) for kind in ("error", "warning")}
-    return tuple(ProblemCount(kind, plural(n, kind)) for kind, n in total.items() if n) or (
-        ProblemCount("none", "no problems"),
+    return tuple(KindText(kind, plural(n, kind)) for kind, n in total.items() if n) or (
+        KindText("none", "no problems"),
     )
 
 

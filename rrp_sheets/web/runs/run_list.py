@@ -77,7 +77,6 @@ class RecordDetail:
 class Download:
     """File of the run's folder that can be downloaded."""
 
-    address: str
     name: str
     about: str
     size: str
@@ -235,7 +234,7 @@ def record_page(run: str, *, wait: bool = False) -> RecordPage:
         line=_with_length(line_of(facts, books), seconds),
         others=tuple(line_of(f, books) for f in others[:_BESIDE]),
         facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
-        downloads=_downloads(run, files), log=log, left_out=left_out,
+        downloads=_downloads(files), log=log, left_out=left_out,
         sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
         errors=facts.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
@@ -280,8 +279,8 @@ def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
         return "unknown"
 
 
-def _downloads(run: str, files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
-    found = [Download(n, n, describe(n), _size(path)) for n, (path, _) in files.items()]
+def _downloads(files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
+    found = [Download(n, describe(n), _size(path)) for n, (path, _) in files.items()]
     order = (TABLE, WORKBOOK, DIAGRAM, STRIP, FILM, TRACE, "robot.toml", "gestures.toml")
     return tuple(sorted(found, key=lambda d: (order.index(d.name) if d.name in order else len(order), d.name)))
 

@@ -19,6 +19,7 @@ from rrp_sheets.topics.finding import HelpEntry, all_names, known, near, search,
 from rrp_sheets.topics.functions import one_helper
 from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.web.completions import of_help
+from rrp_sheets.web.models import TextPiece
 from rrp_sheets.web.requests import workbook_or_404
 
 blueprint = Blueprint("help", __name__)
@@ -30,21 +31,12 @@ _CODE = re.compile(r"`([^`]+)`")
 
 
 @dataclass(frozen=True, slots=True)
-class Bit:
-    """Piece of a text: plain, a formula (`code`), or a link to another topic."""
-
-    text: str
-    code: bool = False
-    topic: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class HelpBlock:
     """Block of a topic, ready to be shown: `kind` as of `topics.layout.Block`, `rows` of texts in their pieces."""
 
     kind: str
-    head: tuple[Bit, ...] = ()
-    rows: tuple[tuple[tuple[Bit, ...], ...], ...] = ()
+    head: tuple[TextPiece, ...] = ()
+    rows: tuple[tuple[tuple[TextPiece, ...], ...], ...] = ()
     parts: tuple[HelpBlock, ...] = ()
     picture: Markup | None = None
 
@@ -121,15 +113,15 @@ def _part(block: str) -> HelpBlock:
     return HelpBlock(block.kind, tuple(bits(head)), rows, parts)
 
 
-def _term(text: str) -> tuple[Bit, ...]:
+def _term(text: str) -> tuple[TextPiece, ...]:
     """Return the term of a list, as a link if there is help on it."""
     asked = _ASKS.match(text)
     name = known(asked[1]) if asked else ""
     shown = asked[1] if asked and text.startswith("rrp-sheets help ") else text
-    return (Bit(shown, topic=name),) if name else tuple(bits(text))
+    return (TextPiece(shown, topic=name),) if name else tuple(bits(text))
 
 
-def bits(text: str) -> Iterator[Bit]:
+def bits(text: str) -> Iterator[TextPiece]:
     """Split a text into pieces: what stands between backticks is a formula or a link to another topic.
 
     >>> [(b.text, b.code, b.topic) for b in bits("see `rrp-sheets help sample` or `x > 1`")]
@@ -138,13 +130,13 @@ def bits(text: str) -> Iterator[Bit]:
     end, text = 0, of_help(text)
     for match in _CODE.finditer(text):
         if match.start() > end:
-            yield Bit(text[end : match.start()])
+            yield TextPiece(text[end : match.start()])
         asked = _ASKS.match(match[1])
         topic = known(asked[1]) if asked and match[1].startswith("rrp-sheets help ") else ""
-        yield Bit(asked[1], topic=topic) if asked and topic else Bit(match[1], code=True)
+        yield TextPiece(asked[1], topic=topic) if asked and topic else TextPiece(match[1], code=True)
         end = match.end()
     if end < len(text):
-        yield Bit(text[end:])
+        yield TextPiece(text[end:])
 
 
 _WIDE = 400  # pixels, where the marbles have room in it

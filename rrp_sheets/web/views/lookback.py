@@ -14,20 +14,12 @@ from markupsafe import Markup
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.web.models import show
+from rrp_sheets.web.models import KindText, show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
 blueprint = Blueprint("lookback", __name__)
-
-
-@dataclass(frozen=True, slots=True)
-class Name:
-    """Stream as a row names it; `kind` is sensor, stream, actuator, done, or empty."""
-
-    text: str
-    kind: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +29,11 @@ class RanRow:
     ident: str
     number: int
     on: bool
-    inputs: tuple[Name, ...]
+    inputs: tuple[KindText, ...]
     connector: str
     icon: str
     formula: str
-    output: Name | None
+    output: KindText | None
     notes: str
 
 
@@ -159,5 +151,5 @@ def _row(ident: str, row: list[Any], kinds: Mapping[str, str]) -> RanRow:
     return RanRow(ident, number, on, names, connector, icon, formula, _name(output, kinds) if output else None, notes)
 
 
-def _name(text: str, kinds: Mapping[str, str]) -> Name:
-    return Name(text.strip(), kinds.get(key(text), ""))
+def _name(text: str, kinds: Mapping[str, str]) -> KindText:
+    return KindText(kinds.get(key(text), ""), text.strip())

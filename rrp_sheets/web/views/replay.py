@@ -26,19 +26,10 @@ _LONGEST_REF = 400
 
 
 @dataclass(frozen=True, slots=True)
-class ReplayedRow:
-    """Row that behaves differently; `address` is its link in the grid, empty when it is not there."""
+class LinkedLine:
+    """Difference: the row or the time, a text, and its link to the grid or the time; empty when there is none."""
 
-    whose: str
-    text: str
-    address: str
-
-
-@dataclass(frozen=True, slots=True)
-class TimeLine:
-    """Difference at a point in time; `address` looks back at that moment."""
-
-    when: str
+    label: str
     text: str
     address: str
 
@@ -80,11 +71,11 @@ class ReplayResult:
     verdict: str = ""
     ending: str = ""
     remarks: tuple[str, ...] = ()
-    rows: tuple[ReplayedRow, ...] = ()
-    robot: tuple[TimeLine, ...] = ()
+    rows: tuple[LinkedLine, ...] = ()
+    robot: tuple[LinkedLine, ...] = ()
     robot_left_out: int = 0
     differs: bool = False
-    each: tuple[TimeLine, ...] = ()
+    each: tuple[LinkedLine, ...] = ()
     each_left_out: int = 0
     pictures: tuple[Markup, ...] = ()
     unknown: tuple[str, ...] = ()
@@ -173,13 +164,13 @@ def _finished(job: ReplayJob, address: str, run: str, ref: str) -> ReplayResult:
     grids = _Grids(run, ref)
     look = url_for("lookback.page", run=run)
 
-    def lines(name: str) -> tuple[TimeLine, ...]:
-        return tuple(TimeLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in answer[name])
+    def lines(name: str) -> tuple[LinkedLine, ...]:
+        return tuple(LinkedLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in answer[name])
 
     return ReplayResult(
         address, False, 100, state="same" if answer["same"] else "different", verdict=answer["verdict"],
         ending=answer["ending"], remarks=tuple(answer["remarks"]), differs=answer["differs"],
-        rows=tuple(ReplayedRow(r["whose"], r["text"], grids.address(r["row"])) for r in answer["rows"]),
+        rows=tuple(LinkedLine(r["whose"], r["text"], grids.address(r["row"])) for r in answer["rows"]),
         robot=lines("robot"), robot_left_out=answer["robot_left_out"],
         each=lines("each"), each_left_out=answer["each_left_out"],
         pictures=tuple(Markup(svg) for svg in answer["pictures"]), unknown=tuple(answer["unknown"]),

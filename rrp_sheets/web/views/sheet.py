@@ -32,7 +32,7 @@ from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import BehaviourWords, Head, MessagePage, ProblemCount, counts, show, words_of
+from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, show, words_of
 from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.security import clean_name, visitor
@@ -98,7 +98,7 @@ class Panels:
     template: ClassVar[str] = "panels.html"
     name: str
     sheet: str
-    counts: tuple[ProblemCount, ...]
+    counts: tuple[KindText, ...]
     problems: tuple[Problem, ...]
     left_out: int
     drawing: Markup

@@ -25,7 +25,7 @@ from rrp_sheets.runs.bundle.manifest import is_device
 from rrp_sheets.runs.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.runs.records.listing import runs_place
 from rrp_sheets.runs.records.metadata import RunMetadata
-from rrp_sheets.web.models import ProblemCount, counts, plural, show
+from rrp_sheets.web.models import KindText, counts, plural, show
 from rrp_sheets.web.runs.run_store import RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
@@ -80,7 +80,7 @@ class Card:
     about: str
     size: str
     changed: str
-    counts: tuple[ProblemCount, ...]
+    counts: tuple[KindText, ...]
     picture: bool
     words: str
     last: LastRun | None
