@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 from flask import render_template
+from jinja2.utils import htmlsafe_json_dumps
+from markupsafe import Markup
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.render.sentences import BehaviourText
@@ -98,6 +100,11 @@ class PageData(Protocol):
 def show(page: PageData) -> str:
     """Render a page with its template."""
     return render_template(page.template, page=page)
+
+
+def script_json(data: object) -> Markup:
+    """Format data for a script element of a page."""
+    return htmlsafe_json_dumps(data, ensure_ascii=False)
 
 
 MOST_ROWS = 2000

@@ -11,11 +11,12 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.documents import Document
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
-from rrp_sheets.web.security import clean_name, visitor
+from rrp_sheets.web.security import SOMEBODY, clean_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import refuse_text
 
 Asked = dict[str, Any]
+_MOST_ROWS = 200  # that marbles are asked for
 _WORD = re.compile("[0-9a-f]{16}")
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
 
@@ -75,9 +76,14 @@ def sender_of(session: WorkbookSession, sent: Asked) -> tuple[str, str]:
     return client, author
 
 
-def author_of(sent: Asked, unnamed: str) -> str:
+def author_of(sent: Asked, unnamed: str = SOMEBODY) -> str:
     """Return the author of a request: the name given at login, else the one on the page, else `unnamed`."""
-    return visitor().name or clean_name(text_of(sent, "name")) or unnamed
+    return author_name(text_of(sent, "name"), unnamed)
+
+
+def author_name(given: str, unnamed: str = SOMEBODY) -> str:
+    """Return the name given at login, else the `given` one, else `unnamed`."""
+    return visitor().name or clean_name(given) or unnamed
 
 
 def workbook_or_404(name: str) -> WorkbookSession:
@@ -107,6 +113,11 @@ def run_or_404(run: str) -> str:
     if run not in services().runs.names():
         abort(404)
     return run
+
+
+def rows_asked() -> list[int]:
+    """Return the numbers of the rows that the address names, up to a limit."""
+    return [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:_MOST_ROWS]
 
 
 def confirm_download(answer: Response) -> Response:

@@ -273,6 +273,7 @@ def _state_folder() -> Path:
 
 
 LONGEST_NAME = 40
+SOMEBODY = "Somebody"  # who has no name on the page
 _MOST = 500
 
 

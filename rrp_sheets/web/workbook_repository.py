@@ -78,12 +78,12 @@ class WorkbookRepository:
         return name in self.names()
 
     def workbooks(self) -> list[str]:
-        """Return the names without the Markdown files that are prose, such as a README; see `is_prose`.
+        """Return the names of workbooks that an address can hold; prose in Markdown, such as a README, is none.
 
         Raises:
             SheetsError: the folder cannot be read.
         """
-        return [name for name in self.names() if not self.is_text(name)]
+        return [name for name in self.names() if addressable(name) and not self.is_text(name)]
 
     def is_text(self, name: str) -> bool:
         """Return whether a file is readable Markdown prose, such as a README, and not a workbook."""

@@ -416,7 +416,7 @@ class OpenWorkbooks:
             if self._journal is None:
                 self._journal = Journal(self.folder)
         except SheetsError as error:
-            return Document(path, None, f"{error.message} {error.remedy}")
+            return Document(path, None, str(error))
         return Document(path, self._journal)
 
     def sessions(self) -> list[WorkbookSession]:

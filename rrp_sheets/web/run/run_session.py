@@ -18,6 +18,7 @@ from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.run.log import Line
 from rrp_sheets.web.run.run_state import RunState
+from rrp_sheets.web.security import SOMEBODY
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time
@@ -36,7 +37,7 @@ class RunOptions:
         speed: 1 is real time, 0 as fast as it can.
     """
 
-    by: str = "Somebody"
+    by: str = SOMEBODY
     mode: str = "simulated"
     participant: str = ""
     condition: str = ""

@@ -87,7 +87,7 @@ class Replays:
             with self._turn, ExitStack() as stack:
                 account = replay_apart(place, other(stack), progress, stopped)
         except Stopped as error:
-            job.trouble = _GivenUp(f"{error.message} {error.remedy}")
+            job.trouble = _GivenUp(str(error))
         except SheetsError as error:
             job.trouble = str(error)
         except OSError as error:

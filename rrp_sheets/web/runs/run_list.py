@@ -224,7 +224,7 @@ def record_page(run: str, *, wait: bool = False) -> RecordPage:
         try:
             answer = services().queries.course(place)
         except SheetsError as error:
-            trouble = f"{error.message} {error.remedy}"
+            trouble = str(error)
     log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
     seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
     left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
@@ -325,7 +325,7 @@ def marbles_page(run: str, asked: Mapping[str, Any], rows: list[int]) -> Marbles
     try:
         answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
-        trouble = f"{error.message} {error.remedy}"
+        trouble = str(error)
     if not trouble and not answer["pictures"]:
         trouble = "Nothing came on any stream then."
     found: Any = answer["rows"]

@@ -17,9 +17,9 @@ from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {STRIP: "image/png", FILM: "image/gif", DIAGRAM: "image/svg+xml"}
 _WAV = "audio/wav"
-_SHEET = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
+XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 _OTHERS = {
-    TABLE: _SHEET, WORKBOOK: _SHEET, "robot.toml": "text/plain", "gestures.toml": "text/plain",
+    TABLE: XLSX, WORKBOOK: XLSX, "robot.toml": "text/plain", "gestures.toml": "text/plain",
     TRACE: "application/x-ndjson", POSES: "application/x-ndjson", CAMERA: "application/zip",
 }  # fmt: skip
 
@@ -103,7 +103,7 @@ class RunStore:
 def kind_of(name: str) -> str:
     """Return the media type of a file of a run; empty for one that is not served.
 
-    >>> kind_of("say-001.wav"), kind_of("film.gif"), kind_of("evil.html"), kind_of("run.xlsx") == _SHEET
+    >>> kind_of("say-001.wav"), kind_of("film.gif"), kind_of("evil.html"), kind_of("run.xlsx") == XLSX
     ('audio/wav', 'image/gif', '', True)
     """
     if name.endswith(".wav") and name[0] != ".":
@@ -133,7 +133,7 @@ def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
         return target.open("rb")  # stays readable when its name is gone
 
 
-MODES = ("simulated", "pilot", "real")
+_MODES = ("simulated", "pilot", "real")
 _STATES = {"time": "good", "end run": "good", "stopped": "stopped", "going": "going", "unreadable": "unreadable"}
 
 
@@ -164,6 +164,6 @@ def line_of(facts: RunMetadata, books: Collection[str]) -> RunLine:
         run=printable(facts.run), opens=facts.readable and addressable(facts.run), when=moment or printable(facts.run),
         workbook=facts.workbook, book=facts.workbook if facts.workbook in books else "",
         who=", ".join(filter(None, (facts.participant, facts.condition))), operator=facts.operator,
-        mode=facts.mode if facts.mode in MODES else "", length=length(facts.seconds) if facts.seconds else "",
+        mode=facts.mode if facts.mode in _MODES else "", length=length(facts.seconds) if facts.seconds else "",
         state=_STATES.get(facts.ended, "broken"), ended=ended(facts), why=why, errors=sum(facts.errors.values()),
     )  # fmt: skip

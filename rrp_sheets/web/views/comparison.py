@@ -26,11 +26,10 @@ from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import show
-from rrp_sheets.web.requests import confirm_download, workbook_or_404
+from rrp_sheets.web.requests import author_name, confirm_download, workbook_or_404
 from rrp_sheets.web.runs.run_store import line_of, when
-from rrp_sheets.web.security import clean_name, visitor
 from rrp_sheets.web.services import Services, services
-from rrp_sheets.web.workbook_repository import addressable, refuse_text
+from rrp_sheets.web.workbook_repository import refuse_text
 
 blueprint = Blueprint("comparison", __name__)
 blueprint.after_request(confirm_download)
@@ -146,7 +145,7 @@ def _refs() -> tuple[str, str]:
 def compare_page(refs: tuple[str, str], asked_book: str) -> ComparePage:
     """Build the page; the comparison itself is made when both workbooks are named."""
     first, second = refs
-    names = [n for n in services().repository.workbooks() if addressable(n)]
+    names = services().repository.workbooks()
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
     groups = choices(books, refs)
     words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
@@ -162,7 +161,7 @@ def compare_page(refs: tuple[str, str], asked_book: str) -> ComparePage:
 def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, tuple[Choice, ...]]]:
     """Return the choices, in groups: all workbooks, the kept versions of `books`, and workbooks as they ran."""
     runs = services().runs
-    names = [n for n in services().repository.workbooks() if addressable(n)]
+    names = services().repository.workbooks()
     groups: list[tuple[str, tuple[Choice, ...]]] = [
         ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names)),
         *(kept_versions(book) for book in books),
@@ -259,7 +258,7 @@ def _keep(session: WorkbookSession, name: str) -> VersionsPage:
         if not title or not title.isprintable():
             raise Refused("A version needs a name.", "Write what you want to find it by, such as “before the pilot”.")
         session.poll()
-        session.document.keep_version(_author(), title)
+        session.document.keep_version(author_name(request.form.get("author", "")), title)
     except SheetsError as error:
         return versions_page(session, name, str(error), failed=True)
     return versions_page(session, name, f"Kept as “{title}”.")
@@ -277,7 +276,7 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
             who = " and ".join(people[:3])
             raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell just now.",
                           "Bring it back when they have finished.")  # fmt: skip
-        author = _author()
+        author = author_name(request.form.get("author", ""))
         session.document.restore(author, found.id)
     except SheetsError as error:
         return versions_page(session, name, str(error), failed=True)
@@ -300,8 +299,3 @@ def file_name(book: str, version: Version) -> str:
     """
     path = Path(book)
     return f"{path.stem} ({' '.join(_UNSAFE.sub(' ', version.name).split())}){path.suffix}"
-
-
-def _author() -> str:
-    """Return the name of the user: the one of the login, else the one that the page sends."""
-    return visitor().name or clean_name(request.form.get("author", "")) or "Somebody"

@@ -11,9 +11,9 @@ from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
-from rrp_sheets.web.requests import confirm_download, run_or_404
+from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404
 from rrp_sheets.web.runs.run_list import seconds_of
-from rrp_sheets.web.runs.run_store import made
+from rrp_sheets.web.runs.run_store import XLSX, made
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 
@@ -25,7 +25,7 @@ _MOST_ZIP = 2_000_000_000  # bytes
 _SHOWN = ("image/png", "image/gif", "audio/wav")
 _TYPES = {
     ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf", ".csv": "text/csv",
-    ".xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+    ".xlsx": XLSX,
 }  # fmt: skip
 
 
@@ -80,9 +80,8 @@ def plots(run: str, form: str) -> Response:
 def marbles(run: str, form: str) -> Response:
     """Send the marble diagrams of a run as a picture or PDF."""
     place = services().runs.place(run_or_404(run))
-    rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:MOST_RUNS]
     behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
-    asked = (str(place), behaviour, rows, [seconds_of(w) for w in window])
+    asked = (str(place), behaviour, rows_asked(), [seconds_of(w) for w in window])
     exporter = services().exporter
     return _send(f".{form}", f"{run}-marbles", lambda target: exporter.ask(run, "write_marbles", *asked, str(target)))
 

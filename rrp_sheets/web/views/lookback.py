@@ -14,7 +14,7 @@ from markupsafe import Markup
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.web.models import KindText, show
+from rrp_sheets.web.models import KindText, script_json, show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
@@ -94,7 +94,7 @@ def part(run: str, what: str, number: int) -> Response:
     try:
         return Response(services().lookback_queries.lookback(place, what, number), mimetype="application/json")
     except SheetsError as error:
-        trouble = json.dumps({"trouble": f"{error.message} {error.remedy}"})
+        trouble = json.dumps({"trouble": str(error)})
         return Response(trouble, status=422, mimetype="application/json")
 
 
@@ -115,7 +115,7 @@ def diagram(run: str, number: int) -> str:
     try:
         drawn = DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), "")
     except SheetsError as error:
-        drawn = DrawnSheet(Markup(), f"{error.message} {error.remedy}")
+        drawn = DrawnSheet(Markup(), str(error))
     return show(drawn)
 
 
@@ -128,12 +128,12 @@ def lookback_page(run: str) -> LookbackPage:
         try:
             answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
         except SheetsError as error:
-            answer = {"sheets": [], "why": f"{error.message} {error.remedy}"}
+            answer = {"sheets": [], "why": str(error)}
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     return LookbackPage(
         line_of(facts, set(services().repository.names())), facts.seconds, sheets,
-        Markup(json.dumps(ids, ensure_ascii=False).replace("<", "\\u003c")), trouble, str(answer["why"]),
+        script_json(ids), trouble, str(answer["why"]),
     )  # fmt: skip
 
 

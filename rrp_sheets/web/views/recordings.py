@@ -13,13 +13,12 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.records.listing import clock
 from rrp_sheets.runs.records.metadata import RunMetadata
 from rrp_sheets.web.models import show
-from rrp_sheets.web.requests import run_or_404
+from rrp_sheets.web.requests import rows_asked, run_or_404
 from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
 from rrp_sheets.web.runs.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
 blueprint = Blueprint("recordings", __name__)
-_MOST_ROWS = 200  # that marbles are asked for
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +88,7 @@ def written(run: str) -> Response:
 @blueprint.get("/runs/<run>/marbles")
 def marbles(run: str) -> str:
     """Show marble diagrams of a recording."""
-    rows = [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7]
-    return show(marbles_page(run_or_404(run), request.args, rows[:_MOST_ROWS]))
+    return show(marbles_page(run_or_404(run), request.args, rows_asked()))
 
 
 @blueprint.get("/runs/<run>/series.json")
@@ -123,7 +121,7 @@ def pair_page(chosen: Sequence[str]) -> PairPage:
     try:
         answer = services().exporter.ask(f"{names[0]} and {names[1]}", "pair_table", str(places[0]), str(places[1]))
     except SheetsError as error:
-        trouble = f"{error.message} {error.remedy}"
+        trouble = str(error)
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
     return PairPage(
         lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in answer["streams"]), Markup(answer["svg"]),

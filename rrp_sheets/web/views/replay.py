@@ -101,7 +101,7 @@ def _asked() -> str:
 def replay_page(run: str, ref: str) -> ReplayPage:
     """Build the page, which requests the replay itself."""
     facts = services().runs.facts([run])[0]
-    names = [n for n in services().repository.workbooks() if addressable(n)]
+    names = services().repository.workbooks()
     line = line_of(facts, names)
     trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
     if facts.ended == "going":

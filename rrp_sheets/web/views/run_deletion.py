@@ -82,7 +82,7 @@ def delete() -> str:
     try:
         return show(_deleted_page(participant, names))
     except SheetsError as error:  # told where it was asked for
-        return show(DeletePage(participant, "", notice=f"{error.message} {error.remedy}", failed=True))
+        return show(DeletePage(participant, "", notice=str(error), failed=True))
 
 
 def _asked(participant: str | None) -> tuple[str, list[str]]:

@@ -15,6 +15,7 @@ from rrp_sheets.web.requests import Asked, author_of, json_body, number_of, text
 from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.run.run_manager import RobotBusy
 from rrp_sheets.web.run.run_session import FOREVER, RunOptions, RunSession
+from rrp_sheets.web.security import SOMEBODY
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.sheet import run_page
 
@@ -24,8 +25,7 @@ SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
 NOTE = 500  # letters of a note
 TEXT = 2_000  # letters of a value to send
 REACH = 10.0  # m: how far a thing may be put from the robot
-SOMEBODY = "Somebody"  # who has no name on the page
-MODES = ("simulated", "pilot")
+STARTED_MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
 
 
@@ -62,7 +62,7 @@ def start(name: str) -> tuple[Response, int]:
         services().run_manager.start(session, name, _options(json_body()))
     except RobotBusy as taken:
         where = url_for("run_panel.panel", name=taken.book)
-        return jsonify({"message": f"{taken.message} {taken.remedy}", "book": taken.book, "where": where}), 409
+        return jsonify({"message": str(taken), "book": taken.book, "where": where}), 409
     except SheetsError as error:
         return jsonify({"message": str(error)}), 409
     return jsonify({"where": url_for("run_panel.panel", name=name)}), 200
@@ -127,12 +127,12 @@ def face(number: int) -> Response:
 
 def _by(sent: Asked) -> str:
     """Return the user's name: with a password the one given at login, else the one on the page."""
-    return author_of(sent, SOMEBODY)
+    return author_of(sent)
 
 
 def _options(sent: Asked) -> RunOptions:
     mode = text_of(sent, "mode") or "simulated"
-    if mode not in MODES:
+    if mode not in STARTED_MODES:
         raise BadRequest
     seconds = None if text_of(sent, "until") == "scene" else FOREVER
     participant, condition, operator = (text_of(sent, n, 60).strip() for n in ("participant", "condition", "operator"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -32,10 +31,10 @@ from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, show, words_of
-from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
+from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, script_json, show, words_of
+from rrp_sheets.web.requests import Asked, author_name, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
-from rrp_sheets.web.security import clean_name, visitor
+from rrp_sheets.web.security import visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.testing.panel import TestsPanel, panel_of
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
@@ -218,7 +217,7 @@ def events(name: str) -> Response:
     join = partial(
         session.join,
         client,
-        person.name or clean_name(request.args.get("name", "")) or "Somebody",
+        author_name(request.args.get("name", "")),
         knows=bool(back) or request.args.get("knows") != "no",
         had=back or request.args.get("had", ""),
         person=person.key,
@@ -406,7 +405,7 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
         rows=rows,
         count=len(grid.rows) if grid else 0,
         tabs=sheet_tabs(document, name, sheet),
-        vocabulary=_json(completions.vocabulary(no_analysis())),
+        vocabulary=script_json(completions.vocabulary(no_analysis())),
         panels=beside,
         read_only=document.why,
         write_block=write_block_reason(document.path),
@@ -421,11 +420,8 @@ def run_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     zones = list(session.analysis().robot.touch_zones)
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
     page = grid_page(session, name, sheet)
-    return replace(page, live=True, acts=_json(acts), tabs=sheet_tabs(session.document, name, page.sheet, live=True))
-
-
-def _json(data: object) -> Markup:
-    return Markup(json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))
+    tabs = sheet_tabs(session.document, name, page.sheet, live=True)
+    return replace(page, live=True, acts=script_json(acts), tabs=tabs)
 
 
 def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
@@ -456,7 +452,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
             try:
                 drawing = Markup(analysis.drawing(behaviour))
             except SheetsError as error:
-                why = f"{error.message} {error.remedy}"
+                why = str(error)
             words = words_of(explain(analysis.graph, analysis.workbook, analysis.robot, [behaviour])[0])
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
