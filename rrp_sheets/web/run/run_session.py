@@ -25,6 +25,8 @@ _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long s
 LOOKED_FOR = 3.0  # seconds for which camera pictures are made after somebody has asked for one
 FOREVER = 24 * 3600.0  # seconds: a run that goes on until somebody stops it
 GOING = frozenset(("starting", "running", "paused", "stopping", "finishing"))
+LONGEST_TEXTS = {"label": 60, "note": 500, "value": 2_000}
+"""Letters of what a user sends to a run: a participant's code, condition or operator; a note; a value."""
 JsonObject = dict[str, Any]
 
 

@@ -34,6 +34,8 @@ from rrp_sheets.web.workbook_repository import refuse_text
 blueprint = Blueprint("comparison", __name__)
 blueprint.after_request(confirm_download)
 _MOST_RUNS = 40
+_LONGEST = 100  # letters of a version's name
+_UNSAFE = re.compile(r'[\x00-\x1f/\\:*?"<>|]+')
 _GONE = "Choose another one from the list."
 _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts that are seen on a diagram
 
@@ -54,6 +56,7 @@ class VersionsPage:
     """List of the kept versions of a workbook."""
 
     template: ClassVar[str] = "versions.html"
+    longest: ClassVar[int] = _LONGEST
     name: str
     lines: tuple[VersionLine, ...]
     read_only: str
@@ -229,10 +232,6 @@ def path_of(shared: Services, ref: str, folder: Path) -> Path:
     path = folder / book
     path.write_bytes(content)
     return path
-
-
-_LONGEST = 100
-_UNSAFE = re.compile(r'[\x00-\x1f/\\:*?"<>|]+')
 
 
 def moment(version: Version) -> str:

@@ -11,7 +11,7 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.web.models import show
 from rrp_sheets.web.password import LONGEST
-from rrp_sheets.web.security import access, clean_name
+from rrp_sheets.web.security import LONGEST_NAME, access, clean_name
 
 blueprint = Blueprint("login", __name__)
 Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
@@ -28,6 +28,7 @@ class LoginPage:
     """
 
     template: ClassVar[str] = "login.html"
+    longest: ClassVar[int] = LONGEST_NAME
     trouble: str = ""
     next: str = "/"
     name: str = ""

@@ -19,6 +19,7 @@ blueprint = Blueprint("run_deletion", __name__)
 
 _MOST_RUNS = 500  # that are chosen one by one
 _MOST_NAMED = 40
+_LONGEST = 300  # letters of a participant's code
 _MEGA = 1e6
 
 
@@ -56,6 +57,7 @@ class DeletePage:
     """
 
     template: ClassVar[str] = "rundelete.html"
+    longest: ClassVar[int] = _LONGEST
     participant: str
     word: str
     lines: tuple[RunLine, ...] = ()
@@ -86,7 +88,7 @@ def delete() -> str:
 
 
 def _asked(participant: str | None) -> tuple[str, list[str]]:
-    return (participant or "")[:300], request.values.getlist("run")[:_MOST_RUNS]
+    return (participant or "")[:_LONGEST], request.values.getlist("run")[:_MOST_RUNS]
 
 
 def _asked_page(participant: str, names: list[str], notice: str = "") -> DeletePage:

@@ -14,7 +14,7 @@ from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import Asked, author_of, json_body, number_of, text_of, truth_of, workbook_or_404
 from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.run.run_manager import RobotBusy
-from rrp_sheets.web.run.run_session import FOREVER, RunOptions, RunSession
+from rrp_sheets.web.run.run_session import FOREVER, LONGEST_TEXTS, RunOptions, RunSession
 from rrp_sheets.web.security import SOMEBODY
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.sheet import run_page
@@ -22,8 +22,6 @@ from rrp_sheets.web.views.sheet import run_page
 blueprint = Blueprint("run_panel", __name__)
 
 SPEEDS = (0.0, 0.5, 1.0, 2.0, 4.0)
-NOTE = 500  # letters of a note
-TEXT = 2_000  # letters of a value to send
 REACH = 10.0  # m: how far a thing may be put from the robot
 STARTED_MODES = ("simulated", "pilot")
 _SOUND = re.compile(r"(say|sound|person)-\d{3,6}\.wav")
@@ -135,7 +133,8 @@ def _options(sent: Asked) -> RunOptions:
     if mode not in STARTED_MODES:
         raise BadRequest
     seconds = None if text_of(sent, "until") == "scene" else FOREVER
-    participant, condition, operator = (text_of(sent, n, 60).strip() for n in ("participant", "condition", "operator"))
+    labels = (text_of(sent, n, LONGEST_TEXTS["label"]).strip() for n in ("participant", "condition", "operator"))
+    participant, condition, operator = labels
     speed = _speed(sent) if "speed" in sent else 1.0
     by = _by(sent)
     return RunOptions(operator or by if by == SOMEBODY else by, mode, participant, condition, operator, seconds, speed)
@@ -167,12 +166,12 @@ _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "resume": lambda run, by, sent: run.process.command("resume", by),
     "step": lambda run, by, sent: run.process.command("step", by),
     "speed": lambda run, by, sent: run.process.command("speed", by, factor=_speed(sent)),
-    "mark": lambda run, by, sent: run.process.command("mark", by, note=text_of(sent, "note", NOTE)),
+    "mark": lambda run, by, sent: run.process.command("mark", by, note=text_of(sent, "note", LONGEST_TEXTS["note"])),
     "switch": lambda run, by, sent: run.process.command(
         "switch", by, behaviour=text_of(sent, "behaviour"), on=truth_of(sent, "on")
     ),
     "send": lambda run, by, sent: run.process.command(
-        "send", by, stream=text_of(sent, "stream"), text=text_of(sent, "text", TEXT)
+        "send", by, stream=text_of(sent, "stream"), text=text_of(sent, "text", LONGEST_TEXTS["value"])
     ),
     "press": _press,
     "scene": lambda run, by, sent: run.process.command(

@@ -34,6 +34,7 @@ from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, script_json, show, words_of
 from rrp_sheets.web.requests import Asked, author_name, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
+from rrp_sheets.web.run.run_session import LONGEST_TEXTS
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.testing.panel import TestsPanel, panel_of
@@ -113,6 +114,7 @@ class GridPage:
     """Page of a sheet in the grid or in the run panel.
 
     Attributes:
+        longest: the most letters of the texts that are sent to a run.
         off_words: the words in the column On that switch a row off, with spaces between them.
         kind: `behaviour`, `devices`, …
         first: the number of the first row.
@@ -129,6 +131,7 @@ class GridPage:
     """
 
     template: ClassVar[str] = "grid.html"
+    longest: ClassVar[Mapping[str, int]] = LONGEST_TEXTS
     off_words: ClassVar[str] = " ".join(sorted(FALSE_WORDS))
     name: str
     title: str
