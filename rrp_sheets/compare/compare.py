@@ -30,6 +30,16 @@ from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.sheet_readers import words
 
+# Notes of changes without effect.
+OWN = N_("a sheet of one's own, which the robot does not read")
+EMPTY = N_("it has no rows")
+FOR_PEOPLE = N_("for people; the robot does not act on it")
+DEFAULT = N_("this is what a blank field means")
+UNUSED = N_("no row that is switched on uses it")
+_BY_NAME = N_("its name alone means the same device")
+_OURS = ("devices", "helpers", "gestures")
+_LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by the program, not by people
+
 
 def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> Comparison:
     """Compare two workbooks, each read and checked; either may have errors."""
@@ -83,12 +93,6 @@ def _notes(old: Side, new: Side) -> list[Change]:
     return sorted(out, key=lambda c: (c.part, c.rows[1]))
 
 
-OWN = N_("a sheet of one's own, which the robot does not read")
-EMPTY = N_("it has no rows")
-_OURS = ("devices", "helpers", "gestures")
-_LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by the program, not by people
-
-
 def sheet_changes(first: Side, second: Side) -> list[Change]:
     """Return the sheets that only one workbook has, if the robot does not read them or they have no rows."""
     out = []
@@ -114,9 +118,6 @@ def _untold(side: Side) -> dict[str, str]:
 def _filled(sheet: RawSheet, header: int) -> bool:
     return any(row > header for row, _ in sheet.cells)
 
-
-FOR_PEOPLE = N_("for people; the robot does not act on it")
-DEFAULT = N_("this is what a blank field means")
 
 # What the fields that have an effect mean, their defaults filled in.
 _ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
@@ -174,10 +175,6 @@ def _refused(side: Side, k: str) -> bool:
     """Return whether the check reported an error in the cell of a field."""
     cell = side.workbook.protocol.fields.get(k)
     return cell is not None and any(d.address == cell.address for d in side.checked.report.errors)
-
-
-UNUSED = N_("no row that is switched on uses it")
-_BY_NAME = N_("its name alone means the same device")
 
 
 # ---- devices

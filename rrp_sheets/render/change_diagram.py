@@ -39,7 +39,9 @@ from rrp_sheets.render.svg import draw_sign, draw_svg, frame, text
 
 MOST_DRAWN = 180
 """Rows that are drawn of one behaviour: ten parts. Lists name all."""
-_AT_ONCE = 4
+_AT_ONCE = 4  # parts that are laid out side by side
+_COLUMNS, _LINES = 26, 6  # of a formula
+_REMARK_COLUMNS = 30  # of a line of a remark
 _HINTS = (
     "A formula that changed: first as it was, below as it is.",
     "Rows that are gone have the number that they had.",
@@ -176,10 +178,6 @@ def legend_page(title: str) -> Page:
     )
     svg = frame("\n".join(parts), wide, high, ident="change-legend", title="How to read the pictures", description=alt)
     return Page(clean(title), "", svg, "", wide, high, 1.0, False, (0, 0), alt)
-
-
-_COLUMNS, _LINES = 26, 6
-_REMARK_COLUMNS = 30
 
 
 def make_change_drawing(

@@ -33,6 +33,11 @@ from rrp_sheets.render.texts import Texts, texts
 
 _FEWEST_UPRIGHT = 2  # rows of a part that may not be turned
 _AT_ONCE = 4  # Graphviz processes side by side
+_CUT_COSTS = {"stream": 1.0, "anonymous": 50.0}  # a dot that goes on elsewhere is hard to follow; others cost nothing
+_LEGEND_LINE = 20.0  # from line to line of the legend
+_LEGEND_X = (14.0, 170.0, 326.0)  # where its columns begin
+Row = TypeVar("Row")
+Part = tuple[Step, ...]
 
 
 @dataclass(frozen=True)
@@ -220,17 +225,10 @@ def _alternative(drawing: Drawing, title: str, first: int, last: int, words: Tex
     return words.get("diagram.alt", title=title, rows=rows, sensors=names("sensor"), actuators=names("actuator"))
 
 
-Part = tuple[Step, ...]
-
-
 def split_steps(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
     """Split rows of a graph into parts of at most `most` rows."""
     kinds = {i: graph.streams[i].kind.value for step in steps for i in (*step.inputs, step.output)}
     return split([(step, (*step.inputs, step.output)) for step in steps], most, kinds)
-
-
-_CUT_COSTS = {"stream": 1.0, "anonymous": 50.0}  # a dot that goes on elsewhere is hard to follow; others cost nothing
-Row = TypeVar("Row")
 
 
 def split(rows: Sequence[tuple[Row, Iterable[str]]], most: int, kinds: Mapping[str, str]) -> list[tuple[Row, ...]]:
@@ -297,10 +295,6 @@ def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[st
                 here[stream] = Note(words.get("diagram.to_part", parts=words.in_a_row(elsewhere)))
         notes.append(here)
     return notes
-
-
-_LEGEND_LINE = 20.0
-_LEGEND_X = (14.0, 170.0, 326.0)
 
 
 def draw_legend(language: str = "en") -> tuple[str, float, float]:

@@ -15,6 +15,9 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.render.sentences import BehaviourText
 from rrp_sheets.workbook.schema import Column
 
+MOST_ROWS = 2000  # that are described in words
+_CODE = re.compile(r"(`+)(.+?)\1(?!`)")
+
 
 @dataclass(frozen=True, slots=True)
 class KindText:
@@ -105,10 +108,6 @@ def show(page: PageData) -> str:
 def script_json(data: object) -> Markup:
     """Format data for a script element of a page."""
     return htmlsafe_json_dumps(data, ensure_ascii=False)
-
-
-MOST_ROWS = 2000
-_CODE = re.compile(r"(`+)(.+?)\1(?!`)")
 
 
 def words_of(said: BehaviourText) -> BehaviourWords:

@@ -39,7 +39,16 @@ from rrp_sheets.texts import told
 from rrp_sheets.workbook import Reading
 
 MOST_FINDINGS = 300
+MOST_ROWS = 500  # of a table
+MOST_DRAWN = 2_000  # rows; a hundred pages
+MOST_TOLD = 8  # rows that a paragraph tells; of more the sentences are enough
+_SECONDS = 20.0  # for one diagram's layout
 _AUTHORS = re.compile(r"\s*[;\n]\s*")
+TableRows = Sequence[Sequence[str]]
+Paper = Literal["a4", "letter"]
+Pictures = dict[str, str]
+"""SVG texts by file name."""
+Draw = Callable[..., tuple[tuple[Figure, ...], list[str]]]
 
 
 def make_pack(
@@ -112,10 +121,6 @@ def _finding(source: Source, flag: int, found: Diagnostic) -> OpenFinding:
     severity = source.get(f"open.{found.severity.value}")
     said = (clean(told(text, source.words.language)) for text in (found.message, found.remedy))
     return OpenFinding(flag, severity, where, row, *said)
-
-
-MOST_ROWS = 500  # of a table
-TableRows = Sequence[Sequence[str]]
 
 
 def sheets(source: Source) -> tuple[Sheet, ...]:
@@ -210,9 +215,6 @@ def _scene(source: Source) -> Sheet:
     return _sheet(source, source.get("material.scene"), heads, rows, widths=(1, 1, 1, 2), note=note)
 
 
-Paper = Literal["a4", "letter"]
-
-
 def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes, list[str]]:
     """Return the pack as a PDF, and warnings in words, of a missing font for example.
 
@@ -231,15 +233,6 @@ def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes
         "pack": asdict(pack),
     }
     return typeset("pack.typ", data, {**pictures, "legend.svg": legend}, "pdf")
-
-
-MOST_DRAWN = 2_000  # rows; a hundred pages
-MOST_TOLD = 8  # rows that a paragraph tells; of more the sentences are enough
-_SECONDS = 20.0  # for one diagram's layout
-
-Pictures = dict[str, str]
-"""SVG texts by file name."""
-Draw = Callable[..., tuple[tuple[Figure, ...], list[str]]]
 
 
 def behaviour_parts(

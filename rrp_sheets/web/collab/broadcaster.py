@@ -11,6 +11,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
+_KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
+_LASTING = frozenset({"grid", "sheets", "checked", "tested", "reload", "trouble"})  # events that are numbered and kept
+_KEPT = 300  # of them: who was away for more must load the page again
+_WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
+_MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
+Place = tuple[str, str, int]
+"""Sheet, row's id, column."""
+
 
 class Broadcaster:
     """Event streams of the pages that show the same workbook, and their cell locks; thread-safe.
@@ -26,7 +35,7 @@ class Broadcaster:
         self._lock = threading.RLock()
         self._told = EventBacklog()
 
-    # ---- who is there
+    # ---- event streams of the pages
 
     def _enter(self, listener: EventStream, had: str) -> None:
         """Register an event stream; if `had` is the number of an event, first send those that came after it."""
@@ -80,7 +89,7 @@ class Broadcaster:
                     listener.place, listener.name = place, name or listener.name
         self.tell_people()
 
-    # ---- what they are told
+    # ---- events that they are sent
 
     def newest_event(self) -> str:
         """Return the number of the newest numbered event."""
@@ -114,11 +123,6 @@ class Broadcaster:
             listeners = list(self.listeners)
         for listener in listeners:
             listener.tell_live(text)
-
-
-LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
-Place = tuple[str, str, int]
-"""Sheet, row's id, column."""
 
 
 def identity(client: str) -> str:
@@ -188,13 +192,6 @@ class CellLocks:
         """Return the names of those who are editing a cell of a sheet on other pages."""
         taken = self.taken(sheet)
         return sorted({name for place, name in taken.items() if identity(self._taken[place][0]) != identity(client)})
-
-
-_KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
-_LASTING = frozenset({"grid", "sheets", "checked", "tested", "reload", "trouble"})
-_KEPT = 300  # of them: who was away for more must load the page again
-_WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
-_MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
 
 
 @dataclass

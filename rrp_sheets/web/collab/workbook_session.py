@@ -28,6 +28,11 @@ from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.testing.results import WorkbookTests
 from rrp_sheets.web.testing.tester import Tester
 
+MOST_LISTENERS = 32  # event streams at once, for all workbooks
+MOST_HERE = 24  # of them, of those who have the address of this computer
+MOST_OF_ONE = 8  # of them, of one who has logged in
+POLL_EVERY = 1.0  # seconds between two looks for changes by another program
+
 
 class WorkbookSession(Broadcaster):
     """Session of one open workbook: its document, its check and tests, and the pages that show it."""
@@ -51,7 +56,7 @@ class WorkbookSession(Broadcaster):
         self.after_edit: Callable[[], None] = lambda: None
         self.tests = WorkbookTests(document, tester, self._tell_tests, lambda: bool(self.listeners))
 
-    # ---- what the workbook is like now
+    # ---- state of the workbook
 
     def analysis(self) -> Analysis:
         """Return the newest analysis; an empty one until the first check, which this starts, has ended."""
@@ -169,7 +174,7 @@ class WorkbookSession(Broadcaster):
         self._made += 1
         return {"sheet": sheet, "made": self._made}
 
-    # ---- the check, behind everybody's back
+    # ---- the check, in a thread of its own
 
     def check_soon(self, *, only_first: bool = False) -> None:
         """Schedule a check, which covers all edits until then; with `only_first`, unless one is under way."""
@@ -223,7 +228,7 @@ class WorkbookSession(Broadcaster):
         """Return the result of the check apart from the rows: the version and the number of errors."""
         return {"version": self.document.version, "errors": self.analysis().errors, "words": self.words()[1]}
 
-    # ---- people
+    # ---- pages and their users
 
     def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> EventStream:
         """Open the event stream of a page that was loaded or has reconnected.
@@ -320,12 +325,6 @@ class WorkbookSession(Broadcaster):
                 self.tell("sheets", {**asdict(one.change), "by": "Another program"})
         if changes:
             self.check_soon()
-
-
-MOST_LISTENERS = 32  # event streams at once, for all workbooks
-MOST_HERE = 24  # of them, of those who have the address of this computer
-MOST_OF_ONE = 8  # of them, of one who has logged in
-POLL_EVERY = 1.0  # seconds
 
 
 class OpenWorkbooks:

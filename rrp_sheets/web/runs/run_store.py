@@ -22,6 +22,9 @@ _OTHERS = {
     TABLE: XLSX, WORKBOOK: XLSX, "robot.toml": "text/plain", "gestures.toml": "text/plain",
     TRACE: "application/x-ndjson", POSES: "application/x-ndjson", CAMERA: "application/zip",
 }  # fmt: skip
+_MODES = ("simulated", "pilot", "real")  # those that a list shows
+# The icon of a run by its end; of any other it is that of a broken one.
+_STATES = {"time": "good", "end run": "good", "stopped": "stopped", "going": "going", "unreadable": "unreadable"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +134,6 @@ def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
                 "Make room there, on the computer on which the program runs, and try again.",
             ) from None
         return target.open("rb")  # stays readable when its name is gone
-
-
-_MODES = ("simulated", "pilot", "real")
-_STATES = {"time": "good", "end run": "good", "stopped": "stopped", "going": "going", "unreadable": "unreadable"}
 
 
 def when(moment: datetime | None, today: date | None = None) -> str:

@@ -49,6 +49,15 @@ _ACTIONS = (
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
+_OLD = "This is no longer what the check says."
+_LOOK = "Look at the problems again."
+MOST_PROBLEMS = 300  # that are listed; of the others the number
+FIRST_ROWS = 200  # in the page itself; the others follow
+MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
+_SECONDS = 15.0  # for the layout; a larger diagram is told as too large
+_LINE = 16.0  # from line to line of a text in place of a diagram
+MOST_DRAWN_ROWS = 500
+"""Of a behaviour that is drawn and told in words here: nobody reads more beside a table."""
 
 blueprint = Blueprint("sheet", __name__)
 
@@ -326,10 +335,6 @@ def _cell(given: Any) -> CellText:
     return CellText(row, column, text, was)
 
 
-_OLD = "This is no longer what the check says."
-_LOOK = "Look at the problems again."
-
-
 def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[str, Any]) -> Changed:
     """Apply the fix that a user has chosen in the list of problems.
 
@@ -379,10 +384,6 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]
         text = one.text if isinstance(one, Put) else replaced(now, one)
         if text != now:
             yield Cells(grid.name, (CellText(rows[place], one.address.column, text, now),))
-
-
-MOST_PROBLEMS = 300
-FIRST_ROWS = 200  # in the page itself; the others follow
 
 
 def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
@@ -464,9 +465,6 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     )  # fmt: skip
 
 
-MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60
-
-
 def own_grid(document: Document, name: str) -> Grid:
     """Load the texts of a sheet of the user's own, up to the limits of rows and columns."""
     sheet = next(s for s in document.reading.sheets if s.name == name)
@@ -475,12 +473,6 @@ def own_grid(document: Document, name: str) -> Grid:
     grid.load(sheet)
     del grid.rows[MOST_OWN_ROWS:]
     return grid
-
-
-_SECONDS = 15.0  # for the layout; a larger diagram is told as too large
-_LINE = 16.0
-MOST_DRAWN_ROWS = 500
-"""Of a behaviour that is drawn and told in words here: nobody reads more beside a table."""
 
 
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:

@@ -19,6 +19,17 @@ from rrp_sheets.workbook.schema import TITLES, is_single
 blueprint = Blueprint("tabs", __name__)
 MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
+NAME = 200  # letters of a name that is looked at; those of a sheet are fewer, which is told
+_HELP = {
+    "behaviour": "what the robot does, one step a row",
+    "devices": "names for sensors and actuators, with their settings",
+    "helpers": "calculations and numbers for several formulas",
+    "scene": "what happens in the simulator",
+    "gestures": "movements of your own, as keyframes",
+    "test": "values to send, and what must come out",
+    "protocol": "what the session is for, and how it runs",
+    "table": "a table of your own, for formulas",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,19 +148,6 @@ def _delete(session: WorkbookSession, document: Document, author: str, given: As
 _ACTIONS: dict[str, Callable[[WorkbookSession, Document, str, Asked], Changed | None]] = {
     "add": _add, "rename": _rename, "move": _move, "duplicate": _duplicate, "delete": _delete,
 }  # fmt: skip
-
-
-NAME = 200  # letters of a name that is looked at; those of a sheet are fewer, which is told
-_HELP = {
-    "behaviour": "what the robot does, one step a row",
-    "devices": "names for sensors and actuators, with their settings",
-    "helpers": "calculations and numbers for several formulas",
-    "scene": "what happens in the simulator",
-    "gestures": "movements of your own, as keyframes",
-    "test": "values to send, and what must come out",
-    "protocol": "what the session is for, and how it runs",
-    "table": "a table of your own, for formulas",
-}
 
 
 def sheet_tabs(document: Document, name: str, sheet: str, *, live: bool = False) -> SheetTabs:

@@ -50,6 +50,16 @@ _MADE = (
 _MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
 _MOST_WORDS = 4_000  # letters that a search looks through
 _UNSHOWABLE = "Its name has letters that cannot be shown here."
+_FORBIDDEN = frozenset('/\\:*?"<>|\0')  # in the name of a file
+_LONGEST = 100  # letters of the name of a file
+_MOST_UPLOADS = 20  # files at once
+_MOST_BYTES = 200_000_000  # unpacked; what is sent may have 8 MB
+_OTHER_ROBOT = (
+    "The robot's catalogue in it is another one than this program's, which is used here; "
+    "`rrp-sheets run` on the bundle itself takes the bundle's."
+)
+Done = tuple[str, str]
+"""Result of an action in words, and the file that exists now; empty for none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,15 +238,6 @@ def _last(facts: RunMetadata) -> LastRun:
     return LastRun(line.run, line.when, line.ended, line.state, line.opens)
 
 
-_FORBIDDEN = frozenset('/\\:*?"<>|\0')
-_LONGEST = 100
-_MOST_UPLOADS = 20  # files at once
-
-
-Done = tuple[str, str]
-"""Result of an action in words, and the file that exists now; empty for none."""
-
-
 def _new() -> Done:
     repository = services().repository
     path = _free(repository, _name(request.form.get("name", "")))
@@ -393,13 +394,6 @@ def _free(repository: WorkbookRepository, name: str) -> Path:
     if path.exists():
         raise SheetsError(f"There is already a file “{name}”.", "Choose another name.")
     return path
-
-
-_MOST_BYTES = 200_000_000  # unpacked; what is sent may have 8 MB
-_OTHER_ROBOT = (
-    "The robot's catalogue in it is another one than this program's, which is used here; "
-    "`rrp-sheets run` on the bundle itself takes the bundle's."
-)
 
 
 def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
