@@ -11,11 +11,13 @@ from markupsafe import Markup
 
 from rrp_sheets.compare.as_text import cautions, counted, one_line, place, shorten, shown_source, value, verdict
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
+from rrp_sheets.model.changed import ADDED, REMOVED, SIGN_NAMES
 from rrp_sheets.resources import bundled
 
 MOST = 2_000  # rows of each table: a browser shows no more with ease
 _KINDS = {
-    "added": ("+", "added"), "removed": ("−", "removed"), "changed": ("≠", "changed"), "renamed": ("✎", "renamed"),
+    **{SIGN_NAMES[sign][0]: (sign, SIGN_NAMES[sign][0]) for sign in (ADDED, REMOVED)},
+    "changed": ("≠", "changed"), "renamed": ("✎", "renamed"),
     "moved": ("↕", "moved"), "on": ("●", "switched on"), "off": ("○", "switched off"), "notes": ("✎", "notes"),
     "written": ("≈", "written differently"),
 }  # fmt: skip

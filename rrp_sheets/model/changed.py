@@ -6,6 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 SAME, ADDED, REMOVED, CHANGED = "", "+", "−", "~"  # the signs, as they are shown
+SIGN_NAMES = {
+    ADDED: ("added", "new"),
+    REMOVED: ("removed", "gone"),
+    CHANGED: ("changed", "changed"),
+    SAME: ("kept", "as before"),
+}
+"""Of each sign the kind of change, and the word for what has changed so."""
 Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new, and its words
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
+from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, SIGN_NAMES
 
 # The faces of our pages; for PDF and PNG, Noto Sans JP comes along.
 SANS = "-apple-system, Segoe UI, Roboto, Liberation Sans, Arial, Noto Sans JP, sans-serif"
@@ -40,10 +40,10 @@ class StatusStyle:
 
 
 STATUS_STYLES = {
-    SAME: StatusStyle("#a2a2a2", "#fff", "#5c5c5c", 0.9, "as before"),
-    ADDED: StatusStyle("#1b6e2f", "#e2f3e4", "#123f1c", 2.2, "new"),
-    REMOVED: StatusStyle("#a11d1d", "#fff", "#6e1414", 1.4, "gone"),
-    CHANGED: StatusStyle("#8a5a00", "#fff3d2", "#4d3300", 1.7, "changed"),
+    SAME: StatusStyle("#a2a2a2", "#fff", "#5c5c5c", 0.9, SIGN_NAMES[SAME][1]),
+    ADDED: StatusStyle("#1b6e2f", "#e2f3e4", "#123f1c", 2.2, SIGN_NAMES[ADDED][1]),
+    REMOVED: StatusStyle("#a11d1d", "#fff", "#6e1414", 1.4, SIGN_NAMES[REMOVED][1]),
+    CHANGED: StatusStyle("#8a5a00", "#fff3d2", "#4d3300", 1.7, SIGN_NAMES[CHANGED][1]),
 }
 QUIET_BADGE, QUIET_OFF = "#7d7d7d", "#bdbdbd"  # of rows that stayed as they were, and of arrows of those that are off
 SIGN = 7.0  # half the size of a status's sign

@@ -13,7 +13,7 @@ from rrp_sheets.compare.as_html import file_name, render
 from rrp_sheets.compare.as_text import verdict
 from rrp_sheets.compare.side import open_checked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, ChangedBehaviour, ChangedRow
+from rrp_sheets.model.changed import ADDED, REMOVED, SIGN_NAMES, ChangedBehaviour, ChangedRow
 from rrp_sheets.render.change_diagram import draw_changes, legend_page
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.output import stack
@@ -60,7 +60,7 @@ class Compared:
         left = len(self.behaviours) - len(drawn)
         return render(
             "changed_rows.html", legend=Markup(legend_page("").svg if any(pages for _, pages, _ in drawn) else ""),
-            behaviours=[_shown(*entry) for entry in drawn], kinds=_NAMES, left=left if left > 0 else 0,
+            behaviours=[_shown(*entry) for entry in drawn], kinds=SIGN_NAMES, left=left if left > 0 else 0,
         )  # fmt: skip
 
 
@@ -87,7 +87,6 @@ def _shown(behaviour: ChangedBehaviour, pages: Sequence[Page], trouble: str) -> 
 
 MOST = 1_000  # rows of one table
 _AROUND = 1  # unchanged rows that are shown above and below a changed one
-_NAMES = {ADDED: ("added", "new"), REMOVED: ("removed", "gone"), CHANGED: ("changed", "changed"), SAME: ("kept", "")}
 
 
 def _lines(rows: Sequence[ChangedRow]) -> Iterator[tuple[ChangedRow | None, str]]:
