@@ -11,9 +11,9 @@ from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Command, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.names import key
-from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.render.example_drawing import example_value
 from rrp_sheets.render.marble_diagram import Lane, MarbleDiagram, make_score
-from rrp_sheets.render.marble_diagram import short as short_value
 from rrp_sheets.topics.workbooks import checked
 
 MARK_US = 100_000
@@ -114,19 +114,8 @@ def _places(lane: Lane) -> dict[int, str]:
     """Return the marbles of a stream by their place in its row: `a`, or `(ab)` for several."""
     found: dict[int, list[str]] = {}
     for marble in lane.marbles:
-        found.setdefault(round(marble.us / MARK_US), []).append(short(marble.value))
+        found.setdefault(round(marble.us / MARK_US), []).append(example_value(marble.value))
     return {at: texts[0] if len(texts) == 1 else f"({','.join(texts)})" for at, texts in found.items()}
-
-
-def short(value: Value) -> str:
-    """Return a value as it stands on a marble of an example; a record as the values of its fields.
-
-    >>> short(0.12345), short("red"), short(None), short(True)
-    ('0.123', 'red', 'blank', 'TRUE')
-    """
-    if isinstance(value, Record):
-        return f"({'; '.join(short(v) for v in value.as_dict().values())})"
-    return short_value(value)
 
 
 class ScriptedWorld:
