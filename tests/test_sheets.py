@@ -53,7 +53,7 @@ def same(part: str, before: bytes, after: bytes) -> bool:
     """Compare a part before and after; the lists of sheets may be written in another way."""
     if not LISTED.match(part):
         return before == after
-    return canonicalize(before.decode()) == canonicalize(after.decode())
+    return canonicalize(before.decode(), with_comments=True) == canonicalize(after.decode(), with_comments=True)
 
 
 def copied(path: Path, folder: Path) -> Path:
@@ -61,7 +61,7 @@ def copied(path: Path, folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", ["template", "formulas", "tables", "comments", "outline", "chart", "images"])
-def test_a_deleted_sheet_comes_back_byte_for_byte(made: dict[str, Path], name: str, tmp_path: Path) -> None:
+def test_a_deleted_sheet_comes_back_with_all_its_parts(made: dict[str, Path], name: str, tmp_path: Path) -> None:
     path = copied(made[name], tmp_path)
     for sheet in names(path)[-3:]:
         before = parts(path)
@@ -73,6 +73,23 @@ def test_a_deleted_sheet_comes_back_byte_for_byte(made: dict[str, Path], name: s
         # formulas are marked to be calculated anew, which is all that is left of it
         assert changed <= {"xl/workbook.xml"} and after.keys() >= before.keys() - {"xl/calcChain.xml"}
         assert b"fullCalcOnLoad" in after["xl/workbook.xml"] or not changed
+
+
+def test_lists_of_sheets_keep_prefixes_comments_and_the_order_of_attributes(tmp_path: Path) -> None:
+    path, book = make(tmp_path / "x.xlsx"), "xl/workbook.xml"
+
+    def strange(data: bytes) -> bytes:
+        data = data.replace(b"xmlns=", b"xmlns:x=", 1)
+        data = re.sub(rb"<(/?)([a-z])", rb"<\1x:\2", data)
+        data = re.sub(rb'<x:sheet (name="[^"]*") (sheetId="[^"]*")', rb"<x:sheet \2 \1", data)
+        return data.replace(b"<x:sheets>", b"<x:sheets><!-- kept -->")
+
+    repack(path, {book: strange})
+    before = parts(path)[book]
+    (kept,) = edit(path, [DeleteSheet("Mine")]).kept
+    edit(path, [BringSheet("Mine", kept)])
+    lists = [re.search(rb"(?s)<x:sheets>.*</x:sheets>", data) for data in (before, parts(path)[book])]
+    assert lists[0] and lists[1] and lists[0][0] == lists[1][0] and b"<x:sheet sheetId=" in lists[0][0]
 
 
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
