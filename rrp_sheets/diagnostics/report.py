@@ -35,8 +35,8 @@ _MISSED_BEHAVIOUR = ("PROT004", "DEV010")
 _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
 """A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
 _SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
-_OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
-"""Codes that are left out while rows of the scene have errors: which things are in the room is not known then."""
+OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
+"""Codes that depend on the things in the room, which are not known while rows of the scene have errors."""
 _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
 _OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
@@ -224,7 +224,7 @@ class _Causes:
         if code == "FORM004":
             self.formulas.add(at.sheet)
         if code in _SCENE_ROW:
-            self.anywhere.update(_OF_SCENE_ROWS)
+            self.anywhere.update(OF_SCENE_ROWS)
 
     def explain(self, d: Diagnostic) -> bool:
         """Return whether a finding only follows from another one."""

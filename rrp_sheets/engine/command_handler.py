@@ -15,6 +15,7 @@ from typing import Protocol
 from rrp_sheets.devices.scene import OPERATOR, parse_scene
 from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.live_edits import Editor
@@ -27,8 +28,6 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 
-_BY_HAND = ("SCENE005", "SCENE009", "SCENE010")
-"""Codes of findings that depend on the things that are in the room by now, and not on the row alone."""
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0
 
@@ -198,7 +197,7 @@ class CommandHandler:
         actions = parse_scene((row,), report, self._robot, workbook if workbook.is_dir() else workbook.parent)
         actions, _ = draw_scene(actions, self._engine.seed + us)
         for finding in report:
-            if finding.code not in _BY_HAND:
+            if finding.code not in OF_SCENE_ROWS:
                 raise SheetsError(finding.message, finding.remedy)
         if "SCENE005" in [d.code for d in report]:
             self._require(parts[0])

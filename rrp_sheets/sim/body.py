@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.trajectory import joint_limits
+from rrp_sheets.devices.trajectory import COUPLED, joint_limits
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.motion import Glide
 
@@ -19,8 +19,6 @@ EASY = 1.2  # rad/s: unhurried motion, for postures and for lowering an arm
 ACCELERATION = 12.0  # rad/s²: of a calm motion; NAO's motors allow several times that
 SOLE = -0.04519  # m, of the sole below the ankle's frame
 SPAWN_GAP = 0.0005  # m above the floor at the start, so that the feet do not begin inside it
-COUPLED = {"LHipYawPitch": "RHipYawPitch", "RHipYawPitch": "LHipYawPitch"}
-"""One motor moves both."""
 THUMBS = {"LHand": "LThumbJoint", "RHand": "RThumbJoint"}
 """The thumb follows the hand's motor."""
 FLOOR = 0  # the first body of the physics

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
+from rrp_sheets.devices.trajectory import COUPLED
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
-from rrp_sheets.sim.body import COUPLED
 
 REACHED = 0.03  # rad: nearer than this a joint is where it was sent
 PATIENCE_US = 1_000_000  # a joint that is not there so long after its motion is blocked: given up
