@@ -6,9 +6,9 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 69_478,
+    "lines of Python": 69_340,
     "modules": 382,
-    "docstrings that begin as a question": 84,
+    "docstrings that begin as a question": 0,
     "lines of README": 130,
     "modules under 40 lines that only one other imports": 0,
     "class names that two modules define": 0,
