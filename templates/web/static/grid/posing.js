@@ -7,6 +7,7 @@ const bar = document.getElementById("pose-bar");
 const view = document.getElementById("gesture-view");
 const canvas = view.querySelector("canvas");
 const time = document.getElementById("gesture-time");
+const LONGEST_STEP = 200; // ms of a gesture from one picture to the next: a slow machine plays it slowly, not in jumps
 const client = `pose-${randomId(6)}`;
 let chosen = ""; // the id of the row where the cursor is
 let shown = null; // the gesture that is played
@@ -60,9 +61,12 @@ async function begin() {
   stage.resize();
   const { frames, rate, seconds } = shown;
   if (matchMedia("(prefers-reduced-motion: reduce)").matches) return pictures();
-  const start = performance.now();
+  let at = 0;
+  let last = performance.now();
   const step = () => {
-    const at = Math.min((performance.now() - start) / 1000, seconds);
+    const now = performance.now();
+    at = Math.min(at + Math.min(now - last, LONGEST_STEP) / 1000, seconds);
+    last = now;
     draw(frames, at < seconds ? at * rate : frames.length - 1);
     time.textContent = `${at.toFixed(1)} of ${seconds.toFixed(1)} s`;
     if (at < seconds && view.open) going = requestAnimationFrame(step);
