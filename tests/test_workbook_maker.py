@@ -170,9 +170,9 @@ def test_sheets_of_any_shape(tmp_path: Path) -> None:
     assert openpyxl.load_workbook(path)["A"].freeze_panes == "A4"
 
 
-def test_rows_are_pale_that_the_reader_takes_for_switched_off(template: Path) -> None:
+def test_rows_are_pale_that_the_reader_takes_for_switched_off(tmp_path: Path) -> None:
     """Also those that were switched off in another language: a spreadsheet program shows FALSE as FALSCH there."""
-    sheet = openpyxl.load_workbook(template).worksheets[0]
+    sheet = openpyxl.load_workbook(make_workbook({"T": [HEADERS]}, tmp_path / "x.xlsx"))["T"]
     tests = [test for marks in sheet.conditional_formatting for rule in marks.rules for test in rule.formula]
     (off,) = (test for test in tests if "SEARCH" in test)
     texts = re.findall(r'"([^"]*)"', off)
