@@ -68,4 +68,4 @@ lock:  ## renew requirements.lock (needs uv)
 	  --no-emit-find-links --no-annotate --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 
 clean:  ## remove what was made here
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis rrp_sheets/_vendor
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis rrp_sheets/_vendor $(CATALOGUES)

@@ -10,6 +10,8 @@ from pathlib import Path
 from string import Formatter
 from typing import Any
 
+from rrp_sheets.model.languages import known_language
+
 LOCALE = Path(__file__).parent / "locale"
 _SPECIFICATION = re.compile(r",|\.?\d{0,2}[fg]|")
 _LONGEST = 100_000  # characters of a message from another process
@@ -74,7 +76,7 @@ def places_in(places: Mapping[str, Any], language: str) -> dict[str, Any]:
 
 @lru_cache(maxsize=8)
 def _catalogue(language: str) -> gettext.NullTranslations:
-    return gettext.translation("messages", LOCALE, [language], fallback=True)
+    return gettext.translation("messages", LOCALE, [known_language(language)], fallback=True)
 
 
 def _translated(template: str, context: str, catalogue: gettext.NullTranslations) -> str:

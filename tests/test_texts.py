@@ -119,6 +119,17 @@ def test_without_compiled_catalogue_texts_are_english(monkeypatch, tmp_path):
         texts._catalogue.cache_clear()
 
 
+def test_a_language_that_a_file_names_is_no_path(tmp_path):
+    catalogue = Catalog("ja")
+    catalogue.add("a number", "hostile")
+    path = tmp_path / CATALOGUES.replace("*", "ja")
+    path.parent.mkdir(parents=True)
+    with path.open("wb") as file:
+        write_po(file, catalogue)
+    compile_texts(tmp_path)
+    assert told(N_("a number"), f"../../../../../../../../../..{path.parents[1]}") == "a number"
+
+
 # ---- what translators may write
 @pytest.mark.parametrize(
     "own",
