@@ -55,7 +55,7 @@ strips: setup  ## film strips of gestures, postures, walking and trackers, in ru
 	$(BIN)/python tests/benchmarks/strips.py runs/strips
 
 texts: setup  ## renew the catalogues of rrp_sheets/locale: new texts come in untranslated, old ones go
-	$(BIN)/python translations.py
+	$(BIN)/python tests/translations.py
 
 traces: setup  ## the traces of all workbooks beside those of other Pythons: make traces OTHERS="DIR/bin/python …"
 	$(BIN)/python tests/benchmarks/traces.py $(BIN)/python $(OTHERS)

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
+from translations import MARKS, extract, update
 
 import rrp_sheets
 from rrp_sheets import texts
@@ -21,7 +22,6 @@ from rrp_sheets.workers.codec import pack, unpack
 ROOT = Path(rrp_sheets.__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 from hatch_build import CATALOGUES, compile_texts, faults  # noqa: E402
-from translations import MARKS, extract, update  # noqa: E402
 
 OTHERS = [language for language in LANGUAGES if language != "en"]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,14 +11,16 @@ from pathlib import Path
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
 
-from hatch_build import CATALOGUES, compile_texts
 from rrp_sheets.devices.catalogue import Robot, load_robot, robot_names
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.render.texts import texts
 
-ROOT = Path(__file__).parent
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+from hatch_build import CATALOGUES, compile_texts  # noqa: E402
+
 MARKS = ("N_", "BadSoundError", "BadValueError", "CatalogueError")
 """Names of the function and the classes whose first argument is a text of the program."""
 _CREATED = datetime(2026, 1, 1, tzinfo=UTC)  # no date that would change every file
