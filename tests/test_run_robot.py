@@ -245,7 +245,7 @@ def at_rest(page: Any, read: Callable[[Any], tuple[float, float]]) -> tuple[floa
             return False
         return len(places) > 1 and math.dist(*places[-2:]) < 2
 
-    eventually(stays, places, 30)
+    eventually(stays, places, 300)  # a picture of such a page takes a busy machine up to half a minute
     return places[-1]
 
 
