@@ -296,7 +296,7 @@ def test_protocol(line, expected):
     ],
 )
 def test_a_wrong_workbook_can_still_be_drawn_and_explained(text, tmp_path):
-    from rrp_sheets.runs.drawings import draw, explain
+    from rrp_sheets.documents.drawings import draw, explain
 
     checked = check(rows(text))
     assert checked.report.errors

@@ -20,7 +20,7 @@ from rrp_sheets.render.change_diagram import MOST_DRAWN, draw_changes, drawn_row
 from rrp_sheets.render.diagram import draw_legend
 from rrp_sheets.render.measure import escape
 from rrp_sheets.render.style import SANS
-from rrp_sheets.runs.changes_drawn import Compared
+from rrp_sheets.services.changes_drawn import Compared
 
 ROW_5 = "| | | Steady | filter | steady < 20 | Close ball | |\n"
 AFTER = edited(

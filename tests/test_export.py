@@ -23,12 +23,12 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.recording.folder import stamp_pictures
+from rrp_sheets.recording.metadata import stamp_of
+from rrp_sheets.recording.participant_search import places_of
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.bundle import manifest
-from rrp_sheets.runs.folder import stamp_pictures
-from rrp_sheets.runs.records.metadata import stamp_of
-from rrp_sheets.runs.records.participant_search import places_of
+from rrp_sheets.services.bundle import manifest
 from rrp_sheets.workbook.table import write_table
 
 SVG = "{http://www.w3.org/2000/svg}"

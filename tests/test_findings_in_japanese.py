@@ -23,14 +23,14 @@ from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.printing import gather
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
-from rrp_sheets.runs.replay.differences import Count, Difference
-from rrp_sheets.runs.replay.output import account
-from rrp_sheets.runs.replay.report import as_text, in_words
-from rrp_sheets.runs.replay.result import Replayed, Spoken
+from rrp_sheets.replay.differences import Count, Difference
+from rrp_sheets.replay.output import account
+from rrp_sheets.replay.report import as_text, in_words
+from rrp_sheets.replay.result import Replayed, Spoken
+from rrp_sheets.services.printing import gather
 from rrp_sheets.texts import N_, LazyMessage, capital, listed, sentences, small, told
 from rrp_sheets.workbook import read
 from rrp_sheets.workers.codec import pack, unpack

@@ -13,10 +13,10 @@ from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.trace_events import RecordedNotice
-from rrp_sheets.runs.records.metadata import facts_of
-from rrp_sheets.runs.records.table import write_xlsx
-from rrp_sheets.runs.replay.record import read_record
-from rrp_sheets.runs.trace_reader import TraceReader
+from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.recording.table import write_xlsx
+from rrp_sheets.recording.trace_reader import TraceReader
+from rrp_sheets.replay.record import read_record
 
 _VALUE = '{"t": 9, "stream": "Tracking!Distance", "row": "Tracking!2", "value": %s}'
 HOSTILE = {

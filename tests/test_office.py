@@ -12,7 +12,7 @@ import pytest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
 
-COURSE = "rrp_sheets.runs.records.query_worker.course"
+COURSE = "rrp_sheets.services.query_worker.course"
 GONE = [COURSE, "/nowhere"]
 
 

@@ -13,11 +13,11 @@ from pdftree import filled, read_pdf, tags, texts_of, unspaced
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.printing import make
 from rrp_sheets.render.pack import Pack, Print, make_pack
 from rrp_sheets.render.pack.make import set_pack
 from rrp_sheets.render.pack.model import Labelled
 from rrp_sheets.resources import bundled
+from rrp_sheets.services.printing import make
 
 GOLDEN = Path(__file__).parent / "golden" / "print"
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))

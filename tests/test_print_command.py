@@ -12,8 +12,8 @@ from typed import run
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.printing import MOST_ROWS, make
 from rrp_sheets.resources import bundled
+from rrp_sheets.services.printing import MOST_ROWS, make
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 GOLDEN = Path(__file__).parent / "golden" / "print"

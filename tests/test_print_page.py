@@ -15,8 +15,8 @@ from browser import GOOD, HEADER, HOME, book, get, visit
 from chromium import becomes, eventually, let_in, violations
 
 from rrp_sheets import api
-from rrp_sheets.printing import gather
 from rrp_sheets.resources import bundled
+from rrp_sheets.services.printing import gather
 from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter, Wanted
 
 LETTER = b"/MediaBox[0 0 612 792]"

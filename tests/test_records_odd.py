@@ -18,9 +18,9 @@ from flask.testing import FlaskClient
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records import query_worker
-from rrp_sheets.runs.records.metadata import facts_of
-from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.services import query_worker
+from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.workers import worker_process
 from rrp_sheets.workers.transport import ready
 

@@ -20,8 +20,8 @@ from rrp_sheets import api
 from rrp_sheets.cli.recordings import replay_command
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.runs.replay.output import write
-from rrp_sheets.runs.replay.report import as_text, robot_lines, row_lines
+from rrp_sheets.replay.output import write
+from rrp_sheets.replay.report import as_text, robot_lines, row_lines
 
 FILTER = """
 | Head yaw | map | headYaw * 2 | Double |

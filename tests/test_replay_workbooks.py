@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from rrp_sheets import api
+from rrp_sheets.replay.report import as_text
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.replay.report import as_text
 
 BOOKS = sorted(p.name for p in bundled("workbooks").glob("*.xlsx"))
 

@@ -105,7 +105,7 @@ def test_a_run_for_which_there_is_no_room_leaves_no_folder(tmp_path: Path, monke
         target.touch()
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("rrp_sheets.runs.folder.shutil.copyfile", full)
+    monkeypatch.setattr("rrp_sheets.recording.folder.shutil.copyfile", full)
     with pytest.raises(SheetsError, match="No space left on device") as caught:
         run(reading, checked, RunSettings(fast=True), world=lambda *_: ScriptedWorld([]))
     assert list((tmp_path / "runs").iterdir()) == [], "it would be told for ever that it cannot be read"

@@ -27,11 +27,11 @@ from rrp_sheets.documents.journal import Journal
 from rrp_sheets.engine import file_lock
 from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.recording.deleting import delete, plan
+from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.recording.participant_search import places_of
 from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.records.deleting import delete, plan
-from rrp_sheets.runs.records.metadata import facts_of
-from rrp_sheets.runs.records.participant_search import places_of
 from rrp_sheets.sim.face_memory import FaceMemory, kept, write_memory
 
 CODE = "P-07"
@@ -306,7 +306,7 @@ def test_when_the_time_is_over_the_rest_is_named_as_not_searched(folder: Path, m
     for name in "abc":
         (folder / f"{name}.txt").write_text("with P-07")
     (folder / "P-07.txt").write_text("")
-    monkeypatch.setattr("rrp_sheets.runs.records.participant_search._MOST_SECONDS", -1.0)
+    monkeypatch.setattr("rrp_sheets.recording.participant_search._MOST_SECONDS", -1.0)
     left = places_of(CODE, folder, frozenset({(folder / "runs").resolve()}))
     monkeypatch.undo()
     assert left.found == ["P-07.txt (its name)"] and left.whole
@@ -483,6 +483,6 @@ def test_two_people_who_delete_the_same_runs_at_once_leave_nothing(
     assert list((tmp_path / "runs").iterdir()) == []
     delete(again)
     write_run(tmp_path, "run-3", of(CODE), END)
-    monkeypatch.setattr("rrp_sheets.runs.records.deleting._files", lambda place: [place / "gone"])
+    monkeypatch.setattr("rrp_sheets.recording.deleting._files", lambda place: [place / "gone"])
     with pytest.raises(SheetsError, match="at this moment"):
         plan(tmp_path, CODE)

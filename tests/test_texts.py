@@ -71,7 +71,7 @@ def test_a_text_with_a_translation_is_marked(extracted):
         "devices",
         "formulas",
         "graph",
-        "runs/replay",
+        "replay",
         "testing",
         "workbook",
     ):

@@ -103,6 +103,6 @@ def test_an_error_of_a_task_is_raised_here() -> None:
     worker = RestartingWorker()
     try:
         with pytest.raises(SheetsError, match="cannot be read"):
-            worker.ask(["rrp_sheets.runs.records.query_worker.course", "/nowhere"], 60)
+            worker.ask(["rrp_sheets.services.query_worker.course", "/nowhere"], 60)
     finally:
         worker.close()

@@ -23,7 +23,7 @@ def draw(path: Path | str, target: Path | str, behaviour: str = "", language: st
     Returns:
         The checked workbook, and what the picture lacks (a font, say), in words.
     """
-    from rrp_sheets.runs.drawings import draw as draw_checked
+    from rrp_sheets.documents.drawings import draw as draw_checked
 
     checked = check(path)
     return checked, draw_checked(checked, Path(target), behaviour, language)
@@ -31,7 +31,7 @@ def draw(path: Path | str, target: Path | str, behaviour: str = "", language: st
 
 def explain(path: Path | str, behaviour: str = "", language: str = "") -> tuple[str, Checked]:
     """Explain in plain words what a workbook does: `language` is en or ja, by default that of its Protocol."""
-    from rrp_sheets.runs.drawings import explain as explain_checked
+    from rrp_sheets.documents.drawings import explain as explain_checked
 
     checked = check(path)
     return explain_checked(checked, behaviour, language), checked
@@ -59,7 +59,7 @@ def print_pack(
         UnreadableFile: when one of the workbooks cannot be read.
         SheetsError: when the workbook has errors and no draft is wanted, or the PDF cannot be made or written.
     """
-    from rrp_sheets.printing import print_pack as print_file
+    from rrp_sheets.services.printing import print_pack as print_file
 
     approved = None if against is None else Path(against)
     made = print_file(
@@ -92,8 +92,8 @@ def marbles(
     """
     from rrp_sheets import __version__
     from rrp_sheets.model.stamp import Stamp
+    from rrp_sheets.recording.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.render.marble_diagram import chosen
-    from rrp_sheets.runs.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.testing.case_marbles import scores
 
     checked, report = None, None

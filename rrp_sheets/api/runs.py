@@ -11,10 +11,10 @@ from rrp_sheets.api.workbooks import check, read
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
+    from rrp_sheets.replay import Replayed
     from rrp_sheets.runs import RunObserver, RunResult, RunSettings
-    from rrp_sheets.runs.bundle.packing import Packed
-    from rrp_sheets.runs.replay import Replayed
     from rrp_sheets.runs.run_process import RunOutcome
+    from rrp_sheets.services.bundle.packing import Packed
     from rrp_sheets.testing import TestReport
 
 
@@ -89,7 +89,7 @@ def export(runs: Sequence[Path | str], target: Path | str, *, streams: Sequence[
         SheetsError: that cannot be made as such a file, or it cannot be written.
         UnreadableFile: when a run cannot be read.
     """
-    from rrp_sheets.runs.records.exporting import export as export_runs
+    from rrp_sheets.recording.exporting import export as export_runs
 
     return export_runs([Path(run) for run in runs], Path(target), streams)
 
@@ -105,7 +105,7 @@ def replay(trace: Path | str, other: Path | str | None = None) -> Replayed:
         UnreadableFile: when the trace or a workbook cannot be read.
         SheetsError: when a workbook has errors, or the one that ran is not there and no other is named.
     """
-    from rrp_sheets.runs.replay import replay as replay_run
+    from rrp_sheets.replay import replay as replay_run
 
     return replay_run(Path(trace), None if other is None else Path(other))
 
@@ -129,7 +129,7 @@ def pack(
         UnreadableFile: when the workbook cannot be read.
         SheetsError: when there is no such run, or the bundle cannot be written.
     """
-    from rrp_sheets.bundling import pack as pack_bundle
+    from rrp_sheets.services.bundling import pack as pack_bundle
 
     made, approved = (None if p is None else Path(p) for p in (target, against))
     return pack_bundle(Path(path), made, runs, approved, today)

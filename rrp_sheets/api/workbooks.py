@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from rrp_sheets.compare import Comparison
     from rrp_sheets.diagnostics import Report
     from rrp_sheets.formulas.trial import Answer
-    from rrp_sheets.runs.changes_drawn import Compared
-    from rrp_sheets.runs.edited_copies import CellSet
-    from rrp_sheets.runs.posing import Posed
+    from rrp_sheets.services.changes_drawn import Compared
+    from rrp_sheets.services.edited_copies import CellSet
+    from rrp_sheets.services.posing import Posed
     from rrp_sheets.workbook import Reading
     from rrp_sheets.workbook.editing import Edit, Edited
 
@@ -41,7 +41,7 @@ def check(path: Path | str) -> Checked:
 def new(path: Path | str, robot: str = "nao", template: str = "guided") -> Path:
     """Make a workbook to start from; raises SheetsError when the file exists already, or the template does not."""
     from rrp_sheets.devices import load_robot
-    from rrp_sheets.runs.copies import make_new
+    from rrp_sheets.documents.copies import make_new
 
     return make_new(Path(path), load_robot(robot), template)
 
@@ -54,7 +54,7 @@ def convert(path: Path | str, target: Path | str, *, replace: bool = True) -> Pa
         UnreadableFile: when the workbook cannot be read.
     """
     from rrp_sheets.devices import load_robot
-    from rrp_sheets.runs.copies import convert as convert_workbook
+    from rrp_sheets.documents.copies import convert as convert_workbook
 
     return convert_workbook(Path(path), load_robot(), Path(target), replace=replace)
 
@@ -81,7 +81,7 @@ def fix(
     Raises:
         SheetsError: when no finding offers a chosen fix, or the copy would replace the workbook or cannot be written.
     """
-    from rrp_sheets.runs.edited_copies import fix_copy
+    from rrp_sheets.services.edited_copies import fix_copy
 
     return fix_copy(Path(path), Path(target), chosen or {})
 
@@ -92,14 +92,14 @@ def mark(path: Path | str, target: Path | str, report: Report, language: str = "
     Raises:
         SheetsError: when the copy cannot be written, or its name is taken by another file.
     """
-    from rrp_sheets.runs.edited_copies import write_marked
+    from rrp_sheets.services.edited_copies import write_marked
 
     return write_marked(Path(path), Path(target), report, language)
 
 
 def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSet:
     """Put a typed text into a cell (`Tracking!C5`, or `C5` of a sheet), and check the workbook; see `edit`."""
-    from rrp_sheets.runs.edited_copies import set_cell as set_one
+    from rrp_sheets.services.edited_copies import set_cell as set_one
 
     return set_one(Path(path), cell, value, sheet)
 
@@ -122,7 +122,7 @@ def pose(
         SheetsError: a joint, an angle or the posture is not known, or the file cannot be written.
         MissingPart: when the simulator is not installed here.
     """
-    from rrp_sheets.runs.posing import pose as write_pose
+    from rrp_sheets.services.posing import pose as write_pose
 
     return write_pose(
         Path(path), name, joints, posture=posture, at=at, picture=None if picture is None else Path(picture)
@@ -147,7 +147,7 @@ def diff(first: Path | str, second: Path | str) -> Comparison:
 
 def diff_in_detail(first: Path | str, second: Path | str) -> Compared:
     """Compare as `diff` does, and add the rows of the changed behaviours and pictures of them (`svg`, `html`)."""
-    from rrp_sheets.runs.changes_drawn import compared
+    from rrp_sheets.services.changes_drawn import compared
 
     return compared(Path(first), Path(second))
 

@@ -20,7 +20,7 @@ from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawSheet
 
 if TYPE_CHECKING:
-    from rrp_sheets.runs.changes_drawn import Compared
+    from rrp_sheets.services.changes_drawn import Compared
 
 
 _STYLES: dict[str, dict[str, Any]] = {

@@ -31,7 +31,7 @@ def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, a
     """  # noqa: D301 - the sign keeps the lines as they are
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings, verdict
-    from rrp_sheets.runs.posing import shown
+    from rrp_sheets.services.posing import shown
 
     done = api.pose(file, name, joints, posture=posture, at=_seconds(at), picture=picture)
     for note in done.notes:

@@ -15,9 +15,9 @@ import click
 from rrp_sheets.cli.terminal import WorkbookArgument, is_bundle, runs_of, told
 
 if TYPE_CHECKING:
-    from rrp_sheets.runs.records.deleting import Deletion
-    from rrp_sheets.runs.records.metadata import RunMetadata
-    from rrp_sheets.runs.replay import Replayed
+    from rrp_sheets.recording.deleting import Deletion
+    from rrp_sheets.recording.metadata import RunMetadata
+    from rrp_sheets.replay import Replayed
 
 
 _HEADS = ("When", "Workbook", "Participant", "Condition", "Mode", "Length", "How it ended", "Run")
@@ -54,7 +54,7 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
 
     Exit code: 0, or 2 when there is no such folder.
     """
-    from rrp_sheets.runs.records.listing import as_dict, chosen, runs_in
+    from rrp_sheets.recording.listing import as_dict, chosen, runs_in
 
     found = chosen(runs_in(folder), participant=participant, workbook=workbook)
     if as_json:
@@ -87,8 +87,8 @@ def delete(
 
     Exit code: 0, 1 when it was not confirmed or a run has begun meanwhile, 2 when there is no such run, or one goes on.
     """
-    from rrp_sheets.runs.records.deleting import delete as delete_runs
-    from rrp_sheets.runs.records.deleting import plan
+    from rrp_sheets.recording.deleting import delete as delete_runs
+    from rrp_sheets.recording.deleting import plan
 
     if bool(participant) == bool(names):
         raise click.UsageError("Say whose runs: --participant CODE; or which: --run NAME.")
@@ -149,8 +149,8 @@ def _confirmed(participant: str) -> bool:
 
 
 def _table(found: Sequence[RunMetadata]) -> list[str]:
+    from rrp_sheets.recording.listing import ended, length
     from rrp_sheets.render.measure import clean, columns
-    from rrp_sheets.runs.records.listing import ended, length
 
     rows = [_HEADS]
     for f in found:
@@ -300,7 +300,7 @@ def replay_command(trace: Path, other: Path | None, as_json: bool, output: Path 
     Exit code: 0 the same, 1 different, 2 the trace or a workbook cannot be read or run.
     """
     from rrp_sheets import api
-    from rrp_sheets.runs.replay.output import SUFFIXES, write
+    from rrp_sheets.replay.output import SUFFIXES, write
 
     if output is not None and output.suffix.casefold() not in SUFFIXES:
         raise click.UsageError(f"The name of OUT ends with {', '.join(SUFFIXES)}.")
@@ -336,7 +336,7 @@ def _replay_all(runs: Sequence[Path], other: Path | None, as_json: bool, output:
 
 
 def _show(found: Replayed, as_json: bool) -> None:
-    from rrp_sheets.runs.replay.report import as_text
+    from rrp_sheets.replay.report import as_text
 
     if as_json:
         click.echo(json.dumps(found.as_dict(), ensure_ascii=False, indent=2))

@@ -138,7 +138,7 @@ def print_command(
     Exit code: 0, or 1 when the workbook has errors (nothing is printed, unless as a draft), 2 when it cannot be read.
     """
     from rrp_sheets.cli.check import print_findings
-    from rrp_sheets.printing import HasErrors, print_pack
+    from rrp_sheets.services.printing import HasErrors, print_pack
     from rrp_sheets.workers.worker_loop import lift_limit
 
     home = home_of(click.get_current_context())

@@ -16,7 +16,7 @@ import click
 from rrp_sheets.errors import SheetsError
 
 if TYPE_CHECKING:
-    from rrp_sheets.runs.bundle.unpacking import Bundle
+    from rrp_sheets.services.bundle.unpacking import Bundle
 
 AFTER = 2.0  # s: what is quicker needs no word
 _MOST_NOTES = 20
@@ -118,7 +118,7 @@ def runs_of(path: Path) -> tuple[Path, ...]:
 
 def _opened(ctx: click.Context, path: Path) -> Bundle:
     """Unpack a bundle, and print the notes on it."""
-    from rrp_sheets.runs.bundle.unpacking import unpacked
+    from rrp_sheets.services.bundle.unpacking import unpacked
 
     bundle = ctx.with_resource(unpacked(path))
     for note in bundle.notes[:_MOST_NOTES]:

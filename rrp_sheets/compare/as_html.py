@@ -53,7 +53,7 @@ def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
 
     Args:
         comparison: what to show.
-        drawn: pictures and rows of what changed, as `runs.changes_drawn` makes them.
+        drawn: pictures and rows of what changed, as `services.changes_drawn` makes them.
     """
     title = f"{file_name(comparison.first)} and {file_name(comparison.second)} compared"
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))

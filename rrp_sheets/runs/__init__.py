@@ -1,4 +1,4 @@
-"""Running workbooks, in this process (`run`) or in one of its own (`run_process`); recorded runs and bundles."""
+"""Running workbooks, in this process (`run`) or in one of its own (`run_process`)."""
 
 from __future__ import annotations
 

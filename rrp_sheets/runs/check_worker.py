@@ -105,7 +105,7 @@ def _examples(checked: Checked) -> dict[str, str]:
 
 def finish_run(folder: str) -> tuple[dict[str, str], tuple[str, ...]]:
     """Write the table and the diagram of a run whose process has been ended; see `finish_folder`."""
-    from rrp_sheets.runs.folder import finish_folder
+    from rrp_sheets.recording.folder import finish_folder
 
     only_for_this_user()
     _, checked = read_and_check(Path(folder) / WORKBOOK)

@@ -27,8 +27,8 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.model.trace_events import RecordedValue
+from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.engine_process import ENGINE
-from rrp_sheets.runs.trace_reader import TraceReader
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 from rrp_sheets.workers.codec import pack, unpack
@@ -330,7 +330,7 @@ class RunProcess:
 
     def _finish(self, folder: Path) -> tuple[dict[str, str], tuple[str, ...]]:
         """Write table and diagram in a fresh process, which checks the workbook again and may be ended as well."""
-        from rrp_sheets.runs.folder import files_in  # loads what reads a trace: only when something broke
+        from rrp_sheets.recording.folder import files_in  # loads what reads a trace: only when something broke
 
         assert self._finisher is not None
         with suppress(SheetsError):

@@ -35,7 +35,7 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TRACE, faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
-from rrp_sheets.runs.folder import RunFolder
+from rrp_sheets.recording.folder import RunFolder
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 
 if TYPE_CHECKING:

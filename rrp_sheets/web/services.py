@@ -7,9 +7,9 @@ from pathlib import Path
 
 from flask import current_app
 
-from rrp_sheets.bundling import Packer
 from rrp_sheets.runs.check_worker import CheckWorker
-from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.services.bundling import Packer
+from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.run.run_manager import RunManager
 from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter

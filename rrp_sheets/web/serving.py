@@ -23,7 +23,7 @@ from waitress.server import create_server
 
 from rrp_sheets.engine.file_lock import is_locked, locked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.query_worker import MOST_OF_ALL
+from rrp_sheets.services.query_worker import MOST_OF_ALL
 from rrp_sheets.web.collab.workbook_session import MOST_LISTENERS
 from rrp_sheets.web.connections import MOST_CONNECTIONS, Channel, Dispatcher
 

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
+from rrp_sheets.recording.lookback import answer
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.lookback import answer
 
 OPENED = 2.0  # s, of 100,000 events
 SCRUBBED = 0.2  # s, of a piece

@@ -17,7 +17,7 @@ from browser import get, visit
 from recorded import END, HEADER
 
 from rrp_sheets import api
-from rrp_sheets.runs.records.deleting import plan
+from rrp_sheets.recording.deleting import plan
 
 KINDS = ("Red ball", "Tracking!Distance", "Tracking!Far ball", "Head tracker")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.model.values import Value
-from rrp_sheets.runs.formatting import told
+from rrp_sheets.recording.formatting import told
 from rrp_sheets.runs.view import RunStart
 
 _FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes

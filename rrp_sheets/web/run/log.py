@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from rrp_sheets.model.values import Value
+from rrp_sheets.recording.timeline import Drag, dragged
 from rrp_sheets.runs.commands import QUIET_US, Commands
-from rrp_sheets.runs.records.timeline import Drag, dragged
 
 KEPT = 400  # lines
 _MOST_NEW = 60  # lines that are told at once; of more the last

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.formatting import clock
+from rrp_sheets.recording.formatting import clock
 from rrp_sheets.web.collab.broadcaster import message
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.web.run.run_session import RunOptions, RunSession

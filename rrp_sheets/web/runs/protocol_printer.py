@@ -19,11 +19,11 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
-from rrp_sheets.runs.records.query_worker import QueryWorker
+from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.workers.codec import pack, unpack
 
 if TYPE_CHECKING:
-    from rrp_sheets.printing import Gathered
+    from rrp_sheets.services.printing import Gathered
 
 T = TypeVar("T")
 _WITHIN = 120.0  # s for one protocol; its tests alone may take 20, and a thousand rows fill 130 pages
@@ -141,7 +141,7 @@ def _content(path: Path) -> bytes:
 @lru_cache(maxsize=2)
 def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
     """Gather the protocol's content; cached by the digests, as the page and its PDF are requested in turn."""
-    from rrp_sheets.printing import HasErrors, gather
+    from rrp_sheets.services.printing import HasErrors, gather
 
     other = Path(against) if against else None
     try:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.replay.apart import Stopped, replay_apart
+from rrp_sheets.replay.apart import Stopped, replay_apart
 
 ASKED_WITHIN = 20.0  # s: a page that waits asks every half second
 _KEPT = 8  # accounts

@@ -11,9 +11,9 @@ from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
-from rrp_sheets.runs.folder import describe
-from rrp_sheets.runs.records.listing import clock, length
-from rrp_sheets.runs.records.metadata import RunMetadata, newest_first
+from rrp_sheets.recording.folder import describe
+from rrp_sheets.recording.listing import clock, length
+from rrp_sheets.recording.metadata import RunMetadata, newest_first
 from rrp_sheets.web.runs.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import WorkbookRepository

@@ -11,8 +11,8 @@ from typing import BinaryIO
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
-from rrp_sheets.runs.records.listing import ended, length
-from rrp_sheets.runs.records.metadata import RunMetadata, facts_of, run_names
+from rrp_sheets.recording.listing import ended, length
+from rrp_sheets.recording.metadata import RunMetadata, facts_of, run_names
 from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {STRIP: "image/png", FILM: "image/gif", DIAGRAM: "image/svg+xml"}

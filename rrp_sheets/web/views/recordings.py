@@ -10,8 +10,8 @@ from flask import Blueprint, Response, jsonify, request
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.runs.records.listing import clock
-from rrp_sheets.runs.records.metadata import RunMetadata
+from rrp_sheets.recording.listing import clock
+from rrp_sheets.recording.metadata import RunMetadata
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import rows_asked, run_or_404
 from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page

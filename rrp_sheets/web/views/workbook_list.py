@@ -19,12 +19,12 @@ from rrp_sheets.documents.tutorial import begin, latest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.private import private_folder
+from rrp_sheets.recording.listing import runs_place
+from rrp_sheets.recording.metadata import RunMetadata
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.bundle import manifest
-from rrp_sheets.runs.bundle.manifest import is_device
-from rrp_sheets.runs.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
-from rrp_sheets.runs.records.listing import runs_place
-from rrp_sheets.runs.records.metadata import RunMetadata
+from rrp_sheets.services.bundle import manifest
+from rrp_sheets.services.bundle.manifest import is_device
+from rrp_sheets.services.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.web.models import KindText, counts, plural, show
 from rrp_sheets.web.runs.run_store import RunStore, line_of, when
 from rrp_sheets.web.services import services

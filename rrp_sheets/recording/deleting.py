@@ -1,0 +1,381 @@
+"""Deletion of runs: a plan of what goes and what stays, carrying it out, and the fate of remembered faces.
+
+When a participant withdraws, everything that was recorded under the code goes: the folders of the runs with all that is
+in them, and faces that were remembered there. What people wrote elsewhere, in a workbook say, is reported and left.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.engine.file_lock import is_locked
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.names import key
+from rrp_sheets.model.run_files import TRACE
+from rrp_sheets.model.trace_events import FACE_REMEMBERED, RecordedNotice, RecordedValue
+from rrp_sheets.recording.listing import as_dict, chosen, folders_below, runs_in, runs_place
+from rrp_sheets.recording.metadata import RunMetadata, facts_of
+from rrp_sheets.recording.participant_search import Unsearched, places_of
+from rrp_sheets.recording.trace_reader import TraceReader, text_of
+from rrp_sheets.sim import face_memory
+
+_NOTED, _KNOWN = FACE_REMEMBERED.encode(), b'"recognised":true'  # in the lines that tell of faces
+
+
+@dataclass(frozen=True)
+class Deletion:
+    """Plan of a deletion: what goes, and what stays.
+
+    Attributes:
+        folder: of the workbooks.
+        participant: whose runs they are; blank when runs were named.
+        runs: the runs, the newest first.
+        files: how many files they are; `size` their bytes, `pictures` and `sounds` how many of them.
+        faces: what becomes of the kept faces; when they cannot be read, `unread` says why.
+        like: codes that are spelled nearly the same; they stay.
+        unknown: runs whose record does not say whose they are.
+        elsewhere: where the code still stands.
+        unsearched: files that were not looked into: packed formats, and what the time did not suffice for.
+        whole: whether all files are among these.
+        within: the name of this folder as seen from the one that was asked for; blank for that one.
+        below: what there is of the code in folders below, which goes only when it is asked for.
+    """
+
+    folder: Path
+    participant: str
+    runs: tuple[RunMetadata, ...]
+    files: int
+    size: int
+    pictures: int
+    sounds: int
+    faces: tuple[FaceFate, ...]
+    unread: str
+    like: tuple[str, ...]
+    unknown: tuple[str, ...]
+    elsewhere: tuple[str, ...]
+    whole: bool
+    unsearched: tuple[Unsearched, ...] = ()
+    within: str = ""
+    below: tuple[Deletion, ...] = ()
+
+    @property
+    def faces_gone(self) -> list[str]:
+        """Names of the faces that are wiped."""
+        return [f.name for f in self.faces if f.goes]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plan as JSON."""
+        return {
+            "participant": self.participant or None, "runs": [as_dict(f) for f in self.runs], "files": self.files,
+            "bytes": self.size, "pictures": self.pictures, "sounds": self.sounds, "faces_wiped": self.faces_gone,
+            "faces_kept": [{"name": f.name, "why": f.why} for f in self.faces if not f.goes],
+            "faces_unreadable": self.unread or None, "similar_codes": list(self.like),
+            "unreadable_runs": list(self.unknown), "code_still_in": list(self.elsewhere),
+            "not_searched": [{"file": u.name, "date": u.day and u.day.isoformat()} for u in self.unsearched],
+            "looked_through_everything": self.whole and not self.unsearched,
+            **({"folder": self.within} if self.within else {"below": [d.as_dict() for d in self.below]}),
+        }  # fmt: skip
+
+    def shown(self) -> list[str]:
+        """Return the names of all runs in the plan, those in folders below with their folder."""
+        return [f.run for f in self.runs] + [f"{d.within}/{f.run}" for d in self.below for f in d.runs]
+
+
+def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: Collection[str] = ()) -> Deletion:
+    """Plan the deletion of the runs of a participant, or of those of some names. Nothing is changed.
+
+    A participant's runs in folders below are part of the plan.
+
+    Args:
+        folder: of the workbooks.
+        participant: the code, as it was typed when the runs began.
+        names: of the runs' folders.
+        going: the names of runs that are known to go on, or to be written still.
+
+    Raises:
+        SheetsError: there are none, one of them goes on, or somebody else is deleting them.
+    """
+    try:
+        return _plan(folder, participant, names, going)
+    except FileNotFoundError:
+        raise SheetsError("Somebody else has deleted something here at this moment.", "Look again.") from None
+
+
+def _plan(folder: Path, participant: str, names: Sequence[str], going: Collection[str]) -> Deletion:
+    root = _root(folder)
+    places = runs_in(folder)
+    every = {f.run: f for f in chosen(places, going=going)}
+    below, seen = _below(root, participant) if participant else ((), True)
+    wanted = _of(participant, every, bool(below)) if participant else _named(names, every)
+    _require_ended(root, wanted, going)
+    if participant:
+        _require_told(places)
+    planned = _planned(root, places, every, wanted, participant)
+    if not participant:
+        return planned
+    doomed = [_place(d, f) for d in (planned, *below) for f in d.runs]
+    left = places_of(participant, root, frozenset(p.resolve() for p in doomed))
+    told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
+    elsewhere = tuple(place for place in left.found if place not in told)
+    return replace(
+        planned, below=below, elsewhere=elsewhere, unsearched=tuple(left.unsearched), whole=left.whole and seen
+    )
+
+
+def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:
+    """Delete what was planned: faces, then run by run, its record last, so that a broken deletion can be resumed.
+
+    Args:
+        planned: the plan that was shown.
+        going: as for `plan`.
+        below: the folders below whose runs go too, by their names in the plan.
+
+    Returns:
+        The runs that have begun meanwhile, of that participant or not known yet of whom: they stay.
+
+    Raises:
+        SheetsError: a run goes on by now, or something cannot be deleted; the rest is as it was.
+    """
+    parts = [planned, *(d for d in planned.below if d.within in below)]
+    for part in parts:
+        _require_possible(part, going if part is planned else ())
+    for part in parts:
+        for name in part.faces_gone:
+            if name in face_memory.kept(part.folder):  # else somebody has wiped it meanwhile
+                face_memory.forget(part.folder, name)
+        for facts in part.runs:
+            place = _place(part, facts)
+            if place.is_dir():
+                _delete_folder(place)
+    return tuple(name for part in parts for name in _begun(part)) if planned.participant else ()
+
+
+def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
+    """Plan the deletion of a participant's runs in the folders below; return also whether all were looked at."""
+    folders, whole = folders_below(root)
+    found = []
+    for folder in folders:
+        places = runs_in(folder)
+        every = {f.run: f for f in chosen(places)}
+        wanted = [f for f in every.values() if f.participant == participant]
+        if wanted:
+            within = folder.relative_to(root).as_posix()
+            found.append(replace(_planned(folder, places, every, wanted, participant), within=within))
+    return tuple(found), whole
+
+
+def _planned(
+    root: Path, places: Sequence[Path], every: dict[str, RunMetadata], wanted: Sequence[RunMetadata], participant: str
+) -> Deletion:
+    """Plan the deletion of some runs of one folder."""
+    gone = {f.run for f in wanted}
+    files = [p for place in places if place.name in gone for p in _files(place)]
+    kept, unread = _kept(root)
+    codes = {f.participant for f in every.values()} - {participant}
+    return Deletion(
+        folder=root, participant=participant, runs=tuple(wanted), files=len(files),
+        size=sum(p.lstat().st_size for p in files), pictures=_count(files, (".gif", ".png", ".svg", ".jpg", ".zip")),
+        sounds=_count(files, (".wav",)),
+        faces=tuple(plan_faces(kept, every, places, gone, participant) if kept else ()),
+        unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
+        unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
+        elsewhere=(), whole=True,
+    )  # fmt: skip
+
+
+def _place(planned: Deletion, facts: RunMetadata) -> Path:
+    return runs_place(planned.folder) / facts.run
+
+
+def _require_possible(part: Deletion, going: Collection[str]) -> None:
+    """Raise SheetsError when a run to delete is still written, or one that goes on could store a wiped face again."""
+    places = {p.name: p for p in runs_in(part.folder)}
+    _require_ended(part.folder, chosen([places[f.run] for f in part.runs if f.run in places], going=going), going)
+    if part.participant:
+        _require_told(list(places.values()))
+    if part.faces_gone:
+        busy = [f.run for f in chosen(list(places.values()), going=going) if f.ended == "going"]
+        if busy:
+            raise SheetsError(
+                f"The run {busy[0]} goes on, and would write the remembered faces again.", "Wait until it has ended."
+            )
+
+
+def _begun(part: Deletion) -> list[str]:
+    """Return the participant's runs that have begun since the plan, and those that do not say yet whose they are."""
+    head = f"{part.within}/" if part.within else ""
+    return [
+        head + f.run for place in runs_in(part.folder)
+        if (f := facts_of(place)).participant == part.participant or (not f.readable and is_locked(place))
+    ]  # fmt: skip
+
+
+def _of(participant: str, every: dict[str, RunMetadata], below: bool) -> list[RunMetadata]:
+    found = [f for f in every.values() if f.participant == participant]
+    if not found and not below:
+        codes = sorted({f.participant for f in every.values()} - {""})
+        near = [c for c in codes if _squeezed(c) == _squeezed(participant)]
+        hint = (
+            f"Did you mean {' or '.join(near)}?" if near else f"Codes here: {', '.join(codes[:20])}." if codes else ""
+        )
+        raise SheetsError(f"No run here has the participant “{participant}”.", hint or "Look at the list of runs.")
+    return found
+
+
+def _named(names: Sequence[str], every: dict[str, RunMetadata]) -> list[RunMetadata]:
+    missing = [n for n in names if n not in every]
+    if missing or not names:
+        which = f"“{missing[0]}”" if missing else "without a name"
+        raise SheetsError(f"There is no run {which} here.", "Look at the list of runs.")
+    return [every[n] for n in dict.fromkeys(names)]
+
+
+def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collection[str]) -> None:
+    for facts in wanted:
+        if facts.ended == "going" or facts.run in going or is_locked(runs_place(folder) / facts.run):
+            raise SheetsError(
+                f"The run {facts.run} goes on, or is still being written.", "Stop it, and delete when it has ended."
+            )
+
+
+def _require_told(places: Sequence[Path]) -> None:
+    """Raise SheetsError for a run that is just beginning: it has no record yet, and may be anybody's."""
+    for place in places:
+        if is_locked(place) and not facts_of(place).readable:
+            raise SheetsError(
+                f"The run {place.name} is just beginning, and does not say yet whose it is.",
+                "Delete again in a few seconds.",
+            )
+
+
+def _root(folder: Path) -> Path:
+    """Return the folder of the workbooks, also when its `runs` was named.
+
+    Raises:
+        SheetsError: it is a run itself.
+    """
+    if (folder / TRACE).is_file():
+        raise SheetsError(f"“{folder}” is a run itself.", "Name the folder with the workbooks, and the run with --run.")
+    return folder.absolute().parent if runs_place(folder) == folder else folder
+
+
+def _kept(root: Path) -> tuple[list[str], str]:
+    try:
+        return face_memory.kept(root), ""
+    except SheetsError as error:
+        return [], f"{error.message} {error.remedy}"
+
+
+def _squeezed(code: str) -> str:
+    """Return a code with letters and digits only, whatever their case.
+
+    >>> _squeezed("P-07") == _squeezed("p 07")
+    True
+    """
+    return "".join(c for c in key(code) if c.isalnum())
+
+
+def _count(files: Sequence[Path], suffixes: Collection[str]) -> int:
+    return sum(p.suffix.casefold() in suffixes for p in files)
+
+
+def _files(place: Path) -> list[Path]:
+    return [Path(root, name) for root, _, names in os.walk(place) for name in names]
+
+
+def _delete_folder(place: Path) -> None:
+    try:
+        for path in sorted(place.iterdir(), key=lambda p: p.name == TRACE):
+            with suppress(FileNotFoundError):
+                if path.is_dir() and not path.is_symlink():
+                    shutil.rmtree(path)
+                else:
+                    path.unlink()
+        place.rmdir()
+    except FileNotFoundError:  # somebody else deletes it as well
+        return
+    except OSError as error:
+        raise SheetsError(
+            f"“{error.filename or place}” cannot be deleted ({error.strerror}).",
+            "See that you may write there, and that no other program has it open; then delete again.",
+        ) from None
+
+
+@dataclass(frozen=True)
+class FaceFate:
+    """Decision whether a kept face goes; `why` in words."""
+
+    name: str
+    goes: bool
+    why: str
+
+
+def plan_faces(
+    kept: Sequence[str],
+    runs: Mapping[str, RunMetadata],
+    places: Collection[Path],
+    gone: Collection[str],
+    participant: str,
+) -> list[FaceFate]:
+    """Decide which of the kept faces go when some runs are deleted.
+
+    Args:
+        kept: the names in the file of faces.
+        runs: all runs, by the name of their folder.
+        places: the folders of all runs.
+        gone: the names of those that are deleted.
+        participant: whose runs they are; blank when they were chosen one by one.
+    """
+    newest: dict[str, str] = {}  # the run that has a name, by the name's key
+    seen: set[str] = set()
+    for place in sorted(places, key=lambda p: _began(runs.get(p.name))):
+        for name, new in _faces(place):
+            if new:
+                newest[key(name)] = place.name
+            elif place.name in gone:
+                seen.add(key(name))
+    return [_fate(name, newest.get(key(name), ""), runs, gone, participant, key(name) in seen) for name in kept]
+
+
+def _began(facts: RunMetadata | None) -> float:
+    return facts.began.timestamp() if facts is not None and facts.began is not None else 0.0
+
+
+def _fate(
+    name: str, run: str, runs: Mapping[str, RunMetadata], gone: Collection[str], participant: str, recognised: bool
+) -> FaceFate:
+    if participant and key(name) == key(participant):
+        return FaceFate(name, True, "it has that code as its name")
+    if run in gone:
+        return FaceFate(name, True, f"it was remembered in the run {run}")
+    also = " It was recognised in a run that is deleted." if recognised else ""
+    if run:
+        whose = runs[run].participant if run in runs else ""
+        return FaceFate(name, False, f"it was remembered in the run {run}{f' of {whose}' if whose else ''}.{also}")
+    return FaceFate(name, False, f"no run here says whose it is.{also}")
+
+
+def _faces(place: Path) -> Iterator[tuple[str, bool]]:
+    """Yield the names of faces that a run remembered (True) or recognised (False)."""
+    try:
+        reader = TraceReader(place)
+        devices = {stream.name: stream.device for stream in reader.header.streams}
+        kept = reader.header.text("faces") != "forgotten"
+        for event in reader.containing(_NOTED, _KNOWN):
+            device = devices.get(event.stream)
+            if isinstance(event, RecordedNotice) and device == "RememberFace" and kept:
+                text = text_of(event.text)
+                if text.startswith(FACE_REMEMBERED) and text.endswith("."):
+                    yield text.removeprefix(FACE_REMEMBERED)[:-1], True
+            elif isinstance(event, RecordedValue) and device == "FaceDetection":
+                face = event.value if isinstance(event.value, dict) else {}
+                if face.get("recognised") and face.get("name"):
+                    yield text_of(face["name"]), False
+    except UnreadableFile:
+        return  # a damaged record says nothing

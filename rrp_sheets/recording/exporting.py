@@ -1,0 +1,204 @@
+"""Exports of runs as a table or plots, by the file's suffix, and files of pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK
+from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.recording.metadata import facts_of, stamp_of
+from rrp_sheets.recording.table import refuse_other_table, write_csv, write_xlsx
+from rrp_sheets.recording.timeline import build_timeline
+from rrp_sheets.render.measure import typeset
+from rrp_sheets.render.output import png_with, target_of, words_of
+from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
+from rrp_sheets.render.texts import texts
+from rrp_sheets.workbook.atomic import write_atomically
+
+TABLES = (".xlsx", ".csv")
+
+
+def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> list[str]:
+    """Write recorded runs into a file, as a table or as plots.
+
+    Args:
+        runs: folders of runs, or their trace.jsonl; several only for a table. What else `runs/*` names is left out.
+        target: the file: .xlsx or .csv for a table, .svg, .pdf or .png for plots.
+        streams: of plots, only these.
+
+    Returns:
+        Notes for the user.
+
+    Raises:
+        SheetsError: that cannot be made as such a file, or it cannot be written.
+        UnreadableFile: one of the runs is no record of a run.
+    """
+    strays = [run for run in runs if run.is_file() and run.suffix != Path(TRACE).suffix]  # runs/faces.json
+    runs = [run for run in runs if run not in strays] or runs
+    suffix = target.suffix.casefold()
+    _require(suffix, target, len(runs), streams)
+    traces = [trace_of(run) for run in runs]
+    _require_apart(traces, target)
+    refuse_other_table(target)
+    if suffix in TABLES:
+        try:
+            (write_csv if suffix == ".csv" else write_xlsx)(traces, target)
+        except OSError as error:
+            raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+        return _pilots(traces)
+    place = traces[0].parent
+    svg, wide, high = draw_run_plots(place, streams)
+    stamp = stamp_of(place)
+    return write_picture(svg, (wide, high), target, title_of(stamp), dict(stamp.pairs()))
+
+
+def _require(suffix: str, target: Path, runs: int, streams: Sequence[str]) -> None:
+    if suffix not in (*TABLES, *SUFFIXES):
+        raise SheetsError(
+            f"A run cannot be exported as “{target.suffix or target.name}”.",
+            f"Let the file's name end with {', '.join(TABLES)} for a table, {', '.join(SUFFIXES)} for plots.",
+        )
+    if streams and suffix in TABLES:
+        raise SheetsError("Streams can be chosen for plots, not for a table.", "Leave out --streams.")
+    if suffix in SUFFIXES and runs > 1:
+        raise SheetsError("A picture is of one run.", "Name one run, or export a table: -o study.xlsx")
+
+
+def trace_of(run: Path) -> Path:
+    """Return the trace of a run's folder, or the trace that is named.
+
+    Raises:
+        UnreadableFile: there is none, or it does not begin as one.
+    """
+    trace = run / TRACE if run.is_dir() else run
+    if not trace.is_file():
+        raise UnreadableFile("FILE001", f"There is no run “{run}”.", "Name a run's folder; see `rrp-sheets runs`.")
+    if trace.suffix != Path(TRACE).suffix:
+        raise UnreadableFile(
+            "FILE001", f"“{run}” is not a record of a run.", "Name a run's folder; see `rrp-sheets runs`."
+        )
+    if trace.name == TRACE:
+        facts = facts_of(trace.parent)
+        if not facts.readable:
+            raise UnreadableFile("FILE001", f"“{run}” is not a record of a run: {facts.why}", facts.remedy)
+    return trace
+
+
+def _require_apart(traces: Sequence[Path], target: Path) -> None:
+    """Raise SheetsError when an export would replace a part of a record, or a run is named twice."""
+    seen: set[Path] = set()
+    for trace in traces:
+        place = trace.resolve()
+        if place in seen:
+            raise SheetsError(f"The run “{trace.parent.name}” is named twice.", "Name every run once.")
+        seen.add(place)
+        if target.absolute().parent.resolve() == place.parent and target.name in (WORKBOOK, TABLE):
+            raise SheetsError(f"“{target.name}” belongs to the record of the run.", "Give the file another name.")
+
+
+def _pilots(traces: Sequence[Path]) -> list[str]:
+    pilots = [t.parent.name for t in traces if stamp_of(t.parent).mode == "pilot"]
+    if not pilots:
+        return []
+    named = ", ".join(pilots[:5]) + (f" and {len(pilots) - 5} more" if len(pilots) > 5 else "")
+    return [f"A pilot, whose data never counts as a session: {named}. See the column mode." if len(traces) > 1
+            else "This was a pilot: its data never counts as a session."]  # fmt: skip
+
+
+_LANES = {
+    "say": "said", "person": "heard", "sound": "said", "press": "button", "button": "button", "mark": "mark",
+    "error": "error", "note": "note", "clamp": "note",
+}  # fmt: skip
+
+
+def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float, float]:
+    """Draw the numbers of a run over time, as SVG; return it with its width and height in points.
+
+    Args:
+        place: the run's folder.
+        only: these streams; all when empty.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+        SheetsError: there are no numbers to plot.
+    """
+    told = build_timeline(place, only)
+    curves = [Curve(c["name"], c["kind"], c["unit"], [(t, v) for t, v in c["points"]], c["count"])
+              for c in told["curves"]]  # fmt: skip
+    if not curves:
+        raise _nothing(place, only)
+    notes = [
+        PlotNote(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"])
+        for e in told["lines"]
+        if e["kind"] != "command"
+    ]  # the curves of the actuators tell those
+    stamp = stamp_of(place)
+    more = ""
+    if told["more_curves"]:
+        more = texts(stamp.language).get("plots.more", n=told["more_curves"])
+    return draw_plots(
+        title_of(stamp),
+        curves,
+        notes,
+        float(told["seconds"]),
+        foot=stamp.line(),
+        more=more,
+        about=dict(stamp.pairs()),
+        language=stamp.language,
+    )
+
+
+def _nothing(place: Path, only: Collection[str]) -> SheetsError:
+    if not only:
+        return SheetsError(f"“{place.name}” has no numbers that change.", "Export it as a table: -o run.xlsx")
+    known = [c["name"] for c in build_timeline(place)["curves"]]
+    remedy = f"Streams with numbers are: {', '.join(known[:20])}." if known else "This run has no numbers at all."
+    return SheetsError(f"No stream called {', '.join(only)} has numbers.", remedy)
+
+
+def title_of(stamp: Stamp) -> str:
+    """Return the heading of a picture of a run."""
+    who = ", ".join(filter(None, (stamp.participant, stamp.condition)))
+    return f"{stamp.workbook or stamp.run}{f', {who}' if who else ''}, {stamp.began[:16].replace('T', ' ')}"
+
+
+SUFFIXES = (".svg", ".pdf", ".png")
+_PPI = 144
+_MOST_PIXELS = 40_000_000
+
+
+def picture_bytes(
+    svg: str, size: tuple[float, float], suffix: str, title: str, about: Mapping[str, str]
+) -> tuple[bytes, list[str]]:
+    """Return the content of a picture's file, and notes for the user.
+
+    Args:
+        svg: the picture.
+        size: its width and height, in points.
+        suffix: `.svg`, `.pdf` or `.png`.
+        title: of the document.
+        about: what it says of itself; the SVG has it already.
+
+    Raises:
+        SheetsError: Typst failed.
+    """
+    if suffix == ".svg":
+        return svg.encode("utf-8", "replace"), []
+    wide, high = size
+    told = words_of(about)
+    data = {"title": title, "about": told, "width": wide, "height": high}
+    if suffix == ".pdf":
+        return typeset("picture.typ", data, {"picture.svg": svg}, "pdf")
+    ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
+    png, notes = typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
+    return png_with(png, {"Title": title, "Description": told}), notes
+
+
+def write_picture(svg: str, size: tuple[float, float], path: Path, title: str, about: Mapping[str, str]) -> list[str]:
+    """Write a picture into a file whose suffix tells the format, whole or not at all; see `picture_bytes`."""
+    target, suffix = target_of(path, "A picture", SUFFIXES)
+    content, notes = picture_bytes(svg, size, suffix, title, about)
+    write_atomically(target, content)
+    return notes

@@ -1,0 +1,251 @@
+"""Folder of a run: making and finishing it, its files, and the files that a workbook needs beside it."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rrp_sheets.checks import Checked
+from rrp_sheets.checks.check import folder_of
+from rrp_sheets.devices.media_files import BadSoundError, look_at
+from rrp_sheets.devices.own_robot import FOLDER, files_of
+from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
+from rrp_sheets.private import private_folder
+from rrp_sheets.recording.metadata import stamp_of
+from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
+from rrp_sheets.resources import bundled
+
+if TYPE_CHECKING:
+    from rrp_sheets.workbook import Reading
+
+
+_WHAT = {
+    TRACE: "every event of the run",
+    WORKBOOK: "the workbook that ran",
+    "robot.toml": "the robot's catalogue",
+    "gestures.toml": "the robot's gestures",
+    TABLE: "the run as a table, one row per event",
+    DIAGRAM: "the diagram of the behaviours",
+    POSES: "how the robot and the things around it stood",
+    CAMERA: "pictures of the robot's camera",
+    FILM: "the robot, filmed",
+    STRIP: "six moments of the run, and what its camera saw if that is kept",
+}
+
+
+_HEARD = {
+    "say": "what the robot said", "person": "what a person said", "sound": "a sound that the robot played",
+}  # fmt: skip
+_RECORDED = re.compile(rf"({'|'.join(_HEARD)})-\d+\.wav")
+
+
+class RunFolder:
+    """A run's folder; `path` is where it will be, :meth:`make` makes it."""
+
+    def __init__(self, reading: Reading, out: Path | None, home: Path | None = None) -> None:
+        self.reading = reading
+        self._home = home
+        self.source = Path(reading.workbook.source)
+        self.path = (out or self._default()).absolute()
+        self._was_there = self.path.exists()
+        self._held: int | None = None
+        if (self.path / TRACE).exists():
+            raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
+
+    def make(self) -> None:
+        """Make the folder; raise SheetsError when that cannot be done."""
+        try:
+            private_folder(self.path)
+            self._held = lock_folder(self.path)
+        except OSError as error:
+            message = f"The folder “{self.path}” cannot be made ({error.strerror})."
+            raise SheetsError(message, "Name another folder with --out.") from None
+
+    def _default(self) -> Path:
+        name = re.sub(r"[^\w.-]+", "-", self.source.stem).strip("-") or "run"
+        stem = f"{datetime.now():%Y-%m-%d-%H%M%S}-{name}"
+        folder = (self._home or self.source.absolute().parent) / RUNS / stem
+        number = 2
+        while folder.exists():  # two runs in one second
+            folder = folder.with_name(f"{stem}-{number}")
+            number += 1
+        return folder
+
+    def drop(self) -> None:
+        """Remove the folder if it is new, as the run has not begun; its content only if this object has made it."""
+        if not self._was_there:
+            if self._held is not None:
+                shutil.rmtree(self.path, ignore_errors=True)
+            with suppress(OSError):
+                self.path.rmdir()
+        self.let_go()
+
+    def keep_workbook(self, checked: Checked) -> None:
+        """Copy the workbook that runs, as .xlsx, the robot's catalogue, and the files that the workbook names."""
+        from rrp_sheets.documents.copies import as_xlsx
+
+        target = self.path / WORKBOOK
+        try:
+            if self.reading.format == "xlsx":
+                shutil.copyfile(self.source, target)
+            else:
+                as_xlsx(self.reading, checked.robot, target)
+            for name in ("robot.toml", "gestures.toml"):
+                if (checked.robot.folder / name).is_file():  # a robot need not have gestures
+                    shutil.copyfile(checked.robot.folder / name, self.path / name)
+            for name, source in (*material(checked)[0].items(), *own_catalogue(checked)):  # so that it can be replayed
+                if name not in _WHAT and not _RECORDED.fullmatch(name):  # what is recorded has these names
+                    (self.path / name).parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copyfile(source, self.path / name)
+        except OSError as error:
+            message = f"Nothing can be written into “{self.path}” ({error.strerror})."
+            raise SheetsError(message, "Make room, or name another folder with --out.") from None
+
+    def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
+        """Write the table and the diagram (see :func:`finish_folder`), and release the folder."""
+        try:
+            return finish_folder(self.path, checked)
+        finally:
+            self.let_go()
+
+    def let_go(self) -> None:
+        """Release the file lock: nothing more will be written."""
+        unlock(self._held)
+        self._held = None
+
+
+def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Write a run's table and diagram; return the folder's files with descriptions, and what could not be made.
+
+    A diagram that cannot be drawn must not take the rest of the run with it.
+    """
+    problems = []
+    with locked(path):  # when its own process has been ended, nobody holds it any more
+        for name, make in ((TABLE, _table), (DIAGRAM, _draw)):
+            half = path / f".{name}"  # this process may be ended any time
+            try:
+                make(path, checked, half)
+                half.replace(path / name)
+            except (SheetsError, OSError) as error:
+                half.unlink(missing_ok=True)
+                problems.append(f"{name} could not be made: {error}")
+        try:
+            stamp_pictures(path)
+        except OSError as error:
+            problems.append(f"The pictures do not say which run they are of ({error.strerror}).")
+    return files_in(path), tuple(problems)
+
+
+def files_in(path: Path) -> dict[str, str]:
+    """Return the files of a run's folder, each with its description."""
+    files = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
+    for wav in sorted(path.glob("*.wav")):
+        files[wav.name] = describe(wav.name)
+    return files
+
+
+def describe(name: str) -> str:
+    """Return the description of a file of a run's folder; empty for an unknown one.
+
+    >>> describe("film.gif"), describe("say-002.wav")
+    ('the robot, filmed', 'what the robot said')
+    """
+    recorded = _RECORDED.fullmatch(name)
+    return _WHAT.get(name, _HEARD[recorded[1]] if recorded else "a sound of the workbook" if _is_wav(name) else "")
+
+
+def _is_wav(name: str) -> bool:
+    return name.casefold().endswith(".wav")
+
+
+def _table(path: Path, checked: Checked, target: Path) -> None:
+    from rrp_sheets.recording.table import write_xlsx
+
+    write_xlsx([path / TRACE], target)
+
+
+def _draw(path: Path, checked: Checked, target: Path) -> None:
+    from rrp_sheets.documents.drawings import draw
+
+    draw(checked, target)  # `stamp_pictures` says of which run
+
+
+def _film(data: bytes, about: Mapping[str, str]) -> bytes:
+    return gif_with(data, about)
+
+
+def _strip(data: bytes, about: Mapping[str, str]) -> bytes:
+    return png_with(data, {"Description": words_of(about)})
+
+
+def _diagram(data: bytes, about: Mapping[str, str]) -> bytes:
+    return svg_with(data.decode(), about).encode("utf-8", "replace")
+
+
+_PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
+    FILM: _film, STRIP: _strip, DIAGRAM: _diagram,
+}  # fmt: skip
+
+
+def stamp_pictures(place: Path) -> None:
+    """Write the metadata of a run that was just made into its pictures.
+
+    Raises:
+        OSError: one cannot be written; it is then as it was.
+    """
+    about = dict(stamp_of(place).pairs())
+    for name, make in _PICTURES.items():
+        path = place / name
+        with suppress(FileNotFoundError):
+            stamped = make(path.read_bytes(), about)
+            half = path.with_name(name + ".part")
+            try:
+                half.write_bytes(stamped)
+                os.replace(half, path)
+            finally:
+                half.unlink(missing_ok=True)
+
+
+def sounds(checked: Checked) -> list[str]:
+    """Return the names of the sound files that the settings of devices name."""
+    names: dict[str, None] = {}
+    for device in checked.workbook.devices:
+        found = checked.robot.find(device.device.text)
+        for k, cell in device.settings.items() if found else ():
+            setting = found.type.settings.get(k) if found else None
+            if setting is not None and setting.kind == "sound file" and cell and cell.text.strip():
+                names[cell.text.strip()] = None
+    return list(names)
+
+
+def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
+    """Return the sounds and pictures by name, and in words what cannot be found of them."""
+    files: dict[str, Path] = {}
+    lacks = []
+    folder = folder_of(checked.workbook)
+    for name in sounds(checked):
+        try:
+            look_at(folder, name)
+            files[name] = folder / name
+        except BadSoundError as problem:
+            lacks.append(f"The sound “{name}” {problem}.")
+    for action in checked.scene or ():
+        if picture := action.values.get("picture"):
+            files[Path(picture).name] = Path(picture)
+    return files, lacks
+
+
+def own_catalogue(checked: Checked) -> Iterator[tuple[str, Path]]:
+    """Yield the files of a catalogue that came with the workbook, with their names beside it; none of a bundled one."""
+    robot = checked.robot
+    if robot.folder != bundled("robots") / robot.name:
+        for path in files_of(robot):
+            yield f"{FOLDER}/{robot.name}/{path.name}", path

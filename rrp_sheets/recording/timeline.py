@@ -1,0 +1,330 @@
+"""Log of a run and thinned curves of its numbers, made in one pass over its trace."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Collection, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.devices import load_robot
+from rrp_sheets.model.names import key
+from rrp_sheets.model.trace_events import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
+from rrp_sheets.model.values import show
+from rrp_sheets.recording.marbles import value_from_json
+from rrp_sheets.recording.tidy import units_of
+from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader, text_of
+
+MOST_LINES = 2_000  # of the log
+MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
+MOST_CURVES = 24
+_MOST_EVENTS = 2_000_000
+_LARGEST = 1e300
+_LONGEST_VALUE = 200  # letters
+_MOST_COMMANDS = 1_000  # of the log's lines
+_QUIET = 2.0  # seconds after which a row that goes on with its commands is told again
+_TOLD = frozenset(("Print", "RememberFace", "Behaviour"))  # devices that tell themselves what they do
+_HEARD = frozenset(("SayInput", "SayParameter", "PlaySound"))  # and those that tell it when one hears it
+_PLAIN = {"stream": 0, "sensor": 1, "actuator": 2}  # whose curves come first: what rows work out …
+_FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what was sensed, which rows pass on
+
+
+@dataclass
+class TimelineEntry:
+    """A line of the log.
+
+    Attributes:
+        t: seconds since the run began.
+        kind: `say`, `command`, `error`, `mark`, `edit`, …
+        row: whose it is, `Tracking!4`.
+        times: how often it came.
+        until: when it came last, or a thing was dragged to its last place.
+        sound: the file with what was said.
+    """
+
+    t: float
+    kind: str
+    text: str
+    row: str = ""
+    by: str = ""
+    times: int = 1
+    until: float = 0.0
+    sound: str = ""
+
+
+@dataclass
+class _Curve:
+    kind: str
+    times: array[float] = field(default_factory=lambda: array("d"))
+    values: array[float] = field(default_factory=lambda: array("d"))
+
+
+_Curves = dict[tuple[str, str], _Curve]  # by stream and field, which is blank for a plain number
+
+
+def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
+    """Return the log and the curves of a run, as JSON.
+
+    Args:
+        place: the run's folder.
+        only: the streams whose curves are wanted (`Red ball`, `Distance`, `Red ball.x`); all when empty.
+
+    Raises:
+        UnreadableFile: when it is no trace.
+    """
+    wanted_names = frozenset(key(name) for name in only)
+    reader = TraceReader(place)
+    log = Log(place, reader.header)
+    curves: _Curves = {}
+    kinds = {stream.name: stream.kind for stream in reader.header.streams}
+    last, count = 0.0, 0
+    for event in islice(reader, _MOST_EVENTS):
+        t = event.t
+        last = t if t > last else last
+        count += 1
+        if isinstance(event, RecordedValue):
+            _note(curves, event.stream, kinds, t, event.value)
+            if event.by is not None or event.stream in log.commanded:
+                log.value(event)
+        else:
+            log.add(event)
+    labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
+    wanted = {k: c for k, c in labelled.items() if not only or wanted_names & _names_of(k)}
+    shown, more = _chosen(wanted, units_of(reader.header))
+    return {
+        "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
+        "curves": shown, "more_curves": more,
+    }  # fmt: skip
+
+
+def _label(stream: str, name: str) -> str:
+    return f"{text_of(stream)}.{text_of(name)}" if name else text_of(stream)
+
+
+def _names_of(curve: str) -> set[str]:
+    """Return the names of a curve, with or without its sheet, with or without its field; as keys.
+
+    >>> sorted(_names_of("Tracking!Ball.x"))
+    ['ball', 'ball.x', 'tracking!ball', 'tracking!ball.x']
+    """
+    names = {curve, curve.rpartition("!")[2]}
+    return {key(n) for name in names for n in (name, name.rpartition(".")[0] or name)}
+
+
+def _sent(event: RecordedValue) -> str:
+    """Describe a value that was sent by hand, with its stream; the text of a record names that itself."""
+    shown = show(value_from_json(event.stream, event.value), _LONGEST_VALUE)
+    return shown if isinstance(event.value, dict) else f"{text_of(event.stream)}: {shown}"
+
+
+class Log:
+    """Log of a run, made from the events of its trace one by one.
+
+    Args:
+        place: the run's folder.
+        header: of the trace.
+
+    Attributes:
+        commanded: the actuator streams whose commands are told, with the device of each.
+    """
+
+    def __init__(self, place: Path, header: TraceHeader) -> None:
+        self.lines: list[TimelineEntry] = []
+        self.left_out = 0
+        self.commanded = {s.name: s.device for s in header.streams if s.kind == "actuator" and s.device not in _TOLD}
+        self._place = place
+        self._commands: dict[tuple[str, str], tuple[TimelineEntry, Any]] = {}  # the last of each row, with its value
+        self._commands_told = 0
+        self._open: dict[tuple[str, str], TimelineEntry] = {}  # errors that come again and again are one line
+        self._said = 0
+        self._drag = Drag()
+        self._dragged: TimelineEntry | None = None
+
+    def value(self, event: RecordedValue) -> None:
+        """Add a value that was sent by hand, or is a command for an actuator; not any other one."""
+        if event.by is not None:
+            self.add(RecordedAction(event.us, "", "", "send", _sent(event), event.by, 0.0))
+        elif event.stream in self.commanded:
+            self._command(event)
+
+    def _command(self, event: RecordedValue) -> None:
+        """Add a command for an actuator; one that goes on with the row's last one is counted in its line."""
+        t, stream, row, value = event.t, event.stream, text_of(event.row), event.value
+        device = self.commanded[stream]
+        if device in _HEARD and value is not None:
+            return
+        before, last = self._commands.get((stream, row), (None, None))
+        plain = value is None or isinstance(value, str)
+        goes_on = value == last if plain else not (last is None or isinstance(last, str))
+        if before is not None and goes_on and t - before.until <= _QUIET:
+            before.times, before.until = before.times + 1, t
+            self._commands[stream, row] = before, value
+            return
+        line = TimelineEntry(t, "command", _commanded(stream, device, value), row, until=t)
+        self._commands[stream, row] = line, value
+        self._commands_told += 1
+        if len(self.lines) >= MOST_LINES or self._commands_told > _MOST_COMMANDS:
+            self.left_out += 1
+            return
+        self.lines.append(line)
+
+    def add(self, event: RecordedHappening) -> None:
+        """Add something else that happened."""
+        t, kind, text = event.t, text_of(event.kind) or "note", text_of(event.text)
+        by = text_of(event.by) if isinstance(event, RecordedAction) else ""
+        row = text_of(event.row or event.stream)
+        before = self._open.get((row, text)) if kind in ("error", "clamp") else None
+        if before is not None:
+            before.times, before.until = before.times + 1, t
+            return
+        put = _put(event)
+        if self._goes_on(t, put, by, text):
+            return
+        line = TimelineEntry(t, kind, text, row, by, until=t)
+        if kind in ("say", "sound", "person"):
+            self._said += kind == "say"
+            sound = event.sound if isinstance(event, RecordedNotice) else ""
+            sound = sound or (f"say-{self._said:03}.wav" if kind == "say" else "/")
+            line.sound = sound if "/" not in sound and (self._place / sound).is_file() else ""
+        if len(self.lines) >= MOST_LINES:
+            self.left_out += 1
+            return
+        self.lines.append(line)
+        if put:
+            self._dragged = line
+        if kind in ("error", "clamp"):
+            self._open[row, text] = line
+
+    def _goes_on(self, t: float, thing: str, by: str, text: str) -> bool:
+        """Return whether a drag of a thing continues; its line then gets the new place."""
+        if not thing:
+            if by:
+                self._drag.over()
+            return False
+        if not self._drag.goes_on(t, thing, by) or self._dragged is None:
+            self._dragged = None
+            return False
+        self._dragged.text, self._dragged.until = dragged(thing, text), t
+        return True
+
+
+def _commanded(stream: str, device: str, value: Any) -> str:
+    """Describe a command: the stream, and the value where that says what is done."""
+    if value is None:
+        return f"{stream}: stops"
+    says = isinstance(value, str) or (not isinstance(value, (dict, bool)) and device not in _triggered())
+    return f"{stream}: {show(value_from_json(stream, value), _LONGEST_VALUE)}" if says else stream
+
+
+@lru_cache(maxsize=1)
+def _triggered() -> frozenset[str]:
+    """Return the devices that any value only triggers."""
+    return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
+
+
+def _put(event: RecordedHappening) -> str:
+    """Return the thing that was put somewhere by hand; empty for any other event."""
+    if not isinstance(event, RecordedAction) or "put" not in event.detail or event.detail.get("appears"):
+        return ""
+    return text_of(event.detail.get("thing"))
+
+
+def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
+    """Add a value's numbers to the curves; called a million times for a long run, so it is kept simple."""
+    parts = value.items() if isinstance(value, dict) else (("", value),)
+    for name, part in parts:
+        kind = type(part)
+        if (kind is float or kind is int) and -_LARGEST < part < _LARGEST:  # no truth value, no NaN
+            curve = curves.get((stream, name))
+            if curve is None:
+                if len(curves) >= 20 * MOST_CURVES:
+                    continue
+                curve = curves[stream, name] = _Curve(kinds.get(stream, ""))
+            curve.times.append(t)
+            curve.values.append(part)
+
+
+def _chosen(curves: Mapping[str, _Curve], units: Mapping[str, Mapping[str, str]]) -> tuple[list[dict[str, Any]], int]:
+    """Return the curves that are shown, and the number of others: plain numbers first, fields of records after them."""
+    moving = [(k, c) for k, c in curves.items() if len(c.times) > 1]
+    moving.sort(key=lambda e: _place("." in e[0].rpartition("!")[2], e[1].kind))
+    chosen = moving[:MOST_CURVES]
+    short = [label.rpartition("!")[2] for label, _ in chosen]
+    found = [
+        {
+            "name": name if short.count(name) == 1 else label, "kind": curve.kind, "count": len(curve.times),
+            "unit": _unit(label, units), "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
+        }
+        for (label, curve), name in zip(chosen, short, strict=True)
+    ]  # fmt: skip
+    return found, len(moving) - len(chosen)
+
+
+def _place(is_field: bool, kind: str) -> tuple[bool, int]:
+    return is_field, (_FIELDS if is_field else _PLAIN).get(kind, 3)
+
+
+def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
+    """Return the unit of a stream's plain value, or of a record's field."""
+    if curve in units:
+        return units[curve].get("", "")
+    stream, _, field = curve.rpartition(".")
+    return units.get(stream, {}).get(key(field), "")
+
+
+def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:
+    """Thin a curve to at most so many points with the same look: of each stretch the lowest and the highest.
+
+    >>> thinned(array("d", range(6)), array("d", [0, 9, 0, 0, -9, 0]), 4)
+    [(0.0, 0.0), (1.0, 9.0), (3.0, 0.0), (4.0, -9.0)]
+    """
+    count = len(times)
+    if count <= most:
+        return list(zip(times, values, strict=True))
+    found: list[tuple[float, float]] = []
+    stretches = most // 2
+    for n in range(stretches):
+        places = range(count * n // stretches, count * (n + 1) // stretches)
+        low, high = min(places, key=values.__getitem__), max(places, key=values.__getitem__)
+        found += [(times[i], values[i]) for i in sorted({low, high})]
+    return found
+
+
+_GAP = 3.0  # seconds between two places, at most
+
+
+class Drag:
+    """State that decides whether a thing that is put somewhere is still being dragged.
+
+    >>> drag = Drag()
+    >>> [drag.goes_on(t, "Red ball", "Mika") for t in (1.0, 1.1, 5.0)]
+    [False, True, False]
+    """
+
+    def __init__(self) -> None:
+        self._what: tuple[str, str] | None = None
+        self._last = 0.0
+
+    def goes_on(self, t: float, thing: str, by: str) -> bool:
+        """Return whether this placement, at `t` seconds of the run, continues the one before."""
+        what, last = (thing.casefold(), by), self._last
+        goes_on = what == self._what and t - last < _GAP
+        self._what, self._last = what, t
+        return goes_on
+
+    def over(self) -> None:
+        """End the drag, as something else was done."""
+        self._what = None
+
+
+def dragged(thing: str, text: str) -> str:
+    """Return the text for a thing that was put to its last place, when there were others before.
+
+    >>> dragged("Red ball", "Red ball is put to 0.50, 0.10, 0.42 m.")
+    'Red ball is dragged to 0.50, 0.10, 0.42 m.'
+    """
+    put = f"{thing} is put to "
+    return f"{thing} is dragged to {text[len(put) :]}" if text.startswith(put) else text

@@ -1,0 +1,168 @@
+"""Edits that were made during a run, applied again in its replay, from the trace to the rows of the workbook."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.live_edits import compare, helper_text
+from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.graph import Step
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address, Behaviour, Cell, Helper, Row, Workbook
+from rrp_sheets.replay.report import in_words
+from rrp_sheets.texts import N_, sentences
+
+_HELPERS = "Helpers!"
+_HELPER = re.compile(r"\(([^()]*)\) (.*)", re.DOTALL)
+Change = Mapping[str, Any]
+
+
+class Editions:
+    """State of the workbook that is played, while edits are applied to it.
+
+    Args:
+        engine: that plays it.
+        rows: the places of rows in the workbook that is played, by their places in the one that ran.
+        ran: the workbook that ran, when another one is played: tables that differ in that one are left as they are.
+    """
+
+    def __init__(self, engine: Engine, rows: Mapping[str, str] | None = None, ran: Workbook | None = None) -> None:
+        self._engine = engine
+        self._ran = ran
+        self._rows = rows
+        self._workbook = engine.plan.checked.workbook
+        self._checked: Checked = engine.plan.checked
+        self._steps: Mapping[str, Step] = {s.ref: s for s in engine.plan.steps}
+        self._left: dict[str, list[str]] = {}
+
+    @property
+    def left_out(self) -> list[str]:
+        """Edits that could not be applied, in words: the first of each place, and the number of others there."""
+        more = {1: "", 2: N_("So is another one there.")}
+        return [
+            sentences(words[0], more[n] if (n := len(words)) in more else N_("So are {n} more there.", n=n - 1))
+            for words in self._left.values()
+        ]
+
+    def _leave(self, place: str, words: str) -> None:
+        self._left.setdefault(place, []).append(words)
+
+    def use(self, changes: Sequence[Change]) -> None:
+        """Apply the changes of one edit to the run that is played; what does not fit is left out."""
+        edited = self._workbook
+        for change in changes:
+            edited = self._changed(edited, change)
+        if edited is self._workbook:
+            return
+        checked = check_workbook(edited, Report(), lints=False)
+        errors = checked.report.errors
+        if errors:
+            self._leave(
+                _places(changes),
+                N_("An edit at {places} is left out: {message}", places=_places(changes), message=errors[0].message),
+            )
+            return
+        plan = self._engine.plan
+        try:
+            made = compare(plan, self._checked, self._steps, make_plan(checked, everything=plan.everything))
+        except SheetsError as error:
+            self._leave(
+                _places(changes),
+                N_("An edit at {places} is left out: {message}", places=_places(changes), message=error.message),
+            )
+            return
+        for ref in made.renewed:
+            step = made.steps[ref]
+            self._engine.edit(ref, checked.formulas.get(step.ref), step.period_us)
+        self._workbook, self._checked, self._steps = edited, checked, made.steps
+
+    def _changed(self, workbook: Workbook, change: Change) -> Workbook:
+        place, was, now = (str(change.get(n) or "") for n in ("place", "was", "now"))
+        if "table" in change:
+            return self._table(workbook, change)
+        if place.startswith(_HELPERS):
+            return self._helper(workbook, place.removeprefix(_HELPERS), was, change)
+        ref = place if self._rows is None else self._rows.get(place, "")
+        row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
+        if row is None:
+            self._leave(
+                place, N_("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
+            )
+        elif self._rows is not None and row.formula.text != was:
+            here = row.formula.text
+            self._leave(
+                place,
+                N_(
+                    "The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.",
+                    row=in_words(place),
+                    was=was,
+                    now=now,
+                    here=here,
+                ),
+            )
+        else:
+            return replace(workbook, behaviours=tuple(_with(b, row, now) for b in workbook.behaviours))
+        return workbook
+
+    def _helper(self, workbook: Workbook, name: str, was: str, change: Change) -> Workbook:
+        mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
+        if self._rows is not None and was != (helper_text(mine) if mine else ""):
+            self._leave(
+                _HELPERS + name, N_("The edit of the helper {name} is left out: here it is another one.", name=name)
+            )
+            return workbook
+        others = tuple(h for h in workbook.helpers if h is not mine)
+        made = _helper_of(name, change)
+        place = len(others) if mine is None else workbook.helpers.index(mine)
+        return replace(workbook, helpers=(*others[:place], *made, *others[place:]))
+
+    def _table(self, workbook: Workbook, change: Change) -> Workbook:
+        name, told = str(change.get("place")), change["table"]
+        if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
+            self._leave(
+                name, N_("The edit of the table {name} is left out: the record does not say what it became.", name=name)
+            )
+            return workbook
+        rows = tuple(tuple(str(text) for text in row) for row in told)
+        if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
+            self._leave(name, N_("The edit of the table {name} is left out: here it is another one.", name=name))
+            return workbook
+        tables = {k: cells for k, cells in workbook.tables.items() if k != key(name)}
+        sheets = workbook.sheets
+        if rows:
+            tables[key(name)] = rows
+            sheets = sheets if key(name) in map(key, sheets) else (*sheets, name)
+        return replace(workbook, tables=tables, sheets=sheets)
+
+
+def _with(behaviour: Behaviour, row: Row, formula: str) -> Behaviour:
+    if row not in behaviour.rows:
+        return behaviour
+    changed = replace(row, formula=Cell(formula, row.formula.address, formula))
+    return replace(behaviour, rows=tuple(changed if r is row else r for r in behaviour.rows))
+
+
+def _helper_of(name: str, change: Change) -> tuple[Helper, ...]:
+    """Return the helper as it is after a change; empty when it was removed."""
+    here = Address("Helpers")
+    now = str(change.get("now") or "")
+    if not now:
+        return ()
+    if isinstance(change.get("inputs"), list):
+        inputs, formula = [str(i) for i in change["inputs"]], str(change.get("formula") or "")
+    else:  # of an older version: `(a, b) formula`
+        found = _HELPER.fullmatch(now)
+        inputs, formula = ([i.strip() for i in found[1].split(",")], found[2]) if found else ([], now)
+    cells = tuple(Cell(i, here, i) for i in inputs)
+    return (Helper(Cell(name, here, name), cells, Cell(formula, here, formula)),)
+
+
+def _places(changes: Sequence[Change]) -> str:
+    return ", ".join(str(c.get("place")) for c in changes)

@@ -1,0 +1,170 @@
+"""Outputs of a replay: its differences as a table or as marbles, in a file, and its account as JSON for a page."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
+from rrp_sheets.recording.marbles import stamped, value_from_json
+from rrp_sheets.recording.table import about_runs, csv_cell, properties_of, refuse_other_table
+from rrp_sheets.recording.tidy import Seconds
+from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
+from rrp_sheets.render.marble_drawing import draw_marbles
+from rrp_sheets.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
+from rrp_sheets.replay.record import same_json
+from rrp_sheets.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
+from rrp_sheets.replay.result import Replayed
+from rrp_sheets.texts import told
+from rrp_sheets.workbook.atomic import write_atomically
+
+SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
+_HEADER = ("time_s", "kind", "stream", "row", "row_now", "recorded", "came", "came_at_s", "what")
+_WIDTHS = (10, 10, 24, 16, 16, 30, 30, 12, 10)
+MOST_STREAMS = 6
+_MOST_MARKS = 8
+_MARKS_APART = 0.06  # of the window
+_WHOLE_US = 30_000_000  # a time that is shown as a whole
+_SHOWN_US = 20_000_000  # of a longer one, so much
+_BEFORE_US = 2_000_000
+_MARKS = {MISSING: "gone", EXTRA: "new", VALUE: "other value", TIME: "other time", ROW: "other row"}
+MOST = 300  # lines of a list
+_MOST_PICTURES = 4
+
+
+def write(found: Replayed, target: Path) -> list[str]:
+    """Write the differences in the format of the suffix; return what the picture lacks, in words.
+
+    Raises:
+        SheetsError: when it cannot be written, or would take the place of what is no table of a run.
+    """
+    suffix = target.suffix.casefold()
+    refuse_other_table(target)
+    try:
+        if suffix == ".csv":
+            write_atomically(target, _csv(found).encode("utf-8-sig", "replace"))
+            return []
+        if suffix == ".xlsx":
+            from rrp_sheets.workbook.table import write_table
+
+            more = [about_runs([found.stamp])]
+            properties = properties_of([found.stamp])
+            count = len(found.differences)
+            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties, count)
+            return []
+    except OSError as error:
+        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+    scores = difference_scores(found)
+    if not scores:
+        return [f"Nothing differs that could be drawn, so “{target.name}” is not written."]
+    from rrp_sheets.render.output import write_marbles
+
+    return write_marbles(scores, target)
+
+
+def _rows(found: Replayed) -> Iterator[list[Any]]:
+    for d in found.differences:
+        recorded, came = (_cell(v) for v in (d.recorded, d.came))
+        yield [Seconds(d.us / 1e6), d.kind, d.stream or None, d.row or None, d.came_row or None, recorded, came,
+               Seconds(d.came_us / 1e6), d.what]  # fmt: skip
+
+
+def _cell(value: Any) -> Any:
+    return same_json(value) if isinstance(value, (list, dict)) else value
+
+
+def _csv(found: Replayed) -> str:
+    out = io.StringIO(newline="")
+    writer = csv.writer(out)
+    stamp = found.stamp.row().values()  # in every row, as in the table of a run: a file beside it gets lost
+    writer.writerow([*_HEADER, *Stamp.columns()])
+    writer.writerows([csv_cell(v) for v in (*row, *stamp)] for row in _rows(found))
+    return out.getvalue()
+
+
+def difference_scores(found: Replayed) -> list[MarbleDiagram]:
+    """Return the diagram of the first streams that differ, around the first difference; none when nothing does."""
+    streams = _streams(found)
+    if not streams:
+        return []
+    here = [d for d in found.differences if d.stream in streams and d.what == "event"]
+    first, last = _window(here, round(found.seconds * 1e6))
+    now = f"with {found.other}" if found.other else "replayed"
+    groups = []
+    courses = [_by_stream(course, streams, first, last) for course in (found.recorded, found.came)]
+    for stream in streams:
+        kind = "actuator" if stream in found.actuators else "stream"
+        name = stream.rpartition("!")[2]
+        name = f"row {name[1:]}" if name.startswith("#") else name
+        for which, label in enumerate((name, "  instead")):
+            groups.append(Group((), Lane(f"{stream} {which}", label, kind, tuple(courses[which][stream]))))
+    title = f"{found.run}: as it was recorded, and below each line {now}"
+    score = MarbleDiagram(title, tuple(groups), 0, last, _marks(here, first, last))
+    return stamped([score.between(first, last)], found.stamp)
+
+
+def _streams(found: Replayed) -> list[str]:
+    """Return the first streams that differ, actuator streams before the others."""
+    names = dict.fromkeys(d.stream for d in found.differences if d.what == "event" and d.kind in _MARKS)
+    return sorted(names, key=lambda n: n not in found.actuators)[:MOST_STREAMS]
+
+
+def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
+    if until <= _WHOLE_US:
+        return 0, max(until, 1)
+    first = max(0, min(d.us for d in here) - _BEFORE_US)
+    return first, min(until, first + _SHOWN_US)
+
+
+def _by_stream(
+    events: Iterable[RecordedEvent], streams: Sequence[str], first: int, last: int
+) -> dict[str, list[Marble]]:
+    """Return the values of some streams within a window (µs), in one pass."""
+    found: dict[str, list[Marble]] = {stream: [] for stream in streams}
+    for e in events:
+        if first <= e.us <= last and isinstance(e, RecordedValue) and e.stream in found:
+            found[e.stream].append(Marble(e.us, value_from_json(e.stream, e.value), e.row))
+    return found
+
+
+def _marks(here: Sequence[Difference], first: int, last: int) -> tuple[tuple[int, str], ...]:
+    """Return marks at the first differences, without those that would stand on each other."""
+    marks: list[tuple[int, str]] = []
+    for d in here:
+        us = d.came_us if d.kind == EXTRA else d.us
+        if not first <= us <= last or (marks and us - marks[-1][0] < (last - first) * _MARKS_APART):
+            continue
+        marks.append((us, _MARKS[d.kind]))
+        if len(marks) == _MOST_MARKS:
+            break
+    return tuple(marks)
+
+
+def account(found: Replayed) -> dict[str, Any]:
+    """Return what a page shows of a replay, as JSON."""
+    robot, language = robot_lines(found), found.language
+    each = [] if found.other else each_line(found)
+    return {
+        "same": found.same, "verdict": told(verdict(found), language),
+        "remarks": [told(r, language) for r in found.remarks], "ending": told(found.ending, language),
+        "rows": [
+            {"whose": told(line.whose, language), "text": told(line.text, language), "row": line.row}
+            for line in row_lines(found)[:MOST]
+        ],
+        "robot": _first(robot, language), "robot_left_out": max(0, len(robot) - MOST),
+        "each": _first(each, language), "each_left_out": max(0, len(each) - MOST),
+        "unknown": [told(u, language) for u in found.unknown], "differs": bool(found.differences),
+        "pictures": [p.svg for p in draw_marbles(difference_scores(found), strips=1)[:_MOST_PICTURES]],
+    }  # fmt: skip
+
+
+def _first(lines: Sequence[AccountLine], language: str) -> list[dict[str, Any]]:
+    return [
+        {"when": told(line.when, language), "us": line.us, "text": told(line.text, language), "row": line.row}
+        for line in lines[:MOST]
+    ]

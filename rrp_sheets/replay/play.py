@@ -1,0 +1,369 @@
+"""Player that gives the recorded sensor values of a run to the rows of a workbook, without robot or simulator."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.exchange import DONE, commanded
+from rrp_sheets.model.names import key
+from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
+from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping, to_json
+from rrp_sheets.replay.edits import Editions
+from rrp_sheets.replay.ends import Ends
+from rrp_sheets.replay.record import content, same_json
+from rrp_sheets.replay.source import ReplaySource
+from rrp_sheets.texts import N_
+
+
+class ValueDecoder:
+    """Decoder of the values of streams from JSON.
+
+    The value of a command comes back in its end: a list or a record from a formula, whose type JSON does not keep. So
+    commands are remembered as they are made, and their ends get the original value.
+
+    Args:
+        plan: of the workbook that is played.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self._records: dict[str, RecordType] = {
+            s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload
+        }
+        self._of = plan.dones
+        self._given: dict[tuple[str, str], Value] = {}
+
+    def command(self, stream: str, value: Value) -> None:
+        """Remember a command that a row has made."""
+        if isinstance(value, (list, tuple, Record)):
+            told = commanded(value)
+            self._given[stream, same_json(to_json(told))] = told
+
+    def value(self, stream: str, value: Any) -> Value:
+        """Return the value that a sensor stream, or one of ended commands, had."""
+        kind = DONE if stream in self._of else self._records.get(stream)
+        if kind is None or not isinstance(value, dict):
+            return _plain(value)
+        fields = {key(n): _plain(v) for n, v in value.items()}
+        if kind is DONE and isinstance(value.get("value"), (list, dict)):
+            given = self._given.get((self._of[stream], same_json(value["value"])))
+            fields["value"] = fields["value"] if given is None else given
+        if set(fields) - {key(f.name) for f in kind.fields}:  # of another version of the catalogue
+            return record_from_mapping(kind.name, {n: fields[key(n)] for n in value})
+        return kind.make(**fields)
+
+
+def _plain(value: Any) -> Value:
+    if isinstance(value, dict):
+        return record_from_mapping("Record", {str(n): _plain(v) for n, v in value.items()})
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    return value
+
+
+_ENCODE = json.JSONEncoder(separators=(",", ":")).encode
+
+
+class Spool:
+    """Events in a temporary file, written once and read repeatedly, but not by two readers at one time.
+
+    >>> spool = Spool(); spool.append(RecordedValue(5, "s1", "Look!2", 0.5))
+    >>> [(e.stream, content(e)) for e in spool.named({"s1": "Distance"})]
+    [('Distance', 0.5)]
+    """
+
+    def __init__(self) -> None:
+        self._file = tempfile.TemporaryFile("w+", encoding="utf-8")  # noqa: SIM115  # it goes with the spool
+        self._count = 0
+
+    def append(self, event: RecordedEvent) -> None:
+        """Append an event; its time must not be before that of the last one."""
+        parts = (event.what, event.us, event.stream, event.row, content(event))
+        try:
+            self._file.write(_ENCODE(parts) + "\n")
+        except OSError as error:
+            raise SheetsError(f"The replay cannot be stored ({error.strerror}).", "Free space on the disk.") from None
+        self._count += 1
+
+    def __len__(self) -> int:
+        return self._count
+
+    def named(self, names: Mapping[str, str]) -> Iterator[RecordedEvent]:
+        """Yield all events, with the names of the streams in place of their ids."""
+        self._file.seek(0)
+        while line := self._file.readline():
+            what, us, stream, row, told = json.loads(line)
+            stream = names.get(stream, stream)
+            if what == RecordedValue.what:
+                yield RecordedValue(us, stream, row, told)
+            else:
+                yield (RecordedFailure if what == RecordedFailure.what else RecordedNotice)(us, stream, row, *told)
+
+
+MOST_CAME = 3_000_000  # events of one replay: a gigabyte
+_TOLD_EVERY = 200  # moments between two words to whoever waits
+Told = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Script:
+    """Input of a replay: the recorded events, and their mapping to the workbook that is played.
+
+    Attributes:
+        moments: the recorded events, time by time; gone through once.
+        at_end: ends of commands that the run's end has ended: no row has seen them; None when it had no proper end.
+        streams: ids of the streams of the workbook that is played, by their names in the record.
+        seed: of the run.
+        until_us: where it ends.
+        behaviours: keys of behaviours as they are called in the workbook that is played, by those of the record.
+    """
+
+    moments: Iterator[tuple[int, Sequence[RecordedEvent]]]
+    at_end: Sequence[RecordedEvent] | None
+    streams: Mapping[str, str]
+    seed: int
+    until_us: int
+    behaviours: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Played:
+    """Outcome of playing a script.
+
+    Attributes:
+        events: what came, in order, streams by the ids of the workbook that was played.
+        until_us: where the clock stood at the end.
+        ended_by: the row that ended it.
+        broken: why it broke off; empty when it did not.
+        left_out: what of the record could not be done again, in words.
+    """
+
+    events: Spool = field(default_factory=Spool)
+    until_us: int = 0
+    ended_by: str = ""
+    broken: str = ""
+    left_out: list[str] = field(default_factory=list)
+
+
+class ReplayPlayer(RunObserver):
+    """Player of a script, and observer of the engine.
+
+    Args:
+        source: the workbook.
+        script: what is played.
+        editions: makes the object that applies the edits of the run again.
+        ends: the source of the ends of commands; None: as recorded.
+        told: called with the progress, from 0 to 1; may raise to break off.
+    """
+
+    def __init__(
+        self, source: ReplaySource, script: Script, editions: Callable[[Engine], Editions], ends: Ends | None = None,
+        told: Told = lambda part: None,
+    ) -> None:  # fmt: skip
+        self.played = Played()
+        self._plan = plan = source.plan
+        self._script = script
+        self._ends = ends
+        self._told = told
+        self._moments = 0
+        self._senses = ValueDecoder(plan)
+        self._actuators = {s.id for s in plan.streams if s.kind is StreamKind.ACTUATOR}
+        kind = FrameEngine if plan.checked.run.engine == "frame" else EventEngine
+        self._engine: Engine = kind(plan, self, script.seed)
+        self._editions = editions(self._engine)
+        outer = {s.stream for s in plan.outer_sensors}
+        self._fed = outer | {done for done, actuator in plan.dones.items() if actuator not in plan.own}
+
+    # ---- the observer
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        """Store a value on a stream."""
+        told = to_json(value)
+        events = self.played.events
+        events.append(RecordedValue(us, stream, row, told))
+        if stream in self._actuators:
+            self._senses.command(stream, value)
+            if self._ends is not None:
+                self._ends.made(us, stream, value, told)
+        if len(events) > MOST_CAME:
+            raise RunBroken(f"More than {MOST_CAME:,} values came.", "Replay a shorter run.")
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """Store the failure of a formula."""
+        inputs = [to_json(v) for v in values]
+        self.played.events.append(RecordedFailure(us, "", row, failure.message, failure.code, inputs))
+
+    # ---- playing
+    def play(self) -> Played:
+        """Play the script to its end."""
+        played, engine = self.played, self._engine
+        try:
+            if isinstance(engine, EventEngine):
+                self._one_by_one(engine)
+            else:
+                self._by_frames(engine)
+        except RunBroken as error:
+            row = engine.row
+            played.broken = f"{error.message} It was at {row}." if row else error.message
+            engine.close()
+        else:
+            self._end()
+        played.until_us = engine.clock.us
+        played.ended_by = engine.ended_by
+        played.left_out += self._editions.left_out
+        return played
+
+    def _end(self) -> None:
+        """End the run with the recorded ends of what still goes on; the engine's own devices add theirs."""
+        ends = self._script.at_end
+        if ends is None:
+            self._engine.close()
+            return
+        self._engine.finish(self._values(e for e in ends if self._is_fed(e)))
+
+    def _by_frames(self, engine: Engine) -> None:
+        rate = engine.plan.checked.run.frame_rate
+        moments, last = self._script.moments, _frame(self._script.until_us, rate)
+        frame = 0
+        coming = next(moments, None)
+        while True:
+            now = frame * 1_000_000 // rate
+            events: list[RecordedEvent] = []
+            while coming is not None and _frame(coming[0], rate) <= frame:
+                events += coming[1]
+                self._tell(coming[0])
+                coming = next(moments, None)
+            self._send(events)
+            self._settle(now, [*self._values(e for e in events if self._is_fed(e)), *self._nominal(now)])
+            if engine.ended_by:
+                return
+            actions = [e for e in events if isinstance(e, RecordedAction)]
+            self._act(actions)
+            if frame >= last:
+                return
+            following = [last]
+            if actions:  # what they leave is carried out in the next frame
+                following.append(frame + 1)
+            if coming is not None:
+                following.append(_frame(coming[0], rate))
+            for due in (engine.clock.next_due, self._ends.next_us if self._ends else None):
+                if due is not None:
+                    following.append(_frame(due, rate))
+            frame = max(frame + 1, min(following))
+
+    def _one_by_one(self, engine: Engine) -> None:
+        """Settle every arrival at an instant of its own; timers that are due before it come at their own times."""
+        for us, events in self._script.moments:
+            self._tell(us)
+            self._due_before(us)
+            first = next((e for e in events if not isinstance(e, RecordedNotice)), None)
+            if first is not None and not self._is_fed(first) and not _is_by_hand(first):
+                self._settle(us, [])  # a timer of just this time came first
+            waiting = False
+            for event in events:
+                if engine.ended_by:
+                    return
+                if isinstance(event, RecordedAction):
+                    self._settle(us, [])
+                    self._act([event])
+                    waiting = True
+                elif _is_by_hand(event):
+                    if not waiting:
+                        self._settle(us, [])  # else a timer's instant, of before, would take it along
+                    self._send([event])
+                    waiting = True
+                else:
+                    if waiting:
+                        self._settle(us, [])
+                        waiting = False
+                    if self._is_fed(event):
+                        self._settle(us, self._values([event]))
+            if waiting:
+                self._settle(us, [])
+        self._due_before(self._script.until_us)
+        if not engine.ended_by:
+            self._settle(self._script.until_us, [])
+
+    def _due_before(self, us: int) -> None:
+        """Settle the ends of commands that the record does not have, each at its own time."""
+        while self._ends is not None and (due := self._ends.next_us) is not None and due < us:
+            if self._engine.ended_by:
+                return
+            self._settle(due, self._nominal(due))
+
+    def _settle(self, now: int, arrivals: Sequence[tuple[str, Value]]) -> None:
+        self._engine.settle(now, arrivals)
+        for happening in self._engine.take_happenings():
+            at = now, happening.stream, happening.row
+            self.played.events.append(RecordedNotice(*at, happening.kind, happening.text))
+        self._engine.triggers.take()
+
+    # ---- from the record to the engine
+    def _is_fed(self, event: RecordedEvent) -> bool:
+        """Return whether an event is a value from the world; the engine's own devices give theirs by themselves."""
+        if not isinstance(event, RecordedValue) or event.row or event.by is not None:
+            return False
+        if self._script.streams.get(event.stream) not in self._fed:
+            return False
+        return self._ends is None or self._ends.kept(event)
+
+    def _values(self, events: Iterable[RecordedEvent]) -> list[tuple[str, Value]]:
+        streams = self._script.streams
+        known = [(streams.get(e.stream, ""), e.value) for e in events if isinstance(e, RecordedValue)]
+        return [
+            (stream, self._senses.value(stream, value)) for stream, value in known if stream in self._engine.streams
+        ]
+
+    def _nominal(self, now: int) -> list[tuple[str, Value]]:
+        return self._ends.take(now) if self._ends is not None else []
+
+    def _send(self, events: Iterable[RecordedEvent]) -> None:
+        for event in events:
+            if isinstance(event, RecordedValue) and event.by is not None:
+                for stream, value in self._values([event]):
+                    self._engine.stimulate(stream, value, event.by)
+
+    def _act(self, actions: Sequence[RecordedAction]) -> None:
+        """Repeat what people did to the rows; what they did to the world is in the sensor values."""
+        edit: list[RecordedAction] = []
+        for action in actions:
+            if edit and (action.kind != "edit" or action.wall != edit[0].wall):
+                self._editions.use([e.detail for e in edit])
+                edit = []
+            if action.kind == "edit":
+                edit.append(action)
+            elif action.kind == "switch":
+                self._switch(action.detail)
+        if edit:
+            self._editions.use([e.detail for e in edit])
+
+    def _switch(self, detail: Mapping[str, Any]) -> None:
+        name = str(detail.get("behaviour") or "")
+        behaviour = self._script.behaviours.get(key(name), key(name))
+        if behaviour in self._plan.behaviours:
+            self._engine.turn(behaviour, bool(detail.get("on")))
+        else:
+            self.played.left_out.append(
+                N_("The behaviour {name} was switched by hand; it does not run here.", name=name)
+            )
+
+    def _tell(self, us: int) -> None:
+        self._moments += 1
+        if self._moments % _TOLD_EVERY == 0:
+            self._told(min(us / max(1, self._script.until_us), 1.0))
+
+
+def _frame(us: int, rate: int) -> int:
+    """Return the number of the first frame at or after a time."""
+    return -(-us * rate // 1_000_000)
+
+
+def _is_by_hand(event: RecordedEvent) -> bool:
+    return isinstance(event, RecordedAction) or (isinstance(event, RecordedValue) and event.by is not None)

@@ -1,0 +1,301 @@
+"""Packing a workbook with its files, its runs and a readme as a bundle."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.devices.own_robot import files_of
+from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.run_files import RUNS, TRACE
+from rrp_sheets.recording.folder import material
+from rrp_sheets.services.bundle import manifest
+from rrp_sheets.services.bundle.manifest import is_safe, versions
+from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.atomic import refuse_open_file
+from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
+
+_FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip knows no earlier time
+_MODE = 0o100644 << 16
+_PIECE = 1 << 20
+Content = Path | bytes
+Printer = Callable[[Path], tuple[bytes, Sequence[str]]]
+"""Prints a workbook's protocol: its path in, the PDF out, and what that lacks, in words."""
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A bundle that was made.
+
+    Attributes:
+        path: of the zip.
+        files: the bytes of everything in it, by name.
+        notes: what it lacks or what to think of before it is passed on, in words.
+    """
+
+    path: Path
+    files: Mapping[str, int]
+    notes: tuple[str, ...]
+
+
+def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), printer: Printer | None = None) -> Packed:
+    """Make a bundle of a workbook.
+
+    Args:
+        path: of the workbook.
+        target: the zip; the workbook's name with .zip in the current folder by default.
+        runs: folders of runs to put in, or their names within `runs` beside the workbook.
+        printer: prints the protocol; without one it is left out.
+
+    Raises:
+        UnreadableFile: when the workbook cannot be read.
+        SheetsError: when there is no such run, a file's name is not valid on every system, or nothing can be written.
+    """
+    _refuse_bundle(path)
+    reading = read(path)
+    checked = check_workbook(reading.workbook, reading.report)
+    target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{manifest.SUFFIX}")
+    _refuse_target(target, path)
+    notes: list[str] = []
+    content = _workbook(path, reading)
+    name = next(iter(content)) if path.is_file() else path.absolute().name
+    home = "" if path.is_file() else f"{name}/"
+    content |= _beside(checked, home, notes)
+    folders = _run_folders(path, runs)
+    for folder in folders:
+        content |= _run(folder, notes)
+    _refuse_names(content)
+    if checked.report.errors:
+        count = len(checked.report.errors)
+        notes.append(f"The workbook has {count} error{'s' if count > 1 else ''}; it cannot run before they are mended.")
+    if printer is not None:
+        try:
+            content[manifest.PAPER], lacks = printer(path)
+            notes += lacks
+        except UnreadableFile:  # the approved version: whoever named it wants to see what changed
+            raise
+        except SheetsError as error:
+            notes.append(f"{manifest.PAPER} is not in it: {error}")
+    told = versions(name, reading, checked, folders)
+    content[manifest.README] = readme(name, told, manifest.PAPER in content).encode()
+    files = _write(target, content, told)
+    return Packed(target, files, tuple(notes))
+
+
+def _refuse_bundle(path: Path) -> None:
+    """Raise SheetsError when the file is a bundle already, which can be passed on as it is."""
+    if path.suffix.casefold() != manifest.SUFFIX or not path.is_file():
+        return
+    with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
+        if manifest.LIST in packed.namelist():
+            raise SheetsError(
+                f"“{path.name}” is a bundle already: it can be passed on as it is.",
+                f"Run it with: rrp-sheets run {path.name}. To change it, unpack it, and pack the workbook in it again.",
+            )
+
+
+def _refuse_target(target: Path, path: Path) -> None:
+    if target.suffix.casefold() != manifest.SUFFIX:
+        raise SheetsError(f"A bundle's name ends with {manifest.SUFFIX}, not “{target.suffix}”.", "Name it so with -o.")
+    if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
+        raise SheetsError(f"“{target}” cannot be the bundle.", "Name another file with -o.")
+    if not target.absolute().parent.is_dir():
+        raise SheetsError(f"“{target}” cannot be written: there is no folder “{target.parent}”.", "Make it first.")
+    refuse_open_file(target)
+
+
+def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
+    """Return the files of the workbook byte for byte; refuse an .xlsx that has changed since it was read."""
+    if path.is_file():
+        data = path.read_bytes()
+        if reading.format == "xlsx" and hashlib.sha256(data).hexdigest() != reading.digest:
+            raise SheetsError(f"“{path.name}” was changed just now.", "Pack it again.")
+        return {path.name: data}
+    files = sorted(p for p in path.iterdir() if p.is_file() and (p.suffix.casefold() in SUFFIXES or p.name == ORDER))
+    return {f"{path.absolute().name}/{p.name}": p.read_bytes() for p in files}
+
+
+def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]:
+    """Return the robot's catalogue, and the sounds and pictures that the workbook names."""
+    robot = checked.robot
+    content: dict[str, Content] = {f"{home}{manifest.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
+    found, lacks = material(checked)
+    content |= {f"{home}{name}": place for name, place in found.items()}
+    notes += lacks
+    return content
+
+
+def _run_folders(path: Path, runs: Sequence[str]) -> list[Path]:
+    folders = list(dict.fromkeys(_run_folder(path, run) for run in runs))
+    if len({f.name.casefold() for f in folders}) < len(folders):
+        raise SheetsError("Two of the runs' folders have the same name.", "Rename one of them, or make two bundles.")
+    return folders
+
+
+def _refuse_names(content: Mapping[str, Content]) -> None:
+    """Raise SheetsError when the bundle could not be unpacked on another system."""
+    for name in content:
+        if not is_safe(name):
+            raise SheetsError(
+                f"“{name[:100]}” is no name that every system can have.",
+                'Rename that file: shorter, and without \\ : * ? " < > |.',
+            )
+    if len({name.casefold() for name in content}) < len(content):
+        raise SheetsError("Two files have names that only differ in capital letters.", "Rename one of them.")
+
+
+def _run_folder(path: Path, run: str) -> Path:
+    beside = path.absolute().parent / RUNS
+    for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
+        if (folder / TRACE).is_file():
+            return folder.resolve()
+    hint = (
+        f"The runs of this folder: {', '.join(_names(beside)[-5:])}." if _names(beside) else "Run the workbook first."
+    )
+    raise SheetsError(f"There is no run “{run}”.", hint)
+
+
+def _names(beside: Path) -> list[str]:
+    with suppress(OSError):
+        return sorted(p.name for p in beside.iterdir() if (p / TRACE).is_file())
+    return []
+
+
+def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
+    content: dict[str, Content] = {}
+    for path in sorted((*folder.iterdir(), *folder.glob(f"{manifest.ROBOTS}/*/*"))):
+        if path.is_file() and not path.is_symlink():
+            content[f"{RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
+        elif path != folder / manifest.ROBOTS:
+            notes.append(f"“{path.name}” of the run {folder.name} is not in it: it is no file of that folder.")
+    return content
+
+
+def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, object]) -> dict[str, int]:
+    """Write the zip, whole or not at all, with its files in the order of their names; return their sizes."""
+    files: dict[str, dict[str, object]] = {}
+    try:
+        handle, made = tempfile.mkstemp(dir=target.absolute().parent, prefix=f".{target.stem[:40]}-", suffix=".tmp")
+    except OSError as error:
+        raise _unwritable(target, error) from None
+    try:
+        with os.fdopen(handle, "w+b") as file:
+            with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6, strict_timestamps=False) as archive:
+                for name in sorted(content, key=lambda n: (n != manifest.README, n)):
+                    files[name] = _add(archive, name, content[name])
+                everything = {**told, "files": dict(sorted(files.items()))}
+                text = json.dumps(everything, ensure_ascii=False, indent=1) + "\n"
+                files[manifest.LIST] = _add(archive, manifest.LIST, text.encode())
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(made, 0o666 & ~_umask())
+        os.replace(made, target)
+    except OSError as error:
+        raise _unwritable(target, error) from None
+    finally:
+        with suppress(OSError):
+            os.unlink(made)
+    return {name: int(str(about["bytes"])) for name, about in files.items()}
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _unwritable(target: Path, error: OSError) -> SheetsError:
+    what = f" ({error.filename})" if error.filename and Path(str(error.filename)).name != target.name else ""
+    return SheetsError(
+        f"“{target}” cannot be written: {error.strerror}{what}.", "Make room, or name another file with -o."
+    )
+
+
+def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, object]:
+    """Add a file to the zip; return hash and size of the bytes that were written."""
+    info = zipfile.ZipInfo(name, _FIXED)
+    info.compress_type, info.external_attr, info.create_system = zipfile.ZIP_DEFLATED, _MODE, 3
+    total, size = hashlib.sha256(), 0
+    with archive.open(info, "w", force_zip64=False) as into:
+        for piece in _pieces(content):
+            into.write(piece)
+            total.update(piece)
+            size += len(piece)
+    return {"sha256": total.hexdigest(), "bytes": size}
+
+
+def _pieces(content: Content) -> Iterator[bytes]:
+    """Yield the bytes of a file, piece by piece."""
+    if isinstance(content, bytes):
+        yield content
+        return
+    with content.open("rb") as file:
+        while piece := file.read(_PIECE):
+            yield piece
+
+
+_TEXT = """\
+{title}
+
+This zip is a bundle of RRP Sheets, a program with which a robot's behaviour is
+written as rows of a spreadsheet. Everything is in it that is needed to look at
+this workbook, to run it again, and to compare.
+
+What is in it
+  {files}
+
+To look at it, nothing else is needed: the workbook opens in Excel or LibreOffice{paper}.
+
+To run it on the simulated robot, with RRP Sheets {program} installed, type where
+this zip is (BUNDLE.zip stands for its name):
+
+  rrp-sheets run BUNDLE.zip
+{replay}
+The zip need not be unpacked for that. Unpacked it is a folder to work in.
+Every file's SHA-256 is in {list}: one that was changed is told when it runs.
+"""
+_REPLAY = """
+To let the recorded sessions happen again from what their sensors gave, without
+the simulator, and compare every event:
+
+  rrp-sheets replay BUNDLE.zip
+"""
+
+
+def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
+    """Return the text of the file that explains the bundle.
+
+    Args:
+        workbook: its name in the bundle.
+        told: the content of the list of versions.
+        has_paper: whether the printed protocol is in it.
+    """
+    entries = [(workbook, "the workbook: what the robot does, and when")]
+    if has_paper:
+        entries.append((manifest.PAPER, "the same as a document for an ethics board"))
+    entries.append((f"{manifest.ROBOTS}/", "the robot's catalogue: its devices, its joints, its shape"))
+    runs = told["runs"]
+    if runs:
+        count = f"{len(runs)} recorded run{'s' if len(runs) > 1 else ''}"
+        entries.append((f"{RUNS}/", f"{count}: every event, pictures and sounds"))
+    entries.append(
+        (manifest.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
+    )
+    wide = min(30, max(len(name) for name, _ in entries))
+    title = str(told["title"] or workbook)
+    return _TEXT.format(
+        title=f"{title}\n{'=' * min(len(title), 78)}",
+        files="\n  ".join(f"{name:<{wide}}  {what}" for name, what in entries),
+        paper=f", {manifest.PAPER} in any viewer" if has_paper else "",
+        program=told["program"], replay=_REPLAY if runs else "", list=manifest.LIST,
+    )  # fmt: skip

@@ -1,0 +1,221 @@
+"""Unpacking bundles, which are untrusted, with their robot catalogues: all is checked before it is written."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import stat
+import tempfile
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rrp_sheets.devices import load_robot, robot_names
+from rrp_sheets.devices.own_robot import files_of
+from rrp_sheets.model.run_files import RUNS, TRACE
+from rrp_sheets.services.bundle import manifest
+from rrp_sheets.services.bundle.manifest import differences, is_safe
+from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.raw import unreadable
+
+_MOST_LIST = 2_000_000  # bytes of the list
+_RATIO, _RATIO_FROM = 400, 10_000_000  # a trace of one value that never changes is honest, and small
+_WHOLE_RATIO, _WHOLE_FROM = 150, 50_000_000  # of all files together; many traces are packed to a twentieth
+_PIECE = 1 << 20
+_ENCRYPTED = 0x1
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """An unpacked bundle.
+
+    Attributes:
+        source: the zip.
+        folder: where its files are.
+        workbook: the file, or the folder of CSV files.
+        runs: the folders of the recorded runs in it, by name.
+        notes: what differs from its list or from the program here, in words.
+    """
+
+    source: Path
+    folder: Path
+    workbook: Path
+    runs: tuple[Path, ...]
+    notes: tuple[str, ...]
+
+
+class _Refused(Exception):
+    """Refusal of a file that is no bundle; the text follows the file's name."""
+
+
+def is_zip(path: Path) -> bool:
+    """Return whether a file is to be taken as a bundle, by its suffix.
+
+    >>> is_zip(Path("study.ZIP")), is_zip(Path("study.xlsx"))
+    (True, False)
+    """
+    return path.suffix.casefold() == manifest.SUFFIX
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Bundle]:
+    """Unpack a bundle into a private folder, which is removed at the end; see :func:`unpack`."""
+    with tempfile.TemporaryDirectory(prefix="rrp-bundle-") as folder:
+        yield unpack(path, Path(folder))
+
+
+def unpack(path: Path, folder: Path, most_bytes: int = manifest.MOST_BYTES) -> Bundle:
+    """Put the files of a bundle into an empty folder.
+
+    Args:
+        path: of the zip.
+        folder: the target of its files.
+        most_bytes: the limit of their total size.
+
+    Raises:
+        UnreadableFile: when it is none, or is refused.
+    """
+    if not path.is_file():
+        raise unreadable("FILE001", name=path.name, hint="Check the spelling and the folder.")
+    try:
+        return _unpack(path, folder, most_bytes)
+    except _Refused as problem:
+        why = problem.args[0]
+    except BROKEN_ZIP as problem:
+        full = isinstance(problem, OSError) and problem.errno is not None
+        why = f"{problem.strerror}" if full and isinstance(problem, OSError) else "it is damaged, or cut off"
+    raise unreadable("FILE020", name=path.name, why=why)
+
+
+def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
+    with zipfile.ZipFile(path) as archive:
+        entries = {e.filename: e for e in _judged(archive, most_bytes)}
+        told = _list(archive, entries)
+        files = _files(told)
+        notes = []
+        for name, entry in entries.items():
+            if name == manifest.LIST:
+                continue
+            if name not in files:
+                notes.append(f"“{name}” is not in the bundle's list; it was left out.")
+                continue
+            if _put(archive, entry, folder / name) != files[name]:
+                notes.append(f"“{name}” has been changed since the bundle was made.")
+        notes += [f"“{name}” is missing in the bundle." for name in files if name not in entries]
+    workbook = told.get("workbook")
+    if not isinstance(workbook, str) or not is_safe(workbook) or "/" in workbook or not (folder / workbook).exists():
+        raise _Refused("the workbook that its list names is not in it")
+    others = differences(told)
+    if others:
+        notes.append(f"Not the same as where the bundle was made: {'; '.join(others)}.")
+    home = folder if (folder / workbook).is_file() else folder / workbook
+    notes += catalogue_note(home)
+    runs = tuple(sorted(p.parent for p in folder.glob(f"{RUNS}/*/{TRACE}")))
+    dress(runs, home)
+    return Bundle(path, folder, folder / workbook, runs, tuple(notes))
+
+
+def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
+    """Return the files of a zip; raise _Refused when names, number or sizes may do harm."""
+    entries = archive.infolist()
+    names = {e.filename.casefold() for e in entries}
+    if "[content_types].xml" in names:
+        raise _Refused("it is a workbook of Excel under another name: let its name end with .xlsx")
+    if manifest.LIST not in names:
+        raise _Refused(f"there is no {manifest.LIST} in it")
+    if len(names) != len(entries):
+        raise _Refused("two of its files have one name")
+    if len(entries) > manifest.MOST_FILES:
+        raise _Refused(f"it has {len(entries):,} files; {manifest.MOST_FILES:,} are possible")
+    unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
+    if unpacked_size > most_bytes:
+        raise _Refused(f"unpacked it would be larger than {most_bytes // 10**6:,} MB")
+    if unpacked_size > _WHOLE_FROM and unpacked_size > _WHOLE_RATIO * max(packed_size, 1):
+        raise _Refused("its files are compressed as no files of a bundle are")
+    for e in entries:
+        _judge(e)
+    return [e for e in entries if not e.is_dir()]
+
+
+def _judge(e: zipfile.ZipInfo) -> None:
+    if not is_safe(e.filename.removesuffix("/")):
+        raise _Refused("a file in it has a name that is not taken, or would be written outside of its folder")
+    if e.flag_bits & _ENCRYPTED:
+        raise _Refused("it is protected by a password")
+    kind = stat.S_IFMT(e.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
+        raise _Refused(f"“{e.filename}” is a link and no file")
+    if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise _Refused(f"“{e.filename}” is compressed in an unusual way")
+    if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
+        raise _Refused(f"“{e.filename}” is compressed as no file of a bundle is")
+
+
+def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> dict[str, Any]:
+    if manifest.LIST not in entries or entries[manifest.LIST].file_size > _MOST_LIST:
+        raise _Refused(f"its {manifest.LIST} is no list")
+    try:
+        told = json.loads(archive.read(manifest.LIST).decode())
+    except (ValueError, RecursionError):
+        raise _Refused(f"its {manifest.LIST} is damaged") from None
+    if not isinstance(told, dict) or told.get("kind") != manifest.KIND:
+        raise _Refused(f"its {manifest.LIST} is another program's")
+    if told.get("schema") != manifest.SCHEMA:
+        raise _Refused("it was made by a newer version of this program; update it")
+    return told
+
+
+def _files(told: Mapping[str, Any]) -> dict[str, str]:
+    """Return the hash of every file, by name."""
+    files = told.get("files")
+    if not isinstance(files, dict):
+        raise _Refused(f"its {manifest.LIST} names no files")
+    return {
+        name: str(about.get("sha256", "")) for name, about in files.items() if isinstance(about, dict) and is_safe(name)
+    }
+
+
+def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
+    """Write one file, and return its SHA-256; the size that the zip states is not trusted."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    total, left = hashlib.sha256(), entry.file_size
+    with archive.open(entry) as source, target.open("xb") as into:
+        while piece := source.read(_PIECE):
+            left -= len(piece)
+            if left < 0:
+                raise _Refused(f"“{entry.filename}” is larger than it says")
+            total.update(piece)
+            into.write(piece)
+    return total.hexdigest()
+
+
+def catalogue_note(home: Path) -> list[str]:
+    """Return the differences of the catalogues in words; nothing when both have the same bytes."""
+    notes = []
+    for place in sorted(p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
+        if place.name not in robot_names():
+            notes.append(f"The robot “{place.name}” of the bundle is not known here.")
+            continue
+        mine = {p.name: p.read_bytes() for p in files_of(load_robot(place.name))}
+        other = {p.name: p.read_bytes() for p in place.iterdir() if p.is_file()}
+        changed = sorted(n for n in mine.keys() | other.keys() if mine.get(n) != other.get(n))
+        if changed:
+            named = ", ".join(changed[:5])
+            notes.append(f"The robot's catalogue is another one than here ({named}); the bundle's own is used.")
+    return notes
+
+
+def dress(runs: Iterable[Path], home: Path) -> None:
+    """Copy the catalogue, as it was when a run was made, beside the workbook of every run, for its replay."""
+    for run in runs:
+        for place in (p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
+            target = run / manifest.ROBOTS / place.name
+            if not target.exists():
+                shutil.copytree(place, target)
+                for table in ("robot.toml", "gestures.toml"):
+                    if (run / table).is_file():
+                        shutil.copyfile(run / table, target / table)

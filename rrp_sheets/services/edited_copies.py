@@ -1,0 +1,143 @@
+"""Changes of a workbook's file: setting a cell, a copy marked with the findings, and a copy with fixes applied."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.checks.fixing import CellChange, Chosen, apply_fixes
+from rrp_sheets.devices import load_robot
+from rrp_sheets.diagnostics import Report
+from rrp_sheets.documents.copies import as_xlsx, convert
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.workbook import Address
+from rrp_sheets.runs.check_worker import read_and_check
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
+from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.editing import SetCell, edit, read_sheets, typed
+from rrp_sheets.workbook.maker import sheet_titles
+from rrp_sheets.workbook.reading import file_bytes
+from rrp_sheets.workbook.sheet_names import sheet_named
+from rrp_sheets.workbook.xlsx_sheet import place
+
+
+@dataclass(frozen=True)
+class CellSet:
+    """A cell that was set.
+
+    Attributes:
+        address: of the cell.
+        before: what stood there, as typed.
+        after: what stands there now.
+        report: what is wrong with the workbook now.
+    """
+
+    address: Address
+    before: str
+    after: str
+    report: Report
+
+
+def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
+    """Put a typed text into a cell, and check the workbook.
+
+    Args:
+        path: of the workbook.
+        cell: `Tracking!C5`, or `C5`.
+        value: what one would type; `=` begins no live formula.
+        sheet: where `cell` names none; the default is the first behaviour.
+
+    Raises:
+        SheetsError: there is no such cell, it cannot be changed, or the file cannot be written.
+        UnreadableFile: the file cannot be read.
+    """
+    reading = read(path)
+    named, found, spot = cell.rpartition("!")
+    named = named.strip("'").replace("''", "'") if found else sheet
+    names = reading.workbook.sheets
+    behaviours = reading.workbook.behaviours
+    name = sheet_named(names, named) if named else behaviours[0].name if behaviours else names[0]
+    at = place(spot.strip().upper())
+    if at is None:
+        raise SheetsError(f"“{cell}” is no cell.", "Write a cell as C5, or with its sheet as Tracking!C5.")
+    before = _text(path, name, at)
+    edit(path, [SetCell(name, *at, typed(value))], expected_digest=reading.digest)
+    after = read(path)
+    report = check_workbook(after.workbook, after.report).report
+    return CellSet(Address(name, *at), before, _text(path, name, at), report)
+
+
+def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:
+    cells = next(s.cells for s in read_sheets(path) if s.name == sheet)
+    return cells[at].typed if at in cells else ""
+
+
+def write_marked(path: Path, target: Path, report: Report, language: str = "en") -> Path:
+    """Write a copy of a workbook in which its findings stand beside their rows and their cells are marked.
+
+    Args:
+        path: of the workbook, which stays as it is; CSV and Markdown are converted.
+        target: of the copy; an earlier such copy is replaced, no other file is.
+        report: the findings.
+        language: of their texts.
+
+    Raises:
+        SheetsError: the copy cannot be written, or its name is taken.
+    """
+    if target.suffix.casefold() != ".xlsx":
+        raise SheetsError(f"The copy's name ends in .xlsx; “{target.name}” does not.", f"Try “{target.stem}.xlsx”.")
+    if target.exists() and not is_marked_copy(target):
+        raise SheetsError(
+            f"There is already a file “{target.name}”; it was left as it is.", "Choose another name, or move that file."
+        )
+    findings = list(report)
+    if path.is_dir() or path.suffix.casefold() != ".xlsx":
+        reading = read(path)
+        titles = sheet_titles([s.name for s in reading.sheets])
+        findings = [
+            replace(f, address=replace(f.address, sheet=titles.get(f.address.sheet, f.address.sheet)))
+            if f.address
+            else f
+            for f in findings
+        ]
+        with TemporaryDirectory() as folder:
+            data = as_xlsx(reading, load_robot(), Path(folder) / "copy.xlsx").read_bytes()
+    else:
+        data = file_bytes(path)
+    write_atomically(target, marked_copy(data, path.name, findings, language))
+    return target
+
+
+_COPIED = (".xlsx", ".md", ".markdown")
+
+
+def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange], Checked]:
+    """Make a copy in which all safe fixes are applied, and the chosen ones.
+
+    Args:
+        path: the workbook.
+        target: the copy, an .xlsx or .md file; what has that name is replaced.
+        chosen: by code, the id of the fix that is wanted of those that need a choice.
+
+    Raises:
+        SheetsError: when the copy would be the workbook itself, or cannot be written.
+        UnreadableFile: when the workbook cannot be read.
+    """
+    read(path)  # whatever keeps it from being read is told about the file that the user named
+    suffix = target.suffix.casefold()
+    if suffix not in _COPIED:
+        raise SheetsError(f"“{target.name}” is no name for the copy.", "Name an .xlsx file, or an .md file.")
+    if target.exists() and target.resolve() == path.resolve():
+        raise SheetsError("The copy would replace the workbook itself.", "Give the copy another name.")
+    with TemporaryDirectory(prefix="rrp-fix-") as folder:
+        work = Path(folder) / target.name
+        if path.is_file() and path.suffix.casefold() == suffix:
+            work.write_bytes(path.read_bytes())
+        else:
+            convert(path, load_robot(), work)
+        changes, checked = apply_fixes(work, lambda file: read_and_check(file)[1], chosen)
+        write_atomically(target, work.read_bytes())
+    return changes, checked
