@@ -17,7 +17,7 @@ import grimp
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "rrp_sheets"
 SHORT = 40  # lines under which a module that only one other imports belongs into it
-ONE_OF_A_KIND = ("connectors", "checks", "topics")  # packages whose modules are one connector, check or topic each
+ONE_OF_A_KIND = ("connectors", "checks", "help")  # packages whose modules are one connector, check or help topic each
 COMMON_NAMES = frozenset(("__init__", "__main__", "base", "model"))  # that modules of many packages may have
 QUESTION = re.compile(r"(What|Whether|How|Who|Whose|Where|When|Which|Whatever)\b")
 UNREADABLE_REFERENCE = re.compile(r"\bdesign: ?\w")

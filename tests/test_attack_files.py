@@ -50,8 +50,8 @@ def test_a_trace_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_cannot_be_made_is_told_with_a_remedy(tmp_path: Path) -> None:
-    from rrp_sheets.devices import load_robot
     from rrp_sheets.drivers.simulated import SimulatedWorld
+    from rrp_sheets.robots import load_robot
 
     blocked = tmp_path / "file"
     blocked.write_text("")

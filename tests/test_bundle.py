@@ -21,9 +21,9 @@ from bundles import SONG, files, relisted, remade, run, sound
 from flask.testing import FlaskClient
 
 from rrp_sheets import api
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.robots import load_robot
+from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services.bundle.packing import pack
 from rrp_sheets.services.bundle.unpacking import unpack
 

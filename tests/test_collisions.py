@@ -17,9 +17,9 @@ import numpy as np
 import pybullet
 from pybullet_utils.bullet_client import BulletClient
 
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.model.names import key
+from rrp_sheets.robots import load_robot
+from rrp_sheets.robots.trajectory import Planner
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.gait import STEP_TIME, FootPlace, Gait, Legs, Standing
 from rrp_sheets.sim.tracker import Pointing

@@ -11,7 +11,7 @@ import pytest
 from chromium import becomes
 from panel import HEADER
 
-import rrp_sheets.topics
+import rrp_sheets.help
 from rrp_sheets.resources import bundled
 
 BOOKS = {"a.xlsx": {"T": [HEADER, ["", "Head yaw", "filter", "headYaw > 3", "Far", ""]]}}
@@ -38,7 +38,7 @@ def test_help_on_keys_has_the_lines_of_the_table(commands: list[dict[str, Any]])
             lines += ["", f"# {entry['section']}", ""]
         if "told" in entry:
             lines.append(f"* {entry['told']} | {entry['help']}")
-    told = Path(rrp_sheets.topics.__file__).with_name("keys.md").read_text(encoding="utf-8")
+    told = Path(rrp_sheets.help.__file__).with_name("keys.md").read_text(encoding="utf-8")
     assert told == "\n".join(lines) + "\n"
 
 

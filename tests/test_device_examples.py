@@ -9,12 +9,12 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.checks import Checked
-from rrp_sheets.devices import load_robot
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.help.devices import FOLDER, example_of
+from rrp_sheets.help.finding import text_on
 from rrp_sheets.model.names import key
+from rrp_sheets.robots import load_robot
 from rrp_sheets.testing import run_tests
-from rrp_sheets.topics.devices import FOLDER, example_of
-from rrp_sheets.topics.finding import text_on
 
 ROBOT = load_robot()
 DEVICES = sorted(d.name for d in ROBOT.devices.values())

@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 from play import check, findings, rows
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.names import key
+from rrp_sheets.robots import load_robot
 
 ROBOT = load_robot()
 IN_THE_DESIGN = {

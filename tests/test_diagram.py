@@ -18,7 +18,6 @@ from hypothesis import strategies as st
 
 from rrp_sheets import api
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph.build import build_graph
@@ -31,6 +30,7 @@ from rrp_sheets.render.measure import columns, wrap
 from rrp_sheets.render.output import write_diagram
 from rrp_sheets.render.style import LEAST_SCALE, WRAPPINGS
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 DOT, PURE = "dot", "graphviz-pure"

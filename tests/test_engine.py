@@ -11,8 +11,8 @@ from play import check, findings, play, rows
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.names import key
-from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 YAW, PITCH = "Head yaw", "Head pitch"
 

@@ -11,8 +11,8 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 from portraits import FACE, Studio
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.faces import SAME, Faces
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld

@@ -18,10 +18,10 @@ from portraits import FACE, photographs
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.cli.recordings import faces_command
-from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.sim import face_memory, faces
 from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory

@@ -10,9 +10,9 @@ from play import check, findings, play, rows
 
 from rrp_sheets.checks.check import row_examples
 from rrp_sheets.checks.facts import Fact
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.trajectory import joint_limits
 from rrp_sheets.model.values import Record, show
+from rrp_sheets.robots import load_robot
+from rrp_sheets.robots.trajectory import joint_limits
 
 PARTS = """
 ## Parts

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope, make_table
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.help.functions import examples, typed
 from rrp_sheets.model.values import Failure, record_from_mapping, to_json
-from rrp_sheets.topics.functions import examples, typed
 
 FUNCTIONS = {f.name: f for f in library()}
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.model.values import Failure, Record, record_from_mapping, to_json
+from rrp_sheets.robots import load_robot
 
 BALL = {"distance": 12.5, "x": 3.0, "y": 4.0, "colour": "red", "visible": True}
 INPUTS = {"ball": BALL, "x": 5, "y": 2.0, "balls": [1, 2, 3], "name": "Kim", "gone": None}

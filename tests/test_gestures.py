@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 from play import check, rows
 from test_sim_run import RED, scene_of
 
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.gestures import Keyframe, load_gestures
-from rrp_sheets.devices.trajectory import MARGIN, Planner, joint_limits
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key
+from rrp_sheets.robots import load_robot
+from rrp_sheets.robots.gestures import Keyframe, load_gestures
+from rrp_sheets.robots.trajectory import MARGIN, Planner, joint_limits
 from rrp_sheets.sim.body import STEP
 from rrp_sheets.sim.keyframes import Motion, Motions
 from rrp_sheets.sim.messages import Spec

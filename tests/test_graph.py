@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from play import check, findings, play, rows
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.workbook import Address, Behaviour, Cell, Device, Row, Workbook
+from rrp_sheets.robots import load_robot
 
 DEVICES = """
 ## Devices

@@ -16,7 +16,6 @@ from test_hostile_files import REFUSED
 
 from rrp_sheets import api
 from rrp_sheets.cli.formula import formula_command
-from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.catalogue import PAGES
 from rrp_sheets.diagnostics.page import completed, load_page, parse_page
@@ -27,8 +26,9 @@ from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import define
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.registry import Registry
-from rrp_sheets.topics.connector_marbles import ScriptedWorld
+from rrp_sheets.robots import load_robot
 
 HERE = Path(__file__).name
 WITH_PAGE = sorted(path.stem for path in PAGES.glob("*.md"))

@@ -11,29 +11,29 @@ from click.testing import CliRunner
 from PIL import Image
 from play import check, example, play, rows
 
-from rrp_sheets import api, topics
+from rrp_sheets import api, help
 from rrp_sheets.cli.help import help_command
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.scene_words import KINDS
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.help.connector_marbles import marbles, workbook
+from rrp_sheets.help.connectors import IN_USE, one_connector
+from rrp_sheets.help.devices import DONE_EXAMPLE
+from rrp_sheets.help.finding import EXAMPLES, TOPICS
+from rrp_sheets.help.functions import examples, typed
+from rrp_sheets.help.scene_page import EXAMPLE, TIMES
+from rrp_sheets.help.workbooks import checked
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
-from rrp_sheets.topics.connector_marbles import marbles, workbook
-from rrp_sheets.topics.connectors import IN_USE, one_connector
-from rrp_sheets.topics.devices import DONE_EXAMPLE
-from rrp_sheets.topics.finding import EXAMPLES, TOPICS
-from rrp_sheets.topics.functions import examples, typed
-from rrp_sheets.topics.scene_page import EXAMPLE, TIMES
-from rrp_sheets.topics.workbooks import checked
+from rrp_sheets.robots import load_robot
+from rrp_sheets.scene.scene_words import KINDS
 
 WIDEST = 100
-FILES = Path(topics.__file__).parent
+FILES = Path(help.__file__).parent
 FUNCTIONS = {function.name: function for function in library()}
 CONNECTORS = {connector.name: connector for connector in connectors()}
 DEVICES = sorted({found.name for found in load_robot().names.values()})

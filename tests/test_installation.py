@@ -96,7 +96,7 @@ def test_the_readme_names_the_pythons_of_the_package() -> None:
     assert tuple(named) == PYTHONS
     readme = (TREE / "README.md").read_text(encoding="utf-8")
     assert "with Python 3.11, 3.12 or 3.13" in readme
-    systems = (TREE / "rrp_sheets" / "topics" / "systems.md").read_text(encoding="utf-8")
+    systems = (TREE / "rrp_sheets" / "help" / "systems.md").read_text(encoding="utf-8")
     assert "* Linux x86-64 | with glibc 2.28 or newer, Python 3.11, 3.12 and 3.13: everything" in systems
 
 

@@ -13,7 +13,6 @@ from click.testing import CliRunner
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import load_robot
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
@@ -22,6 +21,7 @@ from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.style import NAME_PT, PAGE
 from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
 from rrp_sheets.services.printing import gather
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))

@@ -20,6 +20,7 @@ from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.help.connector_marbles import example_score
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.marble_diagram import (
     Bar,
@@ -39,7 +40,6 @@ from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.case_marbles import around_failures, scores
-from rrp_sheets.topics.connector_marbles import example_score
 
 SVG = "{http://www.w3.org/2000/svg}"
 ROWS = """

@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.actuators.keyframed import route
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld

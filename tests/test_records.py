@@ -17,11 +17,11 @@ from flask.testing import FlaskClient
 from recorded import END, HEADER, write_run
 
 from rrp_sheets import api
-from rrp_sheets.devices import load_robot
 from rrp_sheets.recording.lookback.index import index_trace
 from rrp_sheets.recording.metadata import facts_of
 from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from play import rows
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.trace_events import RecordedEvent
 from rrp_sheets.replay.replaying import replay
@@ -22,7 +23,6 @@ from rrp_sheets.replay.report import as_text
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run as start_run
-from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.workbook import read
 
 ROWS = """

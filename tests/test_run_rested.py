@@ -12,10 +12,10 @@ from panel import HEADER
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, Summary
-from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.web.collab.broadcaster import EventStream
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.run.run_manager import RunManager

@@ -20,7 +20,7 @@ from panel import ended, run, trace
 from PIL import Image
 from run_panel import BOOK, Panel
 
-from rrp_sheets.devices import load_robot
+from rrp_sheets.robots import load_robot
 from rrp_sheets.web.robotmodel import robot_model
 
 SCENE = [*sessions.SCENE, ["0", "Kai", "appears", "at 1.1, -0.4, 0.75"]]

@@ -10,11 +10,11 @@ from play import check, findings, rows
 from test_scene import ROBOT, rows_of
 
 from rrp_sheets import api
-from rrp_sheets.devices.scene import parse_scene, scene_end_us
-from rrp_sheets.devices.scene_words import KINDS, draw_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
+from rrp_sheets.scene.scene_sheet import parse_scene, scene_end_us
+from rrp_sheets.scene.scene_words import KINDS, draw_scene
 
 UNDERSTOOD = [
     ("| 0 | Red cup | appears | at 0.4, 0.1 on table |", "cup",

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
 
 pytest.importorskip("pybullet")
 

@@ -11,9 +11,9 @@ import itertools
 import numpy as np
 from PIL import ImageFont
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.resources import vendored
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import Shot
 from rrp_sheets.sim.film import EVERY, MOST, Film, choose, font_of
 from rrp_sheets.sim.messages import Spec

@@ -16,10 +16,10 @@ from busy import crowded
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, RunBroken
 from rrp_sheets.model.exchange import DeviceUse
+from rrp_sheets.robots import load_robot
 
 ROBOT = load_robot()
 RED = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
@@ -42,7 +42,7 @@ def test_a_dead_simulator_is_told_at_once() -> None:
 def test_the_simulator_ends_with_its_program(tmp_path: Path) -> None:
     program = tmp_path / "program.py"  # has no guard for __main__, and dies without stopping anything
     program.write_text(
-        "import os\nfrom rrp_sheets.devices import load_robot\n"
+        "import os\nfrom rrp_sheets.robots import load_robot\n"
         "from rrp_sheets.drivers.simulated import SimulatedWorld\n"
         "w = SimulatedWorld(load_robot(), (), ())\nw.start()\nprint(w.pid, flush=True)\nos._exit(1)\n"
     )
@@ -62,7 +62,7 @@ def test_the_simulator_ends_with_its_program(tmp_path: Path) -> None:
 def test_ctrl_c_stops_the_robot_properly(tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(
-        "from pathlib import Path\nfrom rrp_sheets.devices import load_robot\n"
+        "from pathlib import Path\nfrom rrp_sheets.robots import load_robot\n"
         "from rrp_sheets.drivers.simulated import SimulatedWorld\n"
         "w = SimulatedWorld(load_robot(), (), (), (), out=Path('run'), film=True)\nw.start()\n"
         "try:\n    for frame in range(1, 10**6):\n        w.advance(frame * 100_000, ())\n"
@@ -89,7 +89,7 @@ def test_without_the_simulator_it_says_what_is_needed(monkeypatch: pytest.Monkey
 
 def test_the_physics_library_writes_nothing_to_the_standard_output() -> None:
     program = (
-        "from rrp_sheets.devices import load_robot\nfrom rrp_sheets.sim.messages import Spec\n"
+        "from rrp_sheets.robots import load_robot\nfrom rrp_sheets.sim.messages import Spec\n"
         "from rrp_sheets.sim.world import SimWorld\nSimWorld(Spec(load_robot())).close()\nprint('done')\n"
     )
     done = subprocess.run(

@@ -16,13 +16,13 @@ pytest.importorskip("cv2")
 import numpy as np
 from PIL import Image
 
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.scene import parse_scene
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction
 from rrp_sheets.model.values import to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
+from rrp_sheets.robots import load_robot
+from rrp_sheets.scene.scene_sheet import parse_scene
 
 ROBOT = load_robot()
 RATE = 30  # frames a second

@@ -13,8 +13,8 @@ pytest.importorskip("cv2")
 import numpy as np
 from play import check, rows
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import AHEAD, Lens, photograph
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld

@@ -12,8 +12,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.sensors import FARTHEST, NEAREST, Beam, cone
 from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere

@@ -29,9 +29,9 @@ from PIL import Image
 from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.sim.espeak import espeak
@@ -351,7 +351,7 @@ os._exit(1)
 """
 SIMULATOR = """
 import os
-from rrp_sheets.devices import load_robot
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.espeak import espeak
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.process import Simulator

@@ -12,11 +12,11 @@ from rrp_sheets.engine.frame_runner import run_loop
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import UnreadableFile
+from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.trace_events import RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.recording.tidy import tidy
 from rrp_sheets.recording.trace_reader import TraceReader
-from rrp_sheets.topics.connector_marbles import ScriptedWorld
 
 BOOK = rows(
     """

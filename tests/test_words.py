@@ -13,9 +13,9 @@ pytest.importorskip("soxr")
 
 from play import findings, rows
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim import voice as voices
 from rrp_sheets.sim.hearing import Ear, split
 from rrp_sheets.sim.messages import Spec

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets import api
-from rrp_sheets.devices.scene import scene_end_us
 from rrp_sheets.resources import bundled
+from rrp_sheets.scene.scene_sheet import scene_end_us
 
 FOLDER = bundled("workbooks")
 NAMES = [

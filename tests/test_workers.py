@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rrp_sheets
-from rrp_sheets.devices.catalogue import load_robot
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
+from rrp_sheets.robots.catalogue import load_robot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode

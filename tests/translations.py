@@ -11,11 +11,11 @@ from pathlib import Path
 from babel.messages.catalog import Catalog
 from babel.messages.pofile import read_po, write_po
 
-from rrp_sheets.devices.catalogue import Robot, load_robot, robot_names
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.render.texts import texts
+from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))

@@ -40,8 +40,8 @@ def check(path: Path | str) -> Checked:
 
 def new(path: Path | str, robot: str = "nao", template: str = "guided") -> Path:
     """Make a workbook to start from; raises SheetsError when the file exists already, or the template does not."""
-    from rrp_sheets.devices import load_robot
     from rrp_sheets.documents.copies import make_new
+    from rrp_sheets.robots import load_robot
 
     return make_new(Path(path), load_robot(robot), template)
 
@@ -53,8 +53,8 @@ def convert(path: Path | str, target: Path | str, *, replace: bool = True) -> Pa
         SheetsError: when it cannot be written, or there is such a file and `replace` is False.
         UnreadableFile: when the workbook cannot be read.
     """
-    from rrp_sheets.devices import load_robot
     from rrp_sheets.documents.copies import convert as convert_workbook
+    from rrp_sheets.robots import load_robot
 
     return convert_workbook(Path(path), load_robot(), Path(target), replace=replace)
 

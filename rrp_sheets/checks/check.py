@@ -16,11 +16,6 @@ from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.protocol import RunPlan, check_kept, check_protocol
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import Robot, load_robot, robot_names
-from rrp_sheets.devices.gesture_sheet import parse_gestures
-from rrp_sheets.devices.media_files import SUFFIX, BadSoundError, is_plain, look_at
-from rrp_sheets.devices.own_robot import own_robot
-from rrp_sheets.devices.scene import check_presses, parse_scene
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.fix import Fix, Replace
 from rrp_sheets.diagnostics.proposals import meant, slips
@@ -33,6 +28,11 @@ from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.model.exchange import ROW_ABOVE, SceneAction
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
+from rrp_sheets.robots import Robot, load_robot, robot_names
+from rrp_sheets.robots.gesture_sheet import parse_gestures
+from rrp_sheets.robots.media_files import SUFFIX, BadSoundError, is_plain, look_at
+from rrp_sheets.robots.own_robot import own_robot
+from rrp_sheets.scene.scene_sheet import check_presses, parse_scene
 from rrp_sheets.texts import N_
 
 _ANY = N_("Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done.")

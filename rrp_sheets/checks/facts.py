@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from rrp_sheets.devices import Robot
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, Record, RecordType, Value
+from rrp_sheets.robots import Robot
 
 MOST_CHOICES = 100
 NUMBER, TEXT, TRUTH, LIST, RECORD, BLANK, ANY = "number", "text", "truth", "list", "record", "blank", "any"

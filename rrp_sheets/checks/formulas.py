@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from rrp_sheets.checks.examples import Examples, Trouble
 from rrp_sheets.checks.facts import NUMBER, TEXT, TRUTH, Fact, sensor_fact
 from rrp_sheets.connectors import Parameter
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import (
@@ -33,6 +32,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Address, Cell, Workbook
+from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_, sentences
 
 MOST_TIMESTAMPS = 10

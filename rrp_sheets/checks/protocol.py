@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rrp_sheets.devices import DeviceType, Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph import Graph, StreamKind
@@ -15,6 +14,7 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Protocol, Workbook
+from rrp_sheets.robots import DeviceType, Robot
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.schema import FIELDS
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from rrp_sheets.checks.test_cells import Expectation, Place, Sending, read_expect, read_send
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.formulas import Scope
@@ -17,6 +16,7 @@ from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import Proposals, argument_name, key
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.model.workbook import Address, Cell, TestRow, TestSheet, Workbook
+from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_, listed
 
 LONGEST_US = 24 * 3_600_000_000  # a day: longer is surely a typing mistake

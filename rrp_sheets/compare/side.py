@@ -11,7 +11,6 @@ from pathlib import Path
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.compare.tokens import helpers_in, meanings, shape_of
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, HelperDef
 from rrp_sheets.graph import Step, Stream
@@ -19,6 +18,7 @@ from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
+from rrp_sheets.robots import FoundDevice
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.schema import BEHAVIOUR

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import Robot
-from rrp_sheets.devices.scene import thing_names, verb_names
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import Robot
+from rrp_sheets.scene.scene_sheet import thing_names, verb_names
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading

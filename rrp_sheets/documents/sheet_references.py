@@ -6,11 +6,11 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 
 from rrp_sheets.checks.tests import quoted_sheet
-from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token, tokenize
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address, Cell, Workbook
+from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.workbook.sheet_readers import words
 
 Texts = Callable[[Address], str]

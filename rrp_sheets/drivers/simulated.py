@@ -9,13 +9,13 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.engine.ports import Arrivals, World
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse, SceneAction, State, WorldSnapshot, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
+from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.sim.messages import Outcome, Spec
 from rrp_sheets.sim.process import SimProcess
 

@@ -12,8 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from rrp_sheets.devices.scene import OPERATOR, parse_scene
-from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
@@ -27,6 +25,8 @@ from rrp_sheets.model.exchange import DeviceUse, OperatorAction, SceneAction
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
+from rrp_sheets.scene.scene_sheet import OPERATOR, parse_scene
+from rrp_sheets.scene.scene_words import draw_scene
 
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0

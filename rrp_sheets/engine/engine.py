@@ -14,7 +14,6 @@ from reactivex import Observable, never
 from reactivex.disposable import CompositeDisposable
 
 from rrp_sheets.connectors.wiring import ConnectorContext
-from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
 from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, FrameClock, Heartbeat
 from rrp_sheets.engine.plan import Plan
@@ -27,6 +26,7 @@ from rrp_sheets.formulas.pick import Picker
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.scene.scene_words import draw_scene
 
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rrp_sheets.devices.default_scene import default_scene
-from rrp_sheets.devices.scene_words import FACE_HEIGHT, draw_scene
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.model.exchange import ROW_ABOVE, Notice, SceneAction
 from rrp_sheets.model.names import key
+from rrp_sheets.scene.default_scene import default_scene
+from rrp_sheets.scene.scene_words import FACE_HEIGHT, draw_scene
 
 
 class SceneEntities:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.facts import sensor_fact
 from rrp_sheets.checks.test_cells import Given, Sending, read_send
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.streams import LiveStream
@@ -17,6 +16,7 @@ from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping
 from rrp_sheets.model.workbook import Address, Cell
+from rrp_sheets.robots import Robot
 
 OPEN_KINDS = (StreamKind.SENSOR, StreamKind.DONE)
 _HERE = Address("Send")

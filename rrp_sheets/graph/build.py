@@ -9,7 +9,6 @@ from dataclasses import replace
 from typing import TypeVar
 
 from rrp_sheets.connectors import Connector, Parameter
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.diagnostics.proposals import meant
@@ -20,6 +19,7 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
+from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_
 
 __all__ = ["StreamKind", "build_graph"]

@@ -7,8 +7,6 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.devices import DeviceType, FoundDevice, Robot, Setting
-from rrp_sheets.devices.media_files import is_plain
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put
 from rrp_sheets.diagnostics.proposals import meant
@@ -17,6 +15,8 @@ from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Address, Cell, Device, Workbook
+from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting
+from rrp_sheets.robots.media_files import is_plain
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.schema import DEVICES
 

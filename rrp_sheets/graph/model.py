@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from rrp_sheets.connectors.spec import Connector
-from rrp_sheets.devices import FoundDevice
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Address, Row
+from rrp_sheets.robots import FoundDevice
 
 
 class StreamKind(Enum):

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 from rrp_sheets.connectors import Connector
-from rrp_sheets.devices import DeviceType, FoundDevice
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.proposals import meant
 from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
@@ -16,6 +15,7 @@ from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row
+from rrp_sheets.robots import DeviceType, FoundDevice
 from rrp_sheets.texts import N_
 
 DONE_DEVICE = FoundDevice(

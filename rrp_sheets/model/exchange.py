@@ -172,7 +172,7 @@ class SceneAction:
     Attributes:
         time_us: on the run's clock, microseconds; with a cue: after that.
         thing: the thing's name as shown ("Red ball", "Person").
-        verb: `appear`, `move`, `circle`, `disappear`, `seen`, … (the tables in `devices/scene_words.py` list them).
+        verb: `appear`, `move`, `circle`, `disappear`, `seen`, … (the tables in `scene/scene_words.py` list them).
         values: what the verb needs: positions in m (robot's starting frame, x forward, y left, z up), durations in s;
             numbers may be ranges until the run draws them.
         row: the Scene row, for messages.

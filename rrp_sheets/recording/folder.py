@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.check import folder_of
-from rrp_sheets.devices.media_files import BadSoundError, look_at
-from rrp_sheets.devices.own_robot import FOLDER, files_of
 from rrp_sheets.engine.file_lock import lock_folder, locked, unlock
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
@@ -22,6 +20,8 @@ from rrp_sheets.private import private_folder
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots.media_files import BadSoundError, look_at
+from rrp_sheets.robots.own_robot import FOLDER, files_of
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading

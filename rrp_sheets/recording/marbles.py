@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import UnreadableFile
@@ -27,6 +26,7 @@ from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram,
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.texts import texts
+from rrp_sheets.robots import load_robot, robot_names
 
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
 _DRAG_US = 1_000_000  # between two places of one drag

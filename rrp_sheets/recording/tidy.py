@@ -16,12 +16,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.devices import load_robot, robot_names
 from rrp_sheets.model.names import key
 from rrp_sheets.model.stamp import Stamp
 from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedNotice, RecordedValue
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
+from rrp_sheets.robots import load_robot, robot_names
 
 
 class Seconds(float):

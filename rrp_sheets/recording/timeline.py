@@ -10,13 +10,13 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.trace_events import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import show
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.recording.tidy import units_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader, text_of
+from rrp_sheets.robots import load_robot
 
 MOST_LINES = 2_000  # of the log
 MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot

@@ -9,8 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from rrp_sheets.devices import FoundDevice
-from rrp_sheets.devices.catalogue import DeviceWords
 from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
@@ -19,6 +17,8 @@ from rrp_sheets.render.contents import Content
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.render.words import FieldNames
+from rrp_sheets.robots import FoundDevice
+from rrp_sheets.robots.catalogue import DeviceWords
 
 _CONDITIONS = re.compile(r"\s*((?:\w+=[\w ]*)(?:,\s*\w+=[\w ]*)*):\s+(.*)", re.DOTALL)
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from rrp_sheets.devices import Robot
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
@@ -22,6 +21,7 @@ from rrp_sheets.render.device_sentences import (
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.render.words import Named, Wording, shown
+from rrp_sheets.robots import Robot
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
 

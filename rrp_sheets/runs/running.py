@@ -14,10 +14,6 @@ from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.check import folder_of
 from rrp_sheets.checks.facts import sensor_fact
-from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.default_scene import default_scene
-from rrp_sheets.devices.scene import scene_end_us
-from rrp_sheets.devices.scene_words import draw_scene
 from rrp_sheets.engine.clock import Heartbeat
 from rrp_sheets.engine.command_handler import buttons, label_of, switched
 from rrp_sheets.engine.command_queue import CommandQueue
@@ -36,7 +32,11 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TRACE, faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.recording.folder import RunFolder
+from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
+from rrp_sheets.scene.default_scene import default_scene
+from rrp_sheets.scene.scene_sheet import scene_end_us
+from rrp_sheets.scene.scene_words import draw_scene
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading

@@ -8,11 +8,11 @@ from tempfile import TemporaryDirectory
 
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.checks.fixing import CellChange, Chosen, apply_fixes
-from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents.copies import as_xlsx, convert
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy

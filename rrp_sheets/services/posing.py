@@ -9,14 +9,14 @@ from pathlib import Path
 
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.checks.check import robot_of
-from rrp_sheets.devices import Joint, Robot
-from rrp_sheets.devices.gestures import SIDES, parse_angle
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Address, GestureRow
+from rrp_sheets.robots import Joint, Robot
+from rrp_sheets.robots.gestures import SIDES, parse_angle
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.headers import recognise

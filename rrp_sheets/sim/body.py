@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.trajectory import COUPLED, joint_limits
+from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.robots.trajectory import COUPLED, joint_limits
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.motion import Glide
 

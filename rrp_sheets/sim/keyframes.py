@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rrp_sheets.devices.gestures import Keyframe
-from rrp_sheets.devices.trajectory import Clamped, JointPlan, Planner, moved
+from rrp_sheets.robots.gestures import Keyframe
+from rrp_sheets.robots.trajectory import Clamped, JointPlan, Planner, moved
 from rrp_sheets.sim.body import EASY, STEP, Body
 
 

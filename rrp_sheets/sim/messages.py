@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.values import Value
+from rrp_sheets.robots.catalogue import Robot
 
 BEATS, STATE = range(2)
 """Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""

@@ -6,9 +6,9 @@ unless the scene gives another time.
 
 from __future__ import annotations
 
-from rrp_sheets.devices.catalogue import Robot
 from rrp_sheets.model.exchange import Notice, SceneAction
 from rrp_sheets.model.names import key
+from rrp_sheets.robots.catalogue import Robot
 
 TOUCH_US = 500_000
 _DOES = {"press": "presses", "touch": "touches"}

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.devices.media_files import Wave
+from rrp_sheets.robots.media_files import Wave
 from rrp_sheets.sim.espeak import Audio
 
 RATE = 22_050  # samples a second

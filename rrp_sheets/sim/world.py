@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from rrp_sheets.devices.catalogue import REST_POSTURE
 from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.values import Value
+from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, Body

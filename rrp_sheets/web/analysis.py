@@ -11,8 +11,6 @@ from functools import cached_property
 from pathlib import Path
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import Robot, load_robot, robot_names
-from rrp_sheets.devices.gesture_sheet import parse_gestures
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.graph import BehaviourGraph, Graph, StreamKind
@@ -20,6 +18,8 @@ from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.render.diagram import draw_diagram
+from rrp_sheets.robots import Robot, load_robot, robot_names
+from rrp_sheets.robots.gesture_sheet import parse_gestures
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.workbook import Reading
 

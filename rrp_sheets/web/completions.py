@@ -10,18 +10,18 @@ from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.connectors import Parameter, connectors
-from rrp_sheets.devices import FoundDevice, Joint, Robot, Setting, robot_names
-from rrp_sheets.devices.scene import BALL_COLOURS
-from rrp_sheets.devices.scene_words import KINDS, verb_names
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.help.devices import described
+from rrp_sheets.help.functions import examples, first_line, usage
+from rrp_sheets.help.scene_page import TIMES
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
 from rrp_sheets.render.contents import contents
-from rrp_sheets.topics.devices import described
-from rrp_sheets.topics.functions import examples, first_line, usage
-from rrp_sheets.topics.scene_page import TIMES
+from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
+from rrp_sheets.scene.scene_sheet import BALL_COLOURS
+from rrp_sheets.scene.scene_words import KINDS, verb_names
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.workbook.schema import FIELDS
 

@@ -9,10 +9,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.devices import Robot, load_robot
-from rrp_sheets.devices.scene_words import BALL_SIZE
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.robots import Robot, load_robot
+from rrp_sheets.scene.scene_words import BALL_SIZE
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
 from rrp_sheets.sim.face_traits import BACK, FRONT, HAIR, HEAD, NOSE, PEOPLE, RINGS, outline
 

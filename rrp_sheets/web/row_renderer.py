@@ -10,13 +10,13 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.robots import Robot
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head

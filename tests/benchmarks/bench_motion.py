@@ -14,8 +14,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -11,10 +11,10 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
+from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run
-from rrp_sheets.topics.connector_marbles import ScriptedWorld
 from rrp_sheets.workbook import read
 
 SECONDS = 600

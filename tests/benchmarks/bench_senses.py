@@ -21,8 +21,8 @@ import pytest
 from onecore import go, one_core
 from portraits import FACE, Studio
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.faces import SAME
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.people import FACES

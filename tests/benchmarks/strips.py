@@ -13,8 +13,8 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import FilmCamera
 from rrp_sheets.sim.film import font_of
 from rrp_sheets.sim.messages import Spec

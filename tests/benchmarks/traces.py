@@ -19,7 +19,7 @@ from pathlib import Path
 def run(workbook: Path, folder: Path, most: float) -> None:
     """Run a workbook in this interpreter until its scene is over, at most for some seconds."""
     from rrp_sheets import api
-    from rrp_sheets.devices.scene import scene_end_us
+    from rrp_sheets.scene.scene_sheet import scene_end_us
 
     seconds = min(scene_end_us(api.check(workbook).scene or ()) / 1e6 + 1.5, most)
     _, result = api.run(workbook, api.RunSettings(seconds=seconds, fast=True, out=folder, film=False, camera=False))

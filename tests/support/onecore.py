@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.robots import load_robot
 
 SECONDS, RATE = 20, 30
 

@@ -6,8 +6,8 @@ import math
 from importlib.util import find_spec
 from pathlib import Path
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import DeviceUse
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import Pixels
 from rrp_sheets.sim.face_memory import FaceMemory
 from rrp_sheets.sim.faces import Features

@@ -9,8 +9,8 @@ from typing import Any
 import cv2
 from chromium import let_in
 
-from rrp_sheets.devices import load_robot
 from rrp_sheets.model.exchange import SceneAction
+from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.world import SimWorld
 

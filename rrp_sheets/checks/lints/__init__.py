@@ -17,10 +17,10 @@ from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.lints.stale import lint_stale
 from rrp_sheets.checks.lints.unmatched import lint_unmatched
 from rrp_sheets.checks.lints.unreachable import lint_never
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import Graph
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.robots import Robot
 
 __all__ = ["lint"]
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, AbstractValue, Fact, kind_of_value
 from rrp_sheets.checks.lints.material import Material
-from rrp_sheets.devices import DeviceType, Robot, Setting
-from rrp_sheets.devices.trajectory import joint_limits
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import understand
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.robots import DeviceType, Robot, Setting
+from rrp_sheets.robots.trajectory import joint_limits
 from rrp_sheets.texts import N_, sentences
 
 _WORDS = {

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled
-from rrp_sheets.devices import Robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_
 
 

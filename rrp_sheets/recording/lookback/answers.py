@@ -14,7 +14,6 @@ from typing import Any
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.checks.check import robot_of, row_examples
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import Robot, load_robot
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Graph, StreamKind
@@ -29,6 +28,7 @@ from rrp_sheets.recording.formatting import told
 from rrp_sheets.recording.lookback.index import Index, index_trace
 from rrp_sheets.recording.lookback.poses import PoseIndex, index_poses, picture, picture_times
 from rrp_sheets.recording.marbles import value_from_json
+from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.workbook import Reading, read
 
 Stamp = tuple[int, int]

@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from rrp_sheets.devices import DeviceType, Robot
-from rrp_sheets.devices.gestures import Gesture
-from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.graph import Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Act, Labelled, Rival, Said
 from rrp_sheets.render.pack.source import Driver, Source, capital, driver_refs
+from rrp_sheets.robots import DeviceType, Robot
+from rrp_sheets.robots.gestures import Gesture
+from rrp_sheets.robots.trajectory import Planner
 
 MOST_TEXTS = 60  # of one row
 _FREE = frozenset({"memory", "all"})

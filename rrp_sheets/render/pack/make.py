@@ -9,8 +9,6 @@ from functools import partial
 from typing import Literal
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.devices import Setting
-from rrp_sheets.devices.catalogue import DeviceWords
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
@@ -35,6 +33,8 @@ from rrp_sheets.render.pack.model import (
 from rrp_sheets.render.pack.source import Source, capital
 from rrp_sheets.render.sentences import BehaviourText, Rows, explain
 from rrp_sheets.render.texts import texts
+from rrp_sheets.robots import Setting
+from rrp_sheets.robots.catalogue import DeviceWords
 from rrp_sheets.texts import told
 from rrp_sheets.workbook import Reading
 

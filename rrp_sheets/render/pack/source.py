@@ -14,7 +14,6 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.checks.facts import BLANK, UNKNOWN, AbstractValue
 from rrp_sheets.checks.protocol import channel
 from rrp_sheets.checks.reasoning import known_of
-from rrp_sheets.devices import DeviceType
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.formulas import HelperDef
@@ -27,6 +26,7 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Ref
 from rrp_sheets.render.sentences import Rows
 from rrp_sheets.render.texts import Texts
+from rrp_sheets.robots import DeviceType
 from rrp_sheets.workbook import Reading
 
 BUTTON = "OperatorButton"

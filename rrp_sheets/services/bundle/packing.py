@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.checks import Checked, check_workbook
-from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.recording.folder import material
+from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import is_safe, versions
 from rrp_sheets.workbook import Reading, read

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.devices import load_robot, robot_names
-from rrp_sheets.devices.own_robot import files_of
 from rrp_sheets.model.run_files import RUNS, TRACE
+from rrp_sheets.robots import load_robot, robot_names
+from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import differences, is_safe
 from rrp_sheets.workbook.package import BROKEN_ZIP

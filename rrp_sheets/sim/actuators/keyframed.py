@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from rrp_sheets.devices.gestures import Gesture as Keyframes
-from rrp_sheets.devices.gestures import Keyframe
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
+from rrp_sheets.robots.gestures import Gesture as Keyframes
+from rrp_sheets.robots.gestures import Keyframe
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.body import Vector

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from rrp_sheets.devices.trajectory import COUPLED
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
+from rrp_sheets.robots.trajectory import COUPLED
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
 

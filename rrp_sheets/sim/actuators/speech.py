@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from rrp_sheets.devices.media_files import BadSoundError, read_wave
 from rrp_sheets.model.exchange import Command, DeviceUse
+from rrp_sheets.robots.media_files import BadSoundError, read_wave
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.espeak import Audio

@@ -9,8 +9,6 @@ from typing import Any
 from flask import Blueprint, Response, abort, jsonify
 
 from rrp_sheets.checks.check import robot_of
-from rrp_sheets.devices import Robot
-from rrp_sheets.devices.trajectory import Planner
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid
@@ -18,6 +16,8 @@ from rrp_sheets.documents.steps import Cells, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.robots import Robot
+from rrp_sheets.robots.trajectory import Planner
 from rrp_sheets.web.requests import json_body, sender_of, text_of, workbook_or_404
 from rrp_sheets.web.services import services
 

@@ -12,12 +12,12 @@ from markupsafe import Markup
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.help.connector_marbles import example_score
+from rrp_sheets.help.finding import HelpEntry, all_names, known, near, search, text_on
+from rrp_sheets.help.functions import one_helper
+from rrp_sheets.help.layout import Block, paragraph
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.render.example_drawing import draw_example
-from rrp_sheets.topics.connector_marbles import example_score
-from rrp_sheets.topics.finding import HelpEntry, all_names, known, near, search, text_on
-from rrp_sheets.topics.functions import one_helper
-from rrp_sheets.topics.layout import Block, paragraph
 from rrp_sheets.web.completions import of_help
 from rrp_sheets.web.models import TextPiece
 from rrp_sheets.web.requests import workbook_or_404
@@ -32,7 +32,7 @@ _CODE = re.compile(r"`([^`]+)`")
 
 @dataclass(frozen=True, slots=True)
 class HelpBlock:
-    """Block of a topic, ready to be shown: `kind` as of `topics.layout.Block`, `rows` of texts in their pieces."""
+    """Block of a topic, ready to be shown: `kind` as of `help.layout.Block`, `rows` of texts in their pieces."""
 
     kind: str
     head: tuple[TextPiece, ...] = ()

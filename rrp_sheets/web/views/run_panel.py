@@ -8,8 +8,8 @@ from collections.abc import Callable
 from flask import Blueprint, Response, abort, jsonify, request, send_file, url_for
 from werkzeug.exceptions import BadRequest
 
-from rrp_sheets.devices import robot_names
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.robots import robot_names
 from rrp_sheets.web.models import show
 from rrp_sheets.web.requests import Asked, author_of, json_body, number_of, text_of, truth_of, workbook_or_404
 from rrp_sheets.web.robotmodel import face_picture, robot_json

@@ -14,7 +14,6 @@ from werkzeug.exceptions import BadRequest
 from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.checks.fixing import replaced
-from rrp_sheets.devices.scene_words import KINDS, verbs_of
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Grid, GridColumn
@@ -26,6 +25,7 @@ from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.render.svg import frame, text
+from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream

@@ -13,8 +13,6 @@ from typing import ClassVar
 from flask import Blueprint, Response, request, send_file, url_for
 
 from rrp_sheets import api
-from rrp_sheets.devices.media_files import SUFFIX as SOUND
-from rrp_sheets.devices.media_files import SUFFIXES as PICTURES
 from rrp_sheets.documents.tutorial import begin, latest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS
@@ -22,6 +20,8 @@ from rrp_sheets.private import private_folder
 from rrp_sheets.recording.listing import runs_place
 from rrp_sheets.recording.metadata import RunMetadata
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots.media_files import SUFFIX as SOUND
+from rrp_sheets.robots.media_files import SUFFIXES as PICTURES
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import is_device
 from rrp_sheets.services.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack

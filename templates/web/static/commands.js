@@ -1,6 +1,6 @@
 // The commands of keys, menus and buttons: one table, of which each place takes its own. To add a shortcut is to add an entry.
 // An entry has what it needs of these:
-//   section, told, help: its line of the help on keys (rrp_sheets/topics/keys.md); an entry without `told` belongs to the line above it
+//   section, told, help: its line of the help on keys (rrp_sheets/help/keys.md); an entry without `told` belongs to the line above it
 //   name, label: for menus and for buttons with `data-do`
 //   at: the place where its keys work: `cell`, `editor`, `row` (both), `page`, `tab` (of a sheet), `operator`, `anywhere`
 //   keys: names of keys as the browser has them. `Ctrl+` is also Cmd; `Any+` stands for whatever is held; `Character` for what types one.

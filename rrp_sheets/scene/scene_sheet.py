@@ -10,9 +10,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.media_files import check_pictures
-from rrp_sheets.devices.scene_words import (  # fmt: skip
+from rrp_sheets.diagnostics.proposals import meant
+from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.model.durations import meant_duration
+from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Value
+from rrp_sheets.model.workbook import Cell, SceneRow
+from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.robots.media_files import check_pictures
+from rrp_sheets.scene.scene_words import (
     CHILD,
     COLOURS,
     FACE_HEIGHT,
@@ -40,15 +47,8 @@ from rrp_sheets.devices.scene_words import (  # fmt: skip
     verb_names,
     verbs_of,
 )
-from rrp_sheets.devices.scene_words import place as read_place
-from rrp_sheets.devices.scene_words import seconds as read_seconds
-from rrp_sheets.diagnostics.proposals import meant
-from rrp_sheets.diagnostics.report import Report
-from rrp_sheets.model.durations import meant_duration
-from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
-from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.values import Value
-from rrp_sheets.model.workbook import Cell, SceneRow
+from rrp_sheets.scene.scene_words import place as read_place
+from rrp_sheets.scene.scene_words import seconds as read_seconds
 from rrp_sheets.texts import N_, sentences
 
 __all__ = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rrp_sheets.topics.layout import grid
+from rrp_sheets.help.layout import grid
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked

@@ -9,12 +9,12 @@ from dataclasses import replace
 from rrp_sheets.connectors import Connector
 from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.help.workbooks import checked
 from rrp_sheets.model.exchange import Command, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.render.example_drawing import example_value
 from rrp_sheets.render.marble_diagram import Lane, MarbleDiagram, make_score
-from rrp_sheets.topics.workbooks import checked
 
 MARK_US = 100_000
 """Time, in µs, that one place in a row of marbles represents."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rrp_sheets.devices import load_robot
-from rrp_sheets.devices.scene import MOST_THINGS, WAITING_US
-from rrp_sheets.devices.scene_words import COLOURS, KINDS, ThingKind
-from rrp_sheets.topics.layout import columns, entries, grid, heading, paragraph, titled
+from rrp_sheets.help.layout import columns, entries, grid, heading, paragraph, titled
+from rrp_sheets.robots import load_robot
+from rrp_sheets.scene.scene_sheet import MOST_THINGS, WAITING_US
+from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
 
 TIMES = [
     ("2.5", "seconds from the start of the run"),

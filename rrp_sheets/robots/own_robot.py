@@ -20,7 +20,9 @@ from typing import Any
 from defusedxml.common import DefusedXmlException
 from defusedxml.ElementTree import ParseError, iterparse
 
-from rrp_sheets.devices.catalogue import (
+from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
+from rrp_sheets.model.names import key
+from rrp_sheets.robots.catalogue import (
     CATALOGUE,
     REST_POSTURE,
     Joint,
@@ -30,9 +32,7 @@ from rrp_sheets.devices.catalogue import (
     robot_in,
     robot_names,
 )
-from rrp_sheets.devices.gestures import Gesture
-from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
-from rrp_sheets.model.names import key
+from rrp_sheets.robots.gestures import Gesture
 from rrp_sheets.texts import MessageError
 
 FOLDER = "robots"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
+from rrp_sheets.help.connector_marbles import MARK_US, can_be_run, input_names, marbles, output_name, parts, workbook
+from rrp_sheets.help.layout import entries, heading, paragraph, titled
+from rrp_sheets.help.workbooks import checked, grids
 from rrp_sheets.model.names import key
-from rrp_sheets.topics.connector_marbles import MARK_US, can_be_run, input_names, marbles, output_name, parts, workbook
-from rrp_sheets.topics.layout import entries, heading, paragraph, titled
-from rrp_sheets.topics.workbooks import checked, grids
 from rrp_sheets.workbook.schema import BEHAVIOUR
 
 _INPUTS, _CONNECTOR, _FORMULA, _OUTPUT = (column.name for column in BEHAVIOUR.required)

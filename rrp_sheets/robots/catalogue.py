@@ -12,12 +12,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.devices.gestures import Gesture, load_gestures, resources
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots.gestures import Gesture, load_gestures, resources
 from rrp_sheets.texts import LazyMessage, told
 
 CATALOGUE = "robot.toml"
@@ -279,7 +279,7 @@ class DeviceType:
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
         """Return the resources that an actuator with these settings (by key) uses; two that share one conflict.
 
-        >>> from rrp_sheets.devices import load_robot
+        >>> from rrp_sheets.robots import load_robot
         >>> sorted(load_robot().devices["tracker"].resources_for({"mode": "Whole body", "effector": "Left arm"}))
         ['head', 'left arm', 'legs']
         """
@@ -291,7 +291,7 @@ class DeviceType:
     def words(self, language: str) -> DeviceWords:
         """Return the texts about the device in a language; untranslated ones are in English.
 
-        >>> from rrp_sheets.devices import load_robot
+        >>> from rrp_sheets.robots import load_robot
         >>> load_robot().devices["redball"].words("en").says
         'the robot sees a red ball'
         """

@@ -9,14 +9,14 @@ from functools import lru_cache
 from pathlib import Path
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.devices import load_robot
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.help.functions import first_line
+from rrp_sheets.help.layout import from_markdown, titled
+from rrp_sheets.help.workbooks import grids
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.topics.functions import first_line
-from rrp_sheets.topics.layout import from_markdown, titled
-from rrp_sheets.topics.workbooks import grids
+from rrp_sheets.robots import load_robot
 from rrp_sheets.workbook.schema import SHEETS, SheetKind
 
 _WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units")
@@ -132,11 +132,11 @@ def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
 
 
 def _topics() -> dict[str, Callable[[], Iterator[str]]]:
-    from rrp_sheets.topics.codes import all_codes
-    from rrp_sheets.topics.connectors import all_connectors
-    from rrp_sheets.topics.devices import all_devices
-    from rrp_sheets.topics.functions import all_functions
-    from rrp_sheets.topics.scene_page import scene
+    from rrp_sheets.help.codes import all_codes
+    from rrp_sheets.help.connectors import all_connectors
+    from rrp_sheets.help.devices import all_devices
+    from rrp_sheets.help.functions import all_functions
+    from rrp_sheets.help.scene_page import scene
 
     return {
         "": lambda: _file("overview"), "connectors": all_connectors, "formulas": lambda: _file("formulas"),
@@ -161,10 +161,10 @@ def _columns(kind: SheetKind) -> str:
 def _named(name: str) -> Iterator[Iterator[str]]:
     """Yield the help pages under a name: it may be a function and a device, say."""
     from rrp_sheets.graph.device_table import done_of
-    from rrp_sheets.topics.codes import one_code
-    from rrp_sheets.topics.connectors import one_connector
-    from rrp_sheets.topics.devices import done_stream, one_device
-    from rrp_sheets.topics.functions import one_function
+    from rrp_sheets.help.codes import one_code
+    from rrp_sheets.help.connectors import one_connector
+    from rrp_sheets.help.devices import done_stream, one_device
+    from rrp_sheets.help.functions import one_function
 
     if (code := CODES.get(name.upper())) is not None:
         yield one_code(code)

@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator, Mapping
 
 from rrp_sheets.formulas.functions import Function, library
+from rrp_sheets.help.layout import columns, heading, lines, paragraph, titled
 from rrp_sheets.model.names import argument_name
 from rrp_sheets.model.workbook import Helper
-from rrp_sheets.topics.layout import columns, heading, lines, paragraph, titled
 
 _TOPICS = {
     "logic": "Logic", "maths": "Maths", "trigonometry": "Angles (in radians)", "geometry": "Distances and ranges",

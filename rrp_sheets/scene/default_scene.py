@@ -6,11 +6,11 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.scene_words import BALL_SIZE, FACE_HEIGHT
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
+from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.scene.scene_words import BALL_SIZE, FACE_HEIGHT
 
 PERSON = "person"
 NEAR = "near"

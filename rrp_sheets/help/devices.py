@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from rrp_sheets.devices import DeviceType, FoundDevice, Robot, Setting, load_robot
+from rrp_sheets.help.functions import typed
+from rrp_sheets.help.layout import columns, entries, heading, paragraph, titled
+from rrp_sheets.help.workbooks import grids
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.topics.functions import typed
-from rrp_sheets.topics.layout import columns, entries, heading, paragraph, titled
-from rrp_sheets.topics.workbooks import grids
+from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting, load_robot
 
 _SHOWN = 3  # further names of a device that are shown in the list
 
@@ -167,7 +167,7 @@ class Example:
 def example_of(device: DeviceType, robot: Robot) -> Example | None:
     """The example of a device; None where there is none.
 
-    >>> from rrp_sheets.devices import load_robot
+    >>> from rrp_sheets.robots import load_robot
     >>> robot = load_robot()
     >>> example_of(robot.find("Say").type, robot).title
     'The robot says what it worked out'

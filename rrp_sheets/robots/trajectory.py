@@ -13,9 +13,9 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.devices.catalogue import Robot
-from rrp_sheets.devices.gestures import Keyframe
 from rrp_sheets.model.names import key
+from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.robots.gestures import Keyframe
 
 FIRST = 3.5  # rad/s: nobody throws his arms up to begin
 BACK = 2.4  # rad/s, at most, on the way back
@@ -113,7 +113,7 @@ class JointPlan:
 def joint_limits(robot: Robot, joint: str, yaw: float = 0.0) -> tuple[float, float]:
     """A joint's limits; those of the head's pitch depend on its yaw (rad), interpolated in the robot's table.
 
-    >>> from rrp_sheets.devices import load_robot
+    >>> from rrp_sheets.robots import load_robot
     >>> [round(limit, 2) for limit in joint_limits(load_robot(), "HeadPitch", 1.527)]
     [-0.33, 0.2]
     """

@@ -6,13 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.devices.catalogue import Joint, Robot
-from rrp_sheets.devices.gestures import Gesture, Keyframe, parse_angle
-from rrp_sheets.devices.trajectory import Planner, joint_limits
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Cell, GestureRow
+from rrp_sheets.robots.catalogue import Joint, Robot
+from rrp_sheets.robots.gestures import Gesture, Keyframe, parse_angle
+from rrp_sheets.robots.trajectory import Planner, joint_limits
 from rrp_sheets.texts import N_
 
 LONGEST = 120.0  # s, of one gesture
