@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from chromium import becomes
 from panel import HEADER
+from playwright.sync_api import expect
 
 import rrp_sheets.help
 from rrp_sheets.resources import bundled
@@ -93,6 +94,7 @@ def test_buttons_of_a_workbook_without_sheets_do_no_harm(page: Any) -> None:
     page.goto("/book/a.xlsx")
     page.evaluate("""() => document.getElementById("listen").dispatchEvent(
         new CustomEvent("checked", { detail: { data: '{"errors": 0, "words": "new"}' } }))""")
+    expect(page.locator("[role=grid]")).to_have_count(0)
     for name in ("undo", "redo", "rows", "find", "help", "name"):
         page.click(f"[data-do={name}]")
     page.unroute("**/book/a.xlsx")

@@ -113,7 +113,7 @@ def browsing() -> Iterator[Any]:
 
 
 def let_in(context: Any, url: str, name: str = "") -> None:
-    """Give a browser the cookie that it would get with a link, a name to the one who sits there, and patience."""
+    """Give a browser the cookie that it would get with a link, its user a name, and its pages long time limits."""
     context.set_default_timeout(LONGEST_WAIT * 1000)
     cookie, value = COOKIE.split("=")
     context.add_cookies([{"name": cookie, "value": value, "url": url, "httpOnly": True, "sameSite": "Strict"}])

@@ -34,29 +34,19 @@ const bar = document.getElementById("runbar");
 export const panel = bar?.dataset.url ?? "";
 
 /** Send a request: a GET, or a POST of a `body` (an object, or its JSON). It never fails: it gives `ok`, the `status` (0 when
- *  no answer came in time), the `text` of the answer, its `json` (null when it is none) and its `etag`. */
+ *  no answer came in time, or JSON that cannot be read), the `text` of the answer, its `json` (null when it is none) and its `etag`. */
 export async function request(url, { body, patience = ANSWER_WITHIN_MS, keepalive = false } = {}) {
   const post = body && { method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: typeof body === "string" ? body : JSON.stringify(body) };
   const signal = keepalive ? null : AbortSignal.timeout(patience);
-  let response;
-  let text;
   try {
-    response = await fetch(url, { ...post, keepalive, signal });
-    text = await response.text();
-  } catch {
-    return { ok: false, status: 0, text: "", json: null, etag: null };
-  }
-  const { ok, status, headers } = response;
-  const json = headers.get("Content-Type")?.startsWith("application/json") ? parsed(text) : null;
-  return { ok, status, text, json, etag: headers.get("ETag") };
-}
-
-function parsed(text) {
-  try {
-    return JSON.parse(text);
+    const response = await fetch(url, { ...post, keepalive, signal });
+    const { ok, status, headers } = response;
+    const text = await response.text();
+    const json = headers.get("Content-Type")?.startsWith("application/json") ? JSON.parse(text) : null;
+    return { ok, status, text, json, etag: headers.get("ETag") };
   } catch (error) {
-    console.warn(error);
-    return null;
+    if (error instanceof SyntaxError) console.warn(error);
+    return { ok: false, status: 0, text: "", json: null, etag: null };
   }
 }
 

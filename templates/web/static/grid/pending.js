@@ -1,7 +1,7 @@
 // Input and steps that wait for the server. Input while only the server knows the next state of the sheet (an undo is on its way)
 // is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
-const TOLD_AFTER_MS = 1000; // of waiting, it is told that something waits
+const TOLD_AFTER_MS = 1000; // of waiting, after which a message says that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
 const SILENT = new Set(["Dead", "Process", "Shift", "Control", "Alt", "Meta", "AltGraph"]); // they do nothing by themselves
 

@@ -3,7 +3,7 @@
 import { hintOf } from "../commands.js";
 import { make } from "../elements.js";
 
-const SCOLDS_AFTER_MS = 6000; // without a key in a row that is being typed
+const SHOWN_AFTER_MS = 6000; // without a key in a row that is being typed
 
 export class Mending {
   constructor(grid) {
@@ -162,7 +162,7 @@ export class Unfinished {
 
   wait() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => (this.grid.editor.isOpen ? this.wait() : this.finish(true)), SCOLDS_AFTER_MS);
+    this.timer = setTimeout(() => (this.grid.editor.isOpen ? this.wait() : this.finish(true)), SHOWN_AFTER_MS);
   }
 
   finish(tell = false) {

@@ -7,8 +7,8 @@ const SECONDS_BEFORE = 2; // seconds that are shown before a moment, and after i
 const SECONDS_AFTER = 8;
 const AGAIN_MS = 1000; // before it is asked again for the last file of a record
 const FIRST_CURVES = 8; // drawn at once
-const WORDS_AFTER_MS = 500; // a file that is made in less needs no word
-const LOOK_EVERY_MS = 250; // at whether the file has come
+const WORDS_AFTER_MS = 500; // a file that takes longer is announced
+const LOOK_EVERY_MS = 250; // between two looks for the cookie that comes with the file
 const FILE_WITHIN_S = 300; // then nothing more is said of it
 
 /** Show the marbles around a moment. */

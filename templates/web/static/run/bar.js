@@ -179,8 +179,8 @@ function link(text, href) {
   return make("a", { href, textContent: text, className: SMALL });
 }
 
-// The questions before a run: for whom, under which condition, by whom, and does it count. The last answers stay,
-// but never for whom it was: the next child's session must not be recorded as the former one's.
+// The questions before a run: participant, condition, operator, and whether it is a rehearsal. The last answers stay,
+// but never the participant: the next child's session must not be recorded as the former one's.
 
 const kept = ["condition", "operator", "mode", "until"];
 

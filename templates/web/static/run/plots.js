@@ -216,7 +216,7 @@ function colours() {
   return found;
 }
 
-/** The class and the colour of a kind of stream. */
+/** The class of a kind of stream in the style sheet; its colour has the same name. */
 function shape(kind) {
   return { sensor: "sensor", done: "sensor", actuator: "actuator" }[kind] ?? "stream";
 }

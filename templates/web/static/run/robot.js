@@ -1,5 +1,5 @@
-// The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. A browser that cannot draw it
-// says so in words.
+// The robot in 3D: a picture of the simulated world that one can turn, and facts beside it. Where the browser
+// cannot draw it, a text says so.
 
 import { act, request, takesActions } from "../api.js";
 import { make, put } from "../elements.js";

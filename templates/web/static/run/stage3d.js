@@ -13,7 +13,7 @@ const LONGEST = 300; // ms, of the way from one state to the next
 const AWAY = 2.62; // rad: how far somebody who looks away turns
 const HELD = 1200; // ms after it was let go a thing is where one put it; by then the world has told that it is there
 const SLOW = 28; // ms between two pictures: more than that often, and the picture is drawn coarser
-const TOO_SLOW = 100; // ms for one picture: more than that, and the page rests as long before the next one
+const TOO_SLOW = 100; // ms for one picture: more than that, and the page rests before the next one
 const LONGEST_REST = 250; // ms: some pictures a second are drawn even then
 
 // of the view
@@ -191,7 +191,7 @@ export class Stage {
     return tall.map(({ object: { position } }) => [position.x, position.y]);
   }
 
-  /** Draw soon; where pictures take long, the page gets as much time for everything else (Stop, above all). */
+  /** Draw soon; where pictures take long, the page rests between them, so that it answers keys and clicks (Stop, above all). */
   ask() {
     if (this.asked || document.hidden || !this.seen) return;
     this.canvas.dataset.state = "moving";

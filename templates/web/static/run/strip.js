@@ -10,23 +10,31 @@ const EVERY = 2000; // ms
 const REFUSAL_SHOWN = 12000; // ms
 let run = { phase: "none" };
 let refusal = ""; // why Stop did nothing, while that is shown
+let unknown = ""; // why nothing is known of the run, since the server has not answered
 let vanishing = 0;
 
 function show(now) {
   run = now;
+  unknown = "";
   strip.hidden = now.phase === "none";
-  if (now.phase === "none") return;
+  if (now.phase === "none") {
+    refused("");
+    return;
+  }
   strip.dataset.mode = now.mode;
   strip.querySelector(".badge").textContent = now.mode === "pilot" ? "Pilot rehearsal" : "Simulated";
-  const minutes = Math.max(0, Math.round((Date.now() / 1000 - now.since) / 60));
-  const since = minutes < 1 ? "less than a minute" : minutes === 1 ? "a minute" : `${minutes} minutes`;
-  const who = now.participant ? ` with ${now.participant}` : "";
-  if (!refusal) {
-    put(what, now.phase === "stopping" || now.phase === "finishing"
-      ? `${now.book} is being stopped.` : `${now.by} is running ${now.book}${who}, for ${since}.`);
-  }
+  put(what, words());
   strip.querySelector("a").href = `/book/${encodeURIComponent(now.book)}/run`;
   strip.querySelector(".stop").disabled = !canBeStopped(now.phase);
+}
+
+function words() {
+  if (refusal || unknown) return refusal || unknown;
+  if (run.phase === "stopping" || run.phase === "finishing") return `${run.book} is being stopped.`;
+  const minutes = Math.max(0, Math.round((Date.now() / 1000 - run.since) / 60));
+  const since = minutes < 1 ? "less than a minute" : minutes === 1 ? "a minute" : `${minutes} minutes`;
+  const who = run.participant ? ` with ${run.participant}` : "";
+  return `${run.by} is running ${run.book}${who}, for ${since}.`;
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);
@@ -45,16 +53,19 @@ function refused(message) {
   what.removeAttribute("role");
   if (message) {
     what.setAttribute("role", "alert");
-    what.textContent = message;
     vanishing = setTimeout(refused, REFUSAL_SHOWN, "");
-  } else show(run);
+  }
+  if (run.phase !== "none") put(what, words());
 }
 
 async function look() {
   if (document.hidden) return;
   const { ok, status, text, json } = await request(strip.dataset.now);
   if (ok && json) show(json);
-  else if (run.phase !== "none" && !refusal) put(what, `It is not known if ${run.book} still runs. ${why({ status, text })}`);
+  else if (run.phase !== "none") {
+    unknown = `It is not known if ${run.book} still runs. ${why({ status, text })}`;
+    put(what, words());
+  }
 }
 
 if (document.getElementById("listen")) document.addEventListener("rrp:elsewhere", ({ detail }) => show(detail));

@@ -5,9 +5,9 @@ import { request } from "../../api.js";
 const LITTLE = 1e-6; // s
 const MOST_KEPT = 400; // pieces
 const AGAIN_MS = 1500; // after a piece could not be loaded
-const FORGIVEN = 1; // s: a row's error is shown for at least so long, although a value comes
+const ERROR_SHOWN = 1; // s: a row's error is shown for at least so long, although a value comes
 const POSE_EVERY = 0.1; // s between two poses while something moves
-const STOOD = 0.15; // s: after a longer gap nothing moved at first
+const LONGEST_GAP = 0.15; // s: after a longer gap nothing moved at first
 
 /** The number of the last of some times that is not after t, or -1. */
 export function last(times, t) {
@@ -52,19 +52,25 @@ export class Pieces {
   async load(number) {
     if (performance.now() - (this.asked.get(number) ?? -AGAIN_MS) < AGAIN_MS) return;
     this.asked.set(number, performance.now());
-    const { ok, json } = await request(`${this.address}/${number}.json`);
-    if (!ok || !json) return;
-    let piece;
-    try {
-      piece = this.made(json);
-    } catch (error) { // an answer that is no piece: it is asked for again
-      console.warn(error);
+    const { status, json } = await request(`${this.address}/${number}.json`);
+    const piece = json && this.read(json);
+    if (!piece) {
+      if (status < 400 || status >= 500) setTimeout(() => this.came(), AGAIN_MS); // whoever still needs it asks again
       return;
     }
     if (this.kept.size >= MOST_KEPT) this.kept.delete(this.kept.keys().next().value);
     this.kept.set(number, piece);
     this.asked.delete(number);
     this.came();
+  }
+
+  read(json) {
+    try {
+      return this.made(json);
+    } catch (error) { // an answer that is no piece
+      console.warn(error);
+      return null;
+    }
   }
 }
 
@@ -91,7 +97,7 @@ export function valuesAt(piece, overview, ids, t) {
   return { rows, streams, seen };
 }
 
-const stillFailed = ({ at, failed, failedAt }) => failed !== undefined && !(at !== null && at > failedAt + FORGIVEN);
+const stillFailed = ({ at, failed, failedAt }) => failed !== undefined && !(at !== null && at > failedAt + ERROR_SHOWN);
 
 // The robot's pose and the places of things at any time: between two poses they are on their way.
 
@@ -115,7 +121,7 @@ export function poseAt({ times, made }, t) {
   const number = Math.max(0, last(times, t));
   const [from, to] = [made[number], made[number + 1]];
   if (!from) return undefined;
-  const began = to && to.t - from.t > STOOD ? to.t - POSE_EVERY : from.t;
+  const began = to && to.t - from.t > LONGEST_GAP ? to.t - POSE_EVERY : from.t;
   const part = to ? Math.min(Math.max((t - began) / (to.t - began || 1), 0), 1) : 0;
   if (!part) return from;
   const between = (a, b) => (a === undefined ? b : b === undefined ? a : a + (b - a) * part);
