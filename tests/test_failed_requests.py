@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from acting import Run, Script
-from chromium import listening
+from chromium import listening, press_twice
 from panel import HEADER
 from play import rows
 from playwright.sync_api import expect
@@ -148,14 +148,12 @@ def test_keys_that_cannot_stop_a_run_say_why_unless_there_is_none(page: Any) -> 
     page.goto("/book/a.xlsx")
     listening(page)
     with page.expect_response("**/run/stop") as answered:
-        page.keyboard.press("Escape")
-        page.keyboard.press("Escape")
+        press_twice(page)
     assert answered.value.status == 409
     page.evaluate("fetch('/run/now').then(answer => answer.text())")  # a later answer: the page has taken that one
     expect(page.locator("#run-problem")).to_be_hidden()
     page.route("**/run/stop", lambda route: route.abort())
-    page.keyboard.press("Escape")
-    page.keyboard.press("Escape")
+    press_twice(page)
     expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
     page.unroute("**/run/stop")
 

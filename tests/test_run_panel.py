@@ -7,7 +7,7 @@ from pathlib import Path
 
 import panel
 from busy import crowded
-from chromium import GridPage, becomes, eventually
+from chromium import GridPage, becomes, eventually, press_twice
 from panel import LIVE, ended, row, run, running, told_of_stop, trace
 from playwright.sync_api import expect
 
@@ -110,9 +110,9 @@ def it_is_stopped(at: GridPage) -> None:
         "tr td.formula >> nth=1",
     ):
         page.locator(place).focus()
-        at.press("Escape", "Escape")
+        press_twice(page)
     page.click("[data-do=name]")
-    at.press("Escape", "Escape")
+    press_twice(page)
     page.wait_for_function("() => !document.querySelector('dialog[open]')")
     assert len(asked) == 6
     at.press("Escape", "a", "Escape", "ArrowDown")
@@ -120,7 +120,7 @@ def it_is_stopped(at: GridPage) -> None:
     page.unroute("**/run/stop")
     row(page, 2).locator("td").nth(3).click()
     page.keyboard.type("x")
-    at.press("Escape", "Escape")
+    press_twice(page)
     assert ended(page).startswith("Stopped by Aya at ")
 
 

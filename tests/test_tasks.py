@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, becomes, eventually, frames, let_in, listening, until
+from chromium import GridPage, becomes, eventually, frames, let_in, listening, press_twice, until
 from effort import Recorder
 from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
@@ -192,6 +192,6 @@ def test_a_run_by_keyboard_alone(browser: Any, url: str, folder: Path) -> None:
     tree.wait_for_selector("body[data-run=running]")
     value = tree.locator("tbody tr").first.locator(".live .value")
     expect(value).to_have_text(re.compile(r"\d m"))
-    page.press("Escape", "Escape")
+    press_twice(tree)
     tree.wait_for_selector("body[data-run=ended]")
     page.close()

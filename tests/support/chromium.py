@@ -40,6 +40,7 @@ LATEST_ANSWER = float(os.environ.get("LATEST_ANSWER", "0"))
 """Seconds, up to which each answer is late by a random time; 0 answers at once. Set by who wants to try that."""
 
 
+TWICE = 1500  # ms within which two presses of a key are one command, as in commands.js
 LONGEST_WAIT = 60.0
 """Seconds that a test waits for what must come: more than a machine needs that has many other things to do."""
 
@@ -100,6 +101,19 @@ class Browsers:
         for browser in self._open.values():
             browser.close()
         self._started.close()
+
+
+def press_twice(page: Any, key: str = "Escape") -> None:
+    """Press a key twice in a row; again where the page took the second press too late, as a busy machine may."""
+    page.evaluate(
+        """key => { const times = window.presses = [];
+            window.addEventListener("keydown", (event) => event.key === key && times.push(event.timeStamp), true); }""",
+        key,
+    )
+    pause = None
+    while pause is None or pause >= TWICE:
+        page.keyboard.press(key)
+        pause = page.evaluate("(([a, b]) => b === undefined ? null : b - a)(window.presses.slice(-2))")
 
 
 @contextmanager

@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from chromium import press_twice
+
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 TRACKING = [
     HEADER,
@@ -72,7 +74,6 @@ def told_of_stop(page: Any) -> dict[str, float]:
         new MutationObserver(() => { told[document.body.dataset.run] ??= performance.now() - window.pressed; })
             .observe(document.body, { attributeFilter: ['data-run'] });
     }""")
-    for _ in range(2):
-        page.keyboard.press("Escape")
+    press_twice(page)
     ended(page)
     return dict(page.evaluate("window.told"))
