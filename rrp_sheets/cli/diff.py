@@ -108,8 +108,7 @@ def _text(path: Path) -> str:
 
 
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
-    from rrp_sheets.compare.as_json import as_dict
-    from rrp_sheets.compare.as_text import as_text, verdict
+    from rrp_sheets.compare.as_text import as_dict, as_text, verdict
 
     comparison = found.comparison
     made = _made(found, form) if output is not None or (form and not as_json) else ""

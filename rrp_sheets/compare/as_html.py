@@ -9,17 +9,18 @@ from functools import lru_cache
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from rrp_sheets.compare.as_text import cautions, counted, one_line, place, shorten, shown_source, value, verdict
+from rrp_sheets.compare.as_text import cautions, one_line, place, shorten, shown_source, value, verdict
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
-from rrp_sheets.model.changed import ADDED, REMOVED, SIGN_NAMES
+from rrp_sheets.model.changed import ADDED, REMOVED
 from rrp_sheets.resources import bundled
+from rrp_sheets.texts import N_
 
 MOST = 2_000  # rows of each table: a browser shows no more with ease
 _KINDS = {
-    **{SIGN_NAMES[sign][0]: (sign, SIGN_NAMES[sign][0]) for sign in (ADDED, REMOVED)},
-    "changed": ("≠", "changed"), "renamed": ("✎", "renamed"),
-    "moved": ("↕", "moved"), "on": ("●", "switched on"), "off": ("○", "switched off"), "notes": ("✎", "notes"),
-    "written": ("≈", "written differently"),
+    "added": (ADDED, N_("added")), "removed": (REMOVED, N_("removed")),
+    "changed": ("≠", N_("changed")), "renamed": ("✎", N_("renamed")),
+    "moved": ("↕", N_("moved")), "on": ("●", N_("switched on")), "off": ("○", N_("switched off")),
+    "notes": ("✎", N_("notes")), "written": ("≈", N_("written differently")),
 }  # fmt: skip
 _LONGEST = 160  # letters of a cell
 Runs = Sequence[tuple[str, str]]  # texts, each with the tag of its mark
@@ -55,7 +56,8 @@ def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
         comparison: what to show.
         drawn: pictures and rows of what changed, as `services.changes_drawn` makes them.
     """
-    title = f"{file_name(comparison.first)} and {file_name(comparison.second)} compared"
+    names = file_name(comparison.first), file_name(comparison.second)
+    title = N_("{first} and {second} compared", first=names[0], second=names[1])
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))
     return render("page.html", title=title, style=Markup(style), comparison=as_part(comparison, drawn))
 
@@ -95,13 +97,13 @@ def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = ""
     """
     versions = [
         (which, shown_source(v), one_line(v.digest[:16]))
-        for which, v in (("Before", comparison.first), ("After", comparison.second))
+        for which, v in ((N_("Before"), comparison.first), (N_("After"), comparison.second))
     ]
     tables = [
         _table(title, changes)
         for title, changes in (
-            ("What changes the behaviour", comparison.effects),
-            ("Differences without effect on the behaviour", comparison.others),
+            (N_("What changes the behaviour"), comparison.effects),
+            (N_("Differences without effect on the behaviour"), comparison.others),
         )
         if changes
     ]
@@ -120,14 +122,14 @@ def file_name(version: ComparedWorkbook) -> str:
 
 def _table(title: str, changes: Sequence[Change]) -> _ChangeTable:
     shown = changes[:MOST]
-    count = counted(changes, "entry").replace("entrys", "entries")
+    count = N_("{n:,} entry" if len(changes) == 1 else "{n:,} entries", n=len(changes))
     left = f"{len(changes) - MOST:,}" if len(changes) > MOST else ""
     return _ChangeTable(title, count, [_line(c) for c in shown], any(c.note for c in shown), left)
 
 
 def _line(change: Change) -> _ChangeLine:
     sign, word = _KINDS[change.kind]
-    what = f"{change.what} {word}" if change.what and change.what != word else word
+    what = N_("{what} {change}", what=change.what, change=word) if change.what and change.what != word else word
     first, second = change.rows
     was = first if first and second and first != second else 0
     return _ChangeLine(change.kind, place(change), was, sign, what, *_sides(change), change.note)
@@ -147,12 +149,12 @@ def _sides(change: Change) -> tuple[Runs, Runs]:
         case "removed":
             return [("del", before)] if change.before else (), ()
         case "on" | "off":
-            before, after = ("off", "on") if change.kind == "on" else ("on", "off")
+            before, after = (N_("off"), N_("on")) if change.kind == "on" else (N_("on"), N_("off"))
             return [("del", before)], [("ins", after)]
         case "moved" if not change.before and change.rows[0] == change.rows[1]:
             return (), ()
         case "moved" if not change.before:
-            return [("", f"row {change.rows[0]}")], [("", f"row {change.rows[1]}")]
+            return [("", N_("row {n}", n=change.rows[0]))], [("", N_("row {n}", n=change.rows[1]))]
         case "changed":
             return [("del", before)], [("ins", after)]
     return [("", before)], [("", after)]

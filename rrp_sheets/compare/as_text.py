@@ -1,14 +1,17 @@
-"""Renders a comparison as text, and each change in words: `Tracking row 5: 20 → 15`."""
+"""Renders a comparison as text or as data, and each change in words: `Tracking row 5: 20 → 15`."""
 
 from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from typing import Any
 
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.compare.tokens import single
 from rrp_sheets.texts import N_
 
+SCHEMA = 1  # of the data; grows when an entry changes its meaning or goes
 MOST = 200  # lines of each kind; the JSON has all
 Style = Callable[[str, str], str]
 
@@ -30,40 +33,59 @@ def as_text(comparison: Comparison, *, brief: bool = False, style: Style = _plai
     lines += [style(text, "quiet") for text in cautions(comparison)]
     lines += _list(effects, style)
     if others and not brief:
-        lines += ["", style(f"{counted(others, 'difference')} without effect on the behaviour:", "quiet")]
+        heading = (
+            N_("{n:,} difference without effect on the behaviour:", n=len(others))
+            if len(others) == 1
+            else N_("{n:,} differences without effect on the behaviour:", n=len(others))
+        )
+        lines += ["", style(heading, "quiet")]
         lines += _list(others, style)
     return "\n".join(lines)
+
+
+def as_dict(comparison: Comparison) -> dict[str, Any]:
+    """Return the data that `diff --json` prints."""
+    changes = []
+    for c in comparison.changes:
+        entry = {**asdict(c), "row_before": c.rows[0] or None, "row_after": c.rows[1] or None, "text": say(c)}
+        del entry["rows"]
+        changes.append(entry)
+    return {
+        "schema": SCHEMA,
+        "same_behaviour": comparison.same,
+        "first": asdict(comparison.first),
+        "second": asdict(comparison.second),
+        "changes": changes,
+    }
 
 
 def verdict(comparison: Comparison) -> str:
     """Return the sentence that says whether the behaviour is the same."""
     if comparison.same:
         if not comparison.others:
-            return "Same behaviour. There is no difference."
+            return N_("Same behaviour. There is no difference.")
         if all(c.kind == "notes" for c in comparison.others):
-            return "Same behaviour. Only notes are different."
-        return "Same behaviour."
-    return f"Different behaviour: {counted(comparison.effects, 'change')}."
+            return N_("Same behaviour. Only notes are different.")
+        return N_("Same behaviour.")
+    n = len(comparison.effects)
+    return N_("Different behaviour: {n:,} change." if n == 1 else "Different behaviour: {n:,} changes.", n=n)
 
 
 def cautions(comparison: Comparison) -> list[str]:
     """Return a caution for each workbook with errors, as parts of it are compared by their text only."""
+    first = N_("The first workbook ({source}) has {errors}: what could not be understood is compared by its text.")
+    second = N_("The second workbook ({source}) has {errors}: what could not be understood is compared by its text.")
     return [
-        f"{which} workbook ({shown_source(version)}) has {counted(range(version.errors), 'error')}: what could not be "
-        "understood is compared by its text."
-        for which, version in (("The first", comparison.first), ("The second", comparison.second))
+        N_(text, source=shown_source(version),
+           errors=N_("{n} error" if version.errors == 1 else "{n} errors", n=f"{version.errors:,}"))
+        for text, version in ((first, comparison.first), (second, comparison.second))
         if version.errors
-    ]
+    ]  # fmt: skip
 
 
 def shown_source(version: ComparedWorkbook) -> str:
     """Return the workbook's source on one line, safe to print."""
     return one_line(version.source)
-
-
-def counted(things: Sequence[object], word: str) -> str:
-    """Return `1 change`, `2 changes`."""
-    return f"{len(things):,} {word}{'' if len(things) == 1 else 's'}"
 
 
 def _list(changes: Sequence[Change], style: Style) -> list[str]:
@@ -72,12 +94,11 @@ def _list(changes: Sequence[Change], style: Style) -> list[str]:
         role = change.kind if change.kind in ("added", "removed") else "changed" if change.effect else "quiet"
         lines.append("  " + style(say(change), role) + (style(f" – {change.note}", "quiet") if change.note else ""))
     if len(changes) > MOST:
-        lines.append(f"  … and {len(changes) - MOST:,} more (--json lists them all)")
+        lines.append(N_("  … and {n:,} more (--json lists them all)", n=len(changes) - MOST))
     return lines
 
 
 LONGEST = 160  # letters of one value
-_PARTS = {"scene": "Scene", "test": "Test", "table": "Table", "gesture": "Gesture"}
 
 
 def place(change: Change) -> str:
@@ -106,27 +127,44 @@ def say(change: Change) -> str:
     at, before, after = place(change), value(change.before), value(change.after)
     match change.kind:
         case "added":
-            return f"{at} added{f': {after}' if change.after else ''}"
+            return N_("{at} added: {after}", at=at, after=after) if change.after else N_("{at} added", at=at)
         case "removed":
-            return f"{at} removed{f': {before}' if change.before else ''}"
-        case "renamed" if change.part == "stream":
-            name = f"stream {before}" if change.before else f"the unnamed stream of row {change.rows[0]}"
-            return f"{at}: {name} " + (f"is now called {after}" if change.after else "has no name now")
+            return N_("{at} removed: {before}", at=at, before=before) if change.before else N_("{at} removed", at=at)
         case "renamed":
-            return f"{change.part.capitalize()} {before} is now called {after}"
+            return _renamed(change, at, before, after)
         case "moved" if change.part == "sheet":
-            return f"The sheets stand in another order: {before} → {after}"
+            return N_("The sheets stand in another order: {before} → {after}", before=before, after=after)
+        case "moved" if change.rows[0] == change.rows[1]:
+            return N_("{at} acts in another order", at=at)
         case "moved":
-            same = change.rows[0] == change.rows[1]
-            return f"{at} acts in another order" if same else f"{at} moved (was row {change.rows[0]})"
-        case "on" | "off":
-            return f"{at} switched {change.kind}"
+            return N_("{at} moved (was row {row})", at=at, row=change.rows[0])
+        case "on":
+            return N_("{at} switched on", at=at)
+        case "off":
+            return N_("{at} switched off", at=at)
+        case "written" if not change.what:
+            return N_("{at} is written differently: {before} → {after}", at=at, before=before, after=after)
         case "written":
-            what = f": {one_line(change.what)}" if change.what else ""
-            return f"{at}{what} is written differently: {before} → {after}"
+            return N_("{at}: {what} is written differently: {before} → {after}",
+                      at=at, what=one_line(change.what), before=before, after=after)  # fmt: skip
         case "notes":
-            return f"{at}: {change.what} {before} → {after}"
+            return N_("{at}: {what} {before} → {after}", at=at, what=change.what, before=before, after=after)
     return _changed(change, at, before, after)
+
+
+def _renamed(change: Change, at: str, before: str, after: str) -> str:
+    if change.part == "behaviour":
+        return N_("Behaviour {before} is now called {after}", before=before, after=after)
+    if change.part == "helper":
+        return N_("Helper {before} is now called {after}", before=before, after=after)
+    if change.before and change.after:
+        return N_("{at}: stream {before} is now called {after}", at=at, before=before, after=after)
+    if change.before:
+        return N_("{at}: stream {before} has no name now", at=at, before=before)
+    if change.after:
+        return N_("{at}: the unnamed stream of row {row} is now called {after}",
+                  at=at, row=change.rows[0], after=after)  # fmt: skip
+    return N_("{at}: the unnamed stream of row {row} has no name now", at=at, row=change.rows[0])
 
 
 def _changed(change: Change, at: str, before: str, after: str) -> str:
@@ -135,13 +173,15 @@ def _changed(change: Change, at: str, before: str, after: str) -> str:
         one = single(change.pieces)
         if one is not None:
             old, new = (shorten(one_line(t)) for t in one)
-            return f"{at}: {old} → {new} in the {what} {after}"
-    return f"{at}: {what} {before} → {after}" if what else f"{at}: {before} → {after}"
+            return N_("{at}: {old} → {new} in the {what} {after}", at=at, old=old, new=new, what=what, after=after)
+    if what:
+        return N_("{at}: {what} {before} → {after}", at=at, what=what, before=before, after=after)
+    return N_("{at}: {before} → {after}", at=at, before=before, after=after)
 
 
 def value(text: str) -> str:
     """Return a cell's text as it is shown; `blank` when it is empty."""
-    return shorten(one_line(text)) or "blank"
+    return shorten(text) or N_("blank")
 
 
 def shorten(text: str) -> str:

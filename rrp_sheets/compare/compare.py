@@ -230,7 +230,7 @@ def _device_name(old: DeviceView, new: DeviceView) -> list[Change]:
         return []
     if key(old.name) == key(new.name):
         same_sheet = old.row and new.row
-        return [_change(old, new, "written", "stream", old.name, new.name, False, WRITTEN)] if same_sheet else []
+        return [_change(old, new, "written", N_("stream"), old.name, new.name, False, WRITTEN)] if same_sheet else []
     rows = (old.row, new.row)
     return [Change("renamed", "stream", new.sheet, rows=rows, before=old.name, after=new.name, effect=False,
                    note=RENAMED)]  # fmt: skip
@@ -244,13 +244,13 @@ def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]
     if bool(old.row) != bool(new.row):
         if old.meaning(found.streams.sheets) != new.meaning({}) or key(old.name) != key(new.name):
             return []
-        before, after = ("declared", "") if old.row else ("", "declared")
-        return [_change(old, new, "written", "declaration", before, after, False, _BY_NAME)]
+        before, after = (N_("declared"), "") if old.row else ("", N_("declared"))
+        return [_change(old, new, "written", N_("declaration"), before, after, False, _BY_NAME)]
     presets = [view.found.preset if view.found else {} for view in (old, new)]
     if presets[0] != presets[1] and old.row:
         return [_change(old, new, "changed", N_("device"), old.device, new.device)]
     if old.device != new.device and old.row:
-        return [_change(old, new, "written", "device", old.device, new.device, False, WRITTEN)]
+        return [_change(old, new, "written", N_("device"), old.device, new.device, False, WRITTEN)]
     return []
 
 

@@ -22,7 +22,7 @@ from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_name
 
 _SHOWN = frozenset(("changed", "on", "off"))  # kinds that make a row a changed one
-_BLANK = "blank"
+_BLANK = N_("blank")
 
 
 def detail(first: Side, second: Side, found: Match, changes: Sequence[Change]) -> tuple[ChangedBehaviour, ...]:
@@ -96,7 +96,7 @@ class _BehaviourBuilder:
         texts = [words(t.text) for t in (row.inputs_cell, row.connector, row.formula, row.output)]
         return ChangedRow(
             sign, number, number if sign == c.REMOVED else 0, texts[0], texts[1], texts[2], texts[3], takes,
-            (Link(ident(view.output), sign),), () if view.on else ("switched off",), off=not view.on,
+            (Link(ident(view.output), sign),), () if view.on else (N_("switched off"),), off=not view.on,
         )  # fmt: skip
 
     def _pair(self, a: RowView, b: RowView) -> ChangedRow:
@@ -119,11 +119,12 @@ class _BehaviourBuilder:
     def _remarks(self, a: RowView, b: RowView, found: Iterable[Change], cells: Mapping[str, Change]) -> Iterable[str]:
         for change in found:
             if change.kind in ("on", "off"):
-                yield f"switched {change.kind}"
+                yield N_("switched on") if change.kind == "on" else N_("switched off")
             elif change.kind == "moved" and change.effect:
-                yield f"moved, was row {a.row.number}"
+                yield N_("moved, was row {n}", n=a.row.number)
         if "priority" in cells:
-            yield f"priority {cells['priority'].before} → {cells['priority'].after}"
+            change = cells["priority"]
+            yield N_("priority {before} → {after}", before=change.before, after=change.after)
         if cells and not (a.on or b.on):
             yield N_("off in both")
 
@@ -133,7 +134,7 @@ class _BehaviourBuilder:
         called: dict[str, HelperDef] = {}
         helpers_in(b.formula.tree, called)
         for name in sorted(self.helpers & called.keys()):
-            yield f"helper {called[name].shown} changed"
+            yield N_("helper {name} changed", name=called[name].shown)
 
     # ---- streams
     def _old(self, stream: str) -> str:
@@ -175,7 +176,7 @@ class _BehaviourBuilder:
             if stream in self.renamed:
                 name = ComparableText(*self.renamed[stream])
             elif was is not None and key(was.name) != key(name.after) and kind != "anonymous":
-                name = ComparableText(was.name or "unnamed", name.after)
+                name = ComparableText(was.name or N_("unnamed"), name.after)
             settings = tuple(self.settings.get(key(name.after), ())) if kind in ("sensor", "actuator") else ()
             sign = c.CHANGED if settings or name.changed else sign
         return ChangedStream(stream, kind, sign, name, settings)
@@ -257,8 +258,9 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
         if (first.workbook.scene is None) == (second.workbook.scene is None):
             return []
         word = "removed" if second.workbook.scene is None else "added"
-        return [Change(word, "sheet", "Scene", before="" if word == "added" else "empty",
-                       after="empty" if word == "added" else "")]  # fmt: skip
+        empty = N_("empty")
+        return [Change(word, "sheet", "Scene", before="" if word == "added" else empty,
+                       after=empty if word == "added" else "")]  # fmt: skip
     out, pairs = list_changes(old, new, kind, found.turned)
     timed = Pairs(len(old), len(new))  # the same pairs, each list in the order of its times
     places = [{i: n for n, i in enumerate(sorted(range(len(s)), key=lambda i: (s[i].time, i)))} for s in (old, new)]
@@ -277,7 +279,7 @@ def _scene(side: Side) -> list[ListRow]:
     actions = {a.row: a for a in side.checked.scene or ()}
     lines = []
     for row in side.workbook.scene or ():
-        cells = {N_("time"): row.time, N_("thing"): row.thing, "does": row.does, N_("value"): row.value}
+        cells = {N_("time"): row.time, N_("thing"): row.thing, N_("does"): row.does, N_("value"): row.value}
         place = row.thing.address
         us = parse_duration(row.time.text, bare="s")
         meaning: dict[str, Hashable] = {n: key(c.text) for n, c in cells.items()}
@@ -342,7 +344,7 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
         if mine is None or other is None:
             sheet = mine or other
             assert sheet is not None
-            count = f"{len(sheet.rows)} rows"
+            count = N_("{n} rows", n=len(sheet.rows))
             word, before, after = ("added", "", count) if mine is None else ("removed", count, "")
             out.append(Change(word, "sheet", sheet.name, before=before, after=after, effect=False, note=TEST))
         rename = found.streams.of
@@ -353,7 +355,7 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 
 def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> ListRow:
-    cells = {N_("time"): row.time, N_("stream"): row.stream, "send": row.send, "expect": row.expect}
+    cells = {N_("time"): row.time, N_("stream"): row.stream, N_("send"): row.send, N_("expect"): row.expect}
     home, mark, name = row.stream.text.partition("!")
     stream = f"{key(home)}!{key(name)}" if mark else key(home)
     if not mark and stream not in side.streams:  # an ordinary stream without its sheet: that of the first that has it
@@ -377,7 +379,7 @@ def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
         name = names.get(k, k)
         if k not in old or k not in new:
             word, table = ("added", new[k]) if k in new else ("removed", old[k])
-            count = f"{max(len(table) - 1, 0)} rows"
+            count = N_("{n} rows", n=max(len(table) - 1, 0))
             before, after = ("", count) if word == "added" else (count, "")
             out.append(Change(word, "table", name, before=before, after=after))
             continue

@@ -12,7 +12,7 @@ from rrp_sheets.compare.match import Match, out_of_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
 from rrp_sheets.compare.tokens import meanings, pieces, shape
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 
 OFF = N_("the row is switched off in both")
 RENAMED = N_("the same stream under another name")
@@ -35,7 +35,7 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
             out.append(Change("renamed", "behaviour", behaviour.name, before=old.name, after=behaviour.name,
                               effect=False, note=N_("the same rows under another name")))  # fmt: skip
         elif old.name != behaviour.name:
-            out.append(Change("written", "behaviour", behaviour.name, what="name", before=old.name,
+            out.append(Change("written", "behaviour", behaviour.name, what=N_("name"), before=old.name,
                               after=behaviour.name, effect=False, note=WRITTEN))  # fmt: skip
         out += _Pair(first, second, found, a, b, late).changes()
     for a in found.behaviours.left:
@@ -49,7 +49,8 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 def _whole(kind: str, behaviour: BehaviourView) -> Iterator[Change]:
     """Yield the changes for a behaviour that only one workbook has, and for its rows."""
-    count = f"{len(behaviour.rows)} row{'s' if len(behaviour.rows) != 1 else ''}"
+    n = len(behaviour.rows)
+    count = N_("{n} row" if n == 1 else "{n} rows", n=n)
     before, after = ("", count) if kind == "added" else (count, "")
     on = any(row.on for row in behaviour.rows)
     note = "" if on else N_("none of its rows is switched on")
@@ -130,7 +131,7 @@ class _Pair:
         before, after = a.row.connector.text, b.row.connector.text
         if a.connector != b.connector:
             return [self._change(a, b, "changed", N_("connector"), before, after)]
-        return self._written(a, b, "connector", before, after)
+        return self._written(a, b, N_("connector"), before, after)
 
     def _inputs(self, a: RowView, b: RowView) -> list[Change]:
         before, after = _said(a, self.first), _said(b, self.second)
@@ -141,7 +142,7 @@ class _Pair:
                 return [change.harmless(N_("the order of these inputs changes nothing"))]
             return [change]
         if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
-            return self._written(a, b, "inputs", before, after)
+            return self._written(a, b, N_("inputs"), before, after)
         return []
 
     def _same_by_names(self, a: RowView, b: RowView) -> bool:
@@ -172,7 +173,7 @@ class _Pair:
             return []
         explained = meanings(before, names) == meanings(after)
         if explained or self.found.shape(a) == b.shape or self._same_by_names(a, b):
-            return [] if explained and names else self._written(a, b, "formula", before, after)
+            return [] if explained and names else self._written(a, b, N_("formula"), before, after)
         if self._same_by_fields(a, b):
             return []  # the stream's new name is told
         found = pieces(before, after, names) if before and after else ()
@@ -204,9 +205,9 @@ class _Pair:
         if a.drives:
             if self.found.streams.of(a.output) != b.output:
                 return [self._change(a, b, "changed", N_("output"), before, after)]
-            return self._written(a, b, "output", before, after) if key(before) == key(after) else []
+            return self._written(a, b, N_("output"), before, after) if key(before) == key(after) else []
         if key(before) == key(after):
-            return self._written(a, b, "output", before, after)
+            return self._written(a, b, N_("output"), before, after)
         return [Change("renamed", "stream", b.sheet, rows=(a.row.number, b.row.number), before=before, after=after,
                        effect=False, note=RENAMED)]  # fmt: skip
 
@@ -223,8 +224,10 @@ def _draws(view: RowView) -> bool:
 
 def _said(view: RowView, side: Side) -> str:
     """Return the text of the input cell, or words for a blank one."""
-    names = ", ".join(side.shown(i) or "unnamed" for i in view.inputs)
-    return view.row.inputs_cell.text or f"the row above{f' ({names})' if names else ''}"
+    if view.row.inputs_cell.text or not view.inputs:
+        return view.row.inputs_cell.text or N_("the row above")
+    names = [side.shown(i) or N_("unnamed") for i in view.inputs]
+    return N_("the row above ({names})", names=listed(names))
 
 
 _Place = tuple[str, int]  # a behaviour's key and a row's number, in the second workbook

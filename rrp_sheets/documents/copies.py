@@ -12,6 +12,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_sheet import thing_names, verb_names
+from rrp_sheets.texts import N_, listed
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -52,8 +53,9 @@ def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
         if key(template) not in books:
             names = [*MADE, *(p.stem for p in books.values())]
             guess = nearest(template, names)
-            hint = f"Did you mean {guess}?" if guess else f"The templates are: {', '.join(names)}."
-            raise SheetsError(f"There is no template “{template}”.", hint)
+            others = N_("The templates are: {names}.", names=listed(names))
+            hint = N_("Did you mean {guess}?", guess=guess) if guess else others
+            raise SheetsError(N_("There is no template “{name}”.", name=template), hint)
         refuse_name(path)
         write_atomically(path, books[key(template)].read_bytes(), replace=False)
         return path
@@ -85,7 +87,9 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     suffix = target.suffix.casefold()
     if suffix == ".xlsx":
         if path.suffix.casefold() == ".xlsx" and not path.is_dir():
-            raise SheetsError("Both are .xlsx workbooks; there is nothing to convert.", "Copy the file instead.")
+            raise SheetsError(
+                N_("Both are .xlsx workbooks; there is nothing to convert."), N_("Copy the file instead.")
+            )
         reading = read(path)
         _refuse_twins(reading.workbook.sheets)
         return as_xlsx(reading, robot, target, replace=replace)
@@ -97,8 +101,8 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
         return write_markdown(sheets, target, replace=replace)
     if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
         raise SheetsError(
-            f"“{target.name}” is no format that can be written.",
-            "Name an .xlsx or .md file, or a folder (without ending) for CSV files.",
+            N_("“{name}” is no format that can be written.", name=target.name),
+            N_("Name an .xlsx or .md file, or a folder (without ending) for CSV files."),
         )
     return write_csv(sheets, target)
 
@@ -107,4 +111,4 @@ def _refuse_twins(names: Sequence[str]) -> None:
     """Raise SheetsError when two sheets have the same name: only one of them would be written."""
     twins = [name for name in dict.fromkeys(names) if names.count(name) > 1]
     if twins:
-        raise SheetsError(f"Two sheets are called “{twins[0]}”.", "Rename one of them.")
+        raise SheetsError(N_("Two sheets are called “{name}”.", name=twins[0]), N_("Rename one of them."))

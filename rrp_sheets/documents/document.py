@@ -35,6 +35,7 @@ from rrp_sheets.documents.steps import (
 )
 from rrp_sheets.documents.workfile import WorkFile, take_over
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import Edit, SetCell
 from rrp_sheets.workbook.headers import recognise
@@ -118,9 +119,9 @@ class Document:
             made = tuple((row, dict(texts)) for row, texts in given)
             columns = {c.number for c in grid.columns}
             if any(column not in columns for _, texts in made for column in texts):
-                raise Refused("There is no such column.", "Reload the page.")
+                raise Refused(N_("There is no such column."), N_("Reload the page."))
             if any(grid.knows(row) for row, _ in made):
-                raise Refused("These rows are there already.", "Reload the page.")
+                raise Refused(N_("These rows are there already."), N_("Reload the page."))
             if before is None and not any(texts for _, texts in made):
                 added = grid.add_blank(0, [row for row, _ in made])
                 return Changed(sheet, inserted=tuple((row, None) for row in added))
@@ -362,7 +363,7 @@ class Document:
     def _grid(self, sheet: str) -> Grid:
         grid = self.grids.get(self.current(sheet))
         if grid is None:
-            raise Refused(f"There is no sheet “{sheet}” any more.", "Reload the page.")
+            raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=sheet), N_("Reload the page."))
         return grid
 
 

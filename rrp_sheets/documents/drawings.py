@@ -9,6 +9,7 @@ from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key, nearest
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.atomic import write_atomically
 
 MOST_ROWS = 2_000  # a hundred pages; Graphviz takes half a minute for them
@@ -35,8 +36,11 @@ def draw(checked: Checked, target: Path, behaviour: str = "", language: str = ""
     pages = []
     for graph in behaviours:
         if len(graph.steps) > MOST_ROWS:
-            message = f"The behaviour “{graph.name}” has {len(graph.steps)} rows; at most {MOST_ROWS} can be drawn."
-            raise SheetsError(message, "Divide it into several behaviours.")
+            raise SheetsError(
+                N_("The behaviour “{name}” has {n} rows; at most {most} can be drawn.",
+                   name=graph.name, n=len(graph.steps), most=MOST_ROWS),
+                N_("Divide it into several behaviours."),
+            )  # fmt: skip
         flags = {
             d.address.row: n
             for n, d in enumerate(checked.report, 1)
@@ -63,6 +67,7 @@ def chosen(checked: Checked, name: str) -> list[BehaviourGraph]:
     if name and not found:
         names = [b.name for b in behaviours]
         guess = nearest(name, names)
-        hint = f"Did you mean {guess}?" if guess else f"The behaviours are: {', '.join(names)}."
-        raise SheetsError(f"There is no behaviour “{name}” in this workbook.", hint)
+        others = N_("The behaviours are: {names}.", names=listed(names))
+        hint = N_("Did you mean {guess}?", guess=guess) if guess else others
+        raise SheetsError(N_("There is no behaviour “{name}” in this workbook.", name=name), hint)
     return found

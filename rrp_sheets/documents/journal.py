@@ -24,6 +24,7 @@ from typing import Any, Generic, TypeVar, get_args
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.private import close_to_others, opener, private_folder
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet
 
 FOLDER = ".rrp-sheets"
@@ -101,8 +102,8 @@ class Journal:
         except (OSError, sqlite3.Error) as error:
             why = getattr(error, "strerror", None) or error
             raise SheetsError(
-                f"Nothing can be kept in {place}: {why}.",
-                "Workbooks can be edited only in a folder you may write to.",
+                N_("Nothing can be kept in {place}: {why}.", place=str(place), why=str(why)),
+                N_("Workbooks can be edited only in a folder you may write to."),
             ) from error
 
     def close(self) -> None:
@@ -223,8 +224,8 @@ class Journal:
                     return self._at_once(statement, values, more)
         except sqlite3.Error as error:
             raise SheetsError(
-                f"This was not stored: nothing can be kept beside the workbook now ({error}).",
-                "Free some space on the disk, and make the change again.",
+                N_("This was not stored: nothing can be kept beside the workbook now ({why}).", why=str(error)),
+                N_("Free some space on the disk, and make the change again."),
             ) from error
 
     def _at_once(

@@ -11,6 +11,7 @@ from rrp_sheets.documents.sheet_references import renamed_cells, users
 from rrp_sheets.documents.steps import SheetIn, SheetNamed, SheetOut, SheetPlaced, Sheets, SheetStep, added
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawCell, RawSheet
@@ -60,7 +61,7 @@ class SheetEdits:
         with self._lock:
             grid = self._sheets().grids.get(sheet)
             if grid is None or is_single(grid.kind):
-                raise Refused("This sheet cannot be duplicated.", "A workbook has one sheet of that kind.")
+                raise Refused(N_("This sheet cannot be duplicated."), N_("A workbook has one sheet of that kind."))
             last = max((i for i, row in enumerate(grid.rows) if grid.texts[row]), default=-1)
             width = max(c.number for c in grid.columns)
             headers = {c.number: c.header for c in grid.columns}
@@ -90,10 +91,13 @@ def added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[st
         Refused: there can be no such sheet.
     """
     if kind not in TITLES:
-        raise Refused("There is no such kind of sheet.", "Reload the page.")
+        raise Refused(N_("There is no such kind of sheet."), N_("Reload the page."))
     there = next((grid.name for grid in sheets.grids.values() if grid.kind == kind), "")
     if is_single(kind) and there:
-        raise Refused(f"There is “{there}” already, and a workbook has one sheet of that kind.", "Write into that one.")
+        raise Refused(
+            N_("There is “{sheet}” already, and a workbook has one sheet of that kind.", sheet=there),
+            N_("Write into that one."),
+        )
     book = sheets.reading.workbook
     if kind == "table" and rows:
         _refuse_columns(rows[0])
@@ -122,10 +126,12 @@ def _as_there(sheets: Sheets, kind: str) -> list[list[str]]:
 
 def _refuse_columns(headers: Sequence[str]) -> None:
     if len(headers) > _MOST_COLUMNS:
-        raise Refused(f"A table has at most {_MOST_COLUMNS} columns.", "Name fewer.")
+        raise Refused(N_("A table has at most {n} columns.", n=_MOST_COLUMNS), N_("Name fewer."))
     kind = recognise(RawSheet("", {(1, c): RawCell(text) for c, text in enumerate(headers, 1) if text})).kind
     if kind is not None:
-        raise Refused(f"Columns of these names make a sheet {kind.shown}.", "Name the columns otherwise.")
+        raise Refused(
+            N_("Columns of these names make a sheet {kind}.", kind=kind.shown), N_("Name the columns otherwise.")
+        )
 
 
 def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:

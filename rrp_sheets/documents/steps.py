@@ -12,6 +12,7 @@ from rrp_sheets.documents.sheet_references import renamed_cells, run_cell, run_n
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import (
     AddSheet,
@@ -215,8 +216,11 @@ def _take_out(sheets: Sheets, author: str, step: SheetOut) -> tuple[Changed, She
     grid = sheets.grids.get(step.sheet)
     if step.texts is not None and _texts(grid) != step.texts:
         names = sorted({who for who in grid.authors.values() if who != author}) if grid else []
-        by = f" by {' and '.join(names[:3])}" if names else ""
-        raise Refused(f"“{step.sheet}” was changed since{by}, so it stays.", "Delete it in the menu of its tab.")
+        message = N_("“{sheet}” was changed since, so it stays.", sheet=step.sheet)
+        if names:
+            by = " and ".join(names[:3])
+            message = N_("“{sheet}” was changed since by {names}, so it stays.", sheet=step.sheet, names=by)
+        raise Refused(message, N_("Delete it in the menu of its tab."))
     cells = tuple(_run_without(sheets, step.sheet))
     (kept,) = sheets.store(author, [*_edits(sheets, cells), DeleteSheet(step.sheet)])
     back = tuple((name, replace(c, text=c.was or "", was=c.text)) for name, c in cells)
@@ -248,7 +252,7 @@ def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, She
 def _move(sheets: Sheets, author: str, step: SheetPlaced) -> tuple[Changed, SheetStep]:
     names = list(sheets.reading.workbook.sheets)
     if step.before and step.before not in names:
-        raise Refused(f"There is no sheet “{step.before}” any more.", "Reload the page.")
+        raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=step.before), N_("Reload the page."))
     after = names[names.index(step.sheet) + 1 :][:1]
     sheets.store(author, [MoveSheet(step.sheet, step.before)])
     sheets.grids = sheets.renew(sheets.grids)
@@ -270,7 +274,9 @@ def added(sheets: Sheets, edit: AddSheet, kind: str) -> SheetIn:
 def _named(name: str, others: Sequence[str], kind: str) -> str:
     """The name as it is used; a behaviour's is written in the Protocol's Run, where commas stand between names."""
     if kind == "behaviour" and (mark := next((c for c in name if c in ",;"), "")):
-        raise Refused(f"A behaviour's name has no “{mark}”: it stands between names.", "Leave it out.")
+        raise Refused(
+            N_("A behaviour's name has no “{mark}”: it stands between names.", mark=mark), N_("Leave it out.")
+        )
     try:
         return sheet_name(name, others)
     except SheetsError as error:
@@ -326,7 +332,7 @@ def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str,
     must_have(grid, [c.row for c in cells])
     columns = {c.number for c in grid.columns}
     if any(c.column not in columns for c in cells):
-        raise Refused("There is no such column.", "Reload the page.")
+        raise Refused(N_("There is no such column."), N_("Reload the page."))
     clashes = []
     for c in cells:
         now = before.get((grid.name, c.row, c.column), grid.text(c.row, c.column))
@@ -420,25 +426,31 @@ def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
         others = (grid.authors.get((row, c)) for c in {*now, *texts} if now.get(c, "") != texts.get(c, ""))
         by = next((who for who in others if who != author), author)
         if by != author:
-            who = by or "Another program"
-            raise Refused(f"{who} has changed row {grid.number(row)} since, so it stays.", "Delete it if it is to go.")
+            raise Refused(
+                N_(
+                    "{who} has changed row {row} since, so it stays.",
+                    who=by or N_("Another program"),
+                    row=grid.number(row),
+                ),
+                N_("Delete it if it is to go."),
+            )
 
 
-_AGAIN = "Look at it, and change it again if you still want to."
+_AGAIN = N_("Look at it, and change it again if you still want to.")
 
 
 def must_have(grid: Grid, rows: Iterable[str]) -> None:
     """Refuse when one of the rows is gone."""
     if not all(grid.has(row) for row in rows):
-        raise Refused("A row that this changes was deleted meanwhile.", _AGAIN)
+        raise Refused(N_("A row that this changes was deleted meanwhile."), _AGAIN)
 
 
 def clash(grid: Grid, clashes: list[Clash]) -> Refused:
     """Return the refusal for cells that somebody has changed meanwhile."""
     first = clashes[0]
-    by = first.by or "Someone"
-    where = f"{grid.name}, row {grid.number(first.row)}"
     return Refused(
-        f"{by} has changed this cell meanwhile ({where}): it is “{first.theirs}” now; yours was “{first.mine}”.",
+        N_("{who} has changed this cell meanwhile ({sheet}, row {row}): it is “{theirs}” now; yours was “{mine}”.",
+           who=first.by or N_("Someone"), sheet=grid.name, row=grid.number(first.row), theirs=first.theirs,
+           mine=first.mine),
         _AGAIN, tuple(clashes),
     )  # fmt: skip

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.atomic import write_atomically
 
 NAME = "tutorial.xlsx"
@@ -23,7 +24,10 @@ def latest(folder: Path) -> Path | None:
     try:
         found = [(path.stat().st_mtime_ns, path) for path in folder.iterdir() if _COPY.fullmatch(path.name)]
     except OSError as error:
-        raise SheetsError(f"The folder {folder} cannot be read: {error.strerror}.", "Take another folder.") from error
+        raise SheetsError(
+            N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=str(error.strerror)),
+            N_("Take another folder."),
+        ) from error
     return max(found)[1] if found else None
 
 
@@ -39,4 +43,6 @@ def begin(folder: Path) -> Path:
         if not path.exists():
             write_atomically(path, fresh, replace=False)
             return path
-    raise SheetsError("There are too many copies of the tutorial in this folder.", "Delete those that are done.")
+    raise SheetsError(
+        N_("There are too many copies of the tutorial in this folder."), N_("Delete those that are done.")
+    )

@@ -11,6 +11,7 @@ from rrp_sheets.documents.journal import Identities, Journal, Version, requests_
 from rrp_sheets.documents.row_changes import Changed, Refused, SheetChange
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file, write_atomically
 from rrp_sheets.workbook.atomic import stamp_of as file_stamp
@@ -45,7 +46,7 @@ class WorkFile:
     def journal(self) -> Journal:
         """The journal; raises Refused when the file can only be looked at."""
         if self._kept is None:
-            raise Refused("This workbook can only be looked at here.", self.why)
+            raise Refused(N_("This workbook can only be looked at here."), self.why)
         return self._kept
 
     @property
@@ -134,7 +135,7 @@ class WorkFile:
             Refused: it is no file any more.
         """
         if not self.path.is_file():  # of a pipe the end would be waited for
-            raise Refused(f"“{self.path.name}” is no file any more.", "Put the workbook there again.")
+            raise Refused(N_("“{name}” is no file any more.", name=self.path.name), N_("Put the workbook there again."))
         self.journal.keep_version(self.path.name, name, author, self._digest, self.path.read_bytes())
 
     def versions(self) -> list[Version]:
@@ -154,7 +155,7 @@ class WorkFile:
         content = self.version_content(version)
         name = next((v.name for v in self.versions() if v.id == version), "")
         if content is None:
-            raise Refused("There is no such version any more.", "Look at the list again.")
+            raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
         try:
             refuse_open_file(self.path)
             stamp = file_stamp(self.path)
@@ -181,16 +182,21 @@ def write_block_reason(path: Path) -> str:
         refuse_open_file(path)
         mode = path.stat().st_mode
     except SheetsError as error:
-        return f"{error.message} It can be looked at here, but not changed, so that nothing is lost. {error.remedy}"
+        return N_(
+            "{message} It can be looked at here, but not changed, so that nothing is lost. {remedy}",
+            message=error.message, remedy=error.remedy,
+        )  # fmt: skip
     except OSError:
-        return (
-            f"“{path.name}” is not there any more: it was deleted, renamed or moved. What is shown here cannot be "
-            "changed. Put it back, or go to the shelf."
+        return N_(
+            "“{name}” is not there any more: it was deleted, renamed or moved. What is shown here cannot be "
+            "changed. Put it back, or go to the shelf.",
+            name=path.name,
         )
     if not path.is_dir() and not mode & stat.S_IWUSR:
-        return (
-            f"“{path.name}” is write-protected: it can be looked at here, but not changed. "
-            "Take the protection off in the file's properties, or change a copy."
+        return N_(
+            "“{name}” is write-protected: it can be looked at here, but not changed. "
+            "Take the protection off in the file's properties, or change a copy.",
+            name=path.name,
         )
     return ""
 

@@ -13,10 +13,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.compare.as_json import from_dict
 from rrp_sheets.compare.changes import Comparison
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
+from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError, WorkerProcess
 
 WITHIN = 30.0
@@ -58,7 +58,8 @@ class QueryWorker:
 
     def compare(self, first: Path, second: Path) -> Comparison:
         """Compare two workbooks by what they mean."""
-        return from_dict(self.ask(f"{first.name} and {second.name}", "compare_workbooks", str(first), str(second)))
+        found = self.ask(f"{first.name} and {second.name}", "compare_workbooks", str(first), str(second))
+        return unpack(Comparison, found)
 
     def lookback(self, place: Path, what: str, number: int = 0) -> str:
         """Return a part of a run, to be looked back at; see `lookback.answer`."""
@@ -120,13 +121,12 @@ def draw_marbles(
     return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread)
 
 
-def compare_workbooks(first: str, second: str) -> dict[str, Any]:
+def compare_workbooks(first: str, second: str) -> Any:
     """Compare two workbooks by what they mean."""
     from rrp_sheets.compare import compare
-    from rrp_sheets.compare.as_json import as_dict
     from rrp_sheets.compare.side import open_checked
 
-    return as_dict(compare(open_checked(Path(first)), open_checked(Path(second))))
+    return pack(compare(open_checked(Path(first)), open_checked(Path(second))))
 
 
 def lookback(place: str, what: str, number: int) -> str:

@@ -11,11 +11,12 @@ import time
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 
 _ABANDONED_S = 600
 _HALF = ".part"
 _MOST_BYTES = 200  # of 255 that a name may have
-_REMEDY = "Choose another folder, or free some space."
+_REMEDY = N_("Choose another folder, or free some space.")
 
 
 def refuse_open_file(path: Path) -> None:
@@ -23,8 +24,8 @@ def refuse_open_file(path: Path) -> None:
     for program, lock in (("Excel", f"~${path.name}"), ("LibreOffice", f".~lock.{path.name}#")):
         if os.path.exists(path.parent / lock):  # False, not an error, where that name is too long for the system
             raise SheetsError(
-                f"“{path.name}” is open in {program}.",
-                f"Close it there and try again; if it is not open, delete the file “{lock}” beside it.",
+                N_("“{name}” is open in {program}.", name=path.name, program=program),
+                N_("Close it there and try again; if it is not open, delete the file “{lock}” beside it.", lock=lock),
             )
 
 
@@ -32,11 +33,13 @@ def refuse_workbook(target: Path, source: Path) -> None:
     """Raise SheetsError when what is written about a workbook would take the place of a workbook or a run's record."""
     same = os.path.exists(target) and os.path.exists(source) and target.samefile(source)
     if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv", ".tsv", ".jsonl"):
-        taken = "a run's record" if target.suffix.casefold() == ".jsonl" else "a workbook"
-        raise SheetsError(
-            f"“{target}” {'is the workbook itself' if same else f'would be taken for {taken}'}; nothing was written.",
-            f"Give the file another name, such as “{target.stem}.txt”.",
-        )
+        if same:
+            message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
+        elif target.suffix.casefold() == ".jsonl":
+            message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
+        else:
+            message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
+        raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))
 
 
 Stamp = tuple[int, int, int]
@@ -65,7 +68,7 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
     half = ""
     try:
         if path.is_dir() or (path.exists() and not path.is_file()):
-            raise SheetsError(f"“{path}” is not a file that can be replaced.", "Name a file.")
+            raise SheetsError(N_("“{file}” is not a file that can be replaced.", file=str(path)), N_("Name a file."))
         sweep(path)
         mode = path.stat().st_mode & 0o777 if path.exists() else None  # a new file is as open as others of the process
         name = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
@@ -80,8 +83,8 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         refuse_open_file(path)
         if unchanged is not None and stamp_of(path) != unchanged:
             raise SheetsError(
-                f"“{path.name}” was changed by another program at this moment; it was left as it is.",
-                "Look at it again, and then make your change.",
+                N_("“{name}” was changed by another program at this moment; it was left as it is.", name=path.name),
+                N_("Look at it again, and then make your change."),
             )
         if replace:
             os.replace(half, path)
@@ -90,12 +93,13 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         _keep_folder(path.parent)
     except FileExistsError:
         raise SheetsError(
-            f"There is already a file “{path.name}”; it was left as it is.", "Choose another name, or move that file."
+            N_("There is already a file “{name}”; it was left as it is.", name=path.name),
+            N_("Choose another name, or move that file."),
         ) from None
     except OSError as error:
-        why = error.strerror or "the system refuses it"
-        remedy = "Choose a shorter name." if error.errno == errno.ENAMETOOLONG else _REMEDY
-        raise SheetsError(f"“{path}” cannot be written: {why}.", remedy) from error
+        why = error.strerror or N_("the system refuses it")
+        remedy = N_("Choose a shorter name.") if error.errno == errno.ENAMETOOLONG else _REMEDY
+        raise SheetsError(N_("“{file}” cannot be written: {why}.", file=str(path), why=why), remedy) from error
     finally:
         if half:
             with contextlib.suppress(FileNotFoundError):

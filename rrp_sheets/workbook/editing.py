@@ -195,7 +195,9 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
     for one in edits:
         if isinstance(one, SheetEdit):
             if not path.is_dir():
-                raise SheetsError("A CSV file is one sheet.", "Use a folder of CSV files, or an .xlsx workbook.")
+                raise SheetsError(
+                    N_("A CSV file is one sheet."), N_("Use a folder of CSV files, or an .xlsx workbook.")
+                )
             kept += [back] if (back := now.apply(one)) else []
             continue
         name = sheet_named(list(now.files), one.sheet)
@@ -238,8 +240,8 @@ def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit],
 
 def _changed(path: Path) -> FileChanged:
     return FileChanged(
-        f"“{path.name}” was changed by somebody else since it was read; nothing was written.",
-        "Look at it again, and then make your change.",
+        N_("“{name}” was changed by somebody else since it was read; nothing was written.", name=path.name),
+        N_("Look at it again, and then make your change."),
     )
 
 
@@ -257,8 +259,8 @@ def _refuse_unreadable(data: bytes, name: str) -> None:
 def _refuse_read_only(path: Path) -> None:
     if not path.stat().st_mode & stat.S_IWUSR:
         raise SheetsError(
-            f"“{path.name}” is write-protected, so it was left as it is.",
-            "Take the protection off in the file's properties, or change a copy.",
+            N_("“{name}” is write-protected, so it was left as it is.", name=path.name),
+            N_("Take the protection off in the file's properties, or change a copy."),
         )
 
 

@@ -13,6 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.truths import FALSE_WORDS
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.headers import Recognised, recognise
@@ -323,10 +324,10 @@ def _set_text(cell: Any, text: str) -> None:
     """Put a text into a cell as text, whatever it begins with."""
     if len(text) > limits.CELL_CHARACTERS:
         raise SheetsError(
-            f"The text of {cell.parent.title}!{cell.coordinate} has {len(text):,} characters; a cell holds "
-            f"{limits.CELL_CHARACTERS:,}.",
-            "Shorten it.",
-        )
+            N_("The text of {cell} has {n:,} characters; a cell holds {most:,}.",
+               cell=f"{cell.parent.title}!{cell.coordinate}", n=len(text), most=limits.CELL_CHARACTERS),
+            N_("Shorten it."),
+        )  # fmt: skip
     if text:
         cell.value = escape_literal(IMPOSSIBLE.sub("\ufffd", text))
         cell.data_type = "s"  # after the value: a text that begins with = must not become a formula

@@ -81,7 +81,7 @@ def read(path: Path | str, suffix: str = "") -> Reading:
     try:
         book, digest = open_book(path, suffix)
     except OSError as error:
-        why = error.strerror or "the system refuses it"
+        why = error.strerror or N_("the system refuses it")
         raise unreadable("FILE016", name=path.name or str(path), why=why) from error
     reader = Reader(book, str(path))
     return Reading(reader.workbook, reader.report, digest, book.format, tuple(reader.sheets))
@@ -171,9 +171,8 @@ def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
         data = file.read(limits.FILE_BYTES + 1)
         size = max(len(data), os.fstat(file.fileno()).st_size)
     if size > most:
-        megabytes = f"{size / 1e6:.1f} MB"
-        limit = f"{limits.FILE_BYTES / 1e6:g} MB in all"
-        raise unreadable("FILE006", name=path.name, size=megabytes, limit=limit)
+        limit = N_("{n:g} MB in all", n=limits.FILE_BYTES / 1e6)
+        raise unreadable("FILE006", name=path.name, size=f"{size / 1e6:.1f} MB", limit=limit)
     return data
 
 
@@ -237,7 +236,7 @@ class Reader:
         check_size(sheet)
         self._characters += sum(len(c.text) + len(c.formula) for c in sheet.cells.values())
         if self._characters > limits.TEXT_CHARACTERS:
-            limit = f"{limits.TEXT_CHARACTERS:,}, with the sheets before it,"
+            limit = N_("{n:,}, with the sheets before it,", n=limits.TEXT_CHARACTERS)
             raise unreadable("FILE013", sheet=sheet.name, what=N_("too many letters"), limit=limit)
         self.sheets.append(sheet)
         table = OwnTable(sheet, recognised, recognised.kind, self.report)

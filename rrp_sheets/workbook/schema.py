@@ -152,7 +152,7 @@ class SheetKind:
         known = next((c for c in (*self.columns, *self.usual) if c.name == header), None)
         if known is not None or self.other is None or not header:
             return known or replace(PLAIN, name=header)
-        prompt, offers = (text.format(header=header) for text in (self.other.prompt, self.other.offers))
+        prompt, offers = N_(self.other.prompt, header=header), self.other.offers.format(header=header)
         return replace(self.other, name=header, prompt=prompt, offers=offers)
 
     def header(self, others: Sequence[str] = ()) -> list[str]:
@@ -161,72 +161,72 @@ class SheetKind:
 
 
 _NOTES = Column(
-    "Notes", "notes", 32, "Anything you want to remember. The robot does not read it.", synonyms=("Comment",),
+    "Notes", "notes", 32, N_("Anything you want to remember. The robot does not read it."), synonyms=("Comment",),
     help="keys", required=False, effect=False,
 )  # fmt: skip
 BEHAVIOUR = SheetKind("behaviour", "Behaviour", N_("a behaviour"), "D5E5EF", (
-    Column("Input streams", "inputs", 22, "What this row listens to: a sensor, or the output of another row. "
-           "Several are separated by commas. Blank: the output of the row above.",
+    Column("Input streams", "inputs", 22, N_("What this row listens to: a sensor, or the output of another row. "
+           "Several are separated by commas. Blank: the output of the row above."),
            ("Inputs", "Input", "From"), "devices", "Streams", known=("Output stream", "Streams", "Sensors")),
-    Column("Connector", "connector", 15, "What this row does with the input: map calculates, filter lets "
-           "pass, subscribe lets the robot act.", ("Operator",), "connectors", "Connectors", known=("Connectors",)),
-    Column("Formula", "formula", 36, "A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
-           "stream's name is left out: Red ball is redBall. No = is needed.", ("Parameter", "Parameter formula"),
+    Column("Connector", "connector", 15, N_("What this row does with the input: map calculates, filter lets "
+           "pass, subscribe lets the robot act."), ("Operator",), "connectors", "Connectors", known=("Connectors",)),
+    Column("Formula", "formula", 36, N_("A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
+           "stream's name is left out: Red ball is redBall. No = is needed."), ("Parameter", "Parameter formula"),
            "formulas"),
-    Column("Output stream", "output", 20, "A new name for the result; for subscribe the actuator that acts. "
-           "Blank: the next row takes it.", ("Output", "To"), "devices", "Streams"),
-    Column("On", "on", 8, "FALSE switches this row off. Blank is on.", help="keys", offers="On or off",
-           choices=(CellChoice("TRUE"), CellChoice("FALSE", "skips the row")), required=False),
+    Column("Output stream", "output", 20, N_("A new name for the result; for subscribe the actuator that acts. "
+           "Blank: the next row takes it."), ("Output", "To"), "devices", "Streams"),
+    Column("On", "on", 8, N_("FALSE switches this row off. Blank is on."), help="keys", offers="On or off",
+           choices=(CellChoice("TRUE"), CellChoice("FALSE", N_("skips the row"))), required=False),
     _NOTES,
-    Column("Priority", "amount", 9, "A number: the larger one wins when two rows want the same part of the robot. "
-           "Blank is 0.", help="priority", required=False, offered=False),
+    Column("Priority", "amount", 9, N_("A number: the larger one wins when two rows want the same part of the robot. "
+           "Blank is 0."), help="priority", required=False, offered=False),
 ), any_name=True)  # fmt: skip
 DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
-    Column("Stream", "text", 24, "The name you give this sensor or actuator; behaviours use it."),
-    Column("Device", "device", 24, "Which sensor or actuator of the robot it is.", help="devices", offers="All devices",
-           known=("All devices",)),
+    Column("Stream", "text", 24, N_("The name you give this sensor or actuator; behaviours use it.")),
+    Column("Device", "device", 24, N_("Which sensor or actuator of the robot it is."), help="devices",
+           offers="All devices", known=("All devices",)),
     _NOTES,
-), other=Column("", "setting", 18, "The setting {header}; blank is the usual one.", help="devices", offers="{header}",
-                required=False),
-   usual=(Column("Text", "setting", 38, "What the robot says.", help="devices"),))  # fmt: skip
+), other=Column("", "setting", 18, N_("The setting {header}; blank is the usual one."), help="devices",
+                offers="{header}", required=False),
+   usual=(Column("Text", "setting", 38, N_("What the robot says."), help="devices"),))  # fmt: skip
 HELPERS = SheetKind("helpers", "Helpers", N_("the list of helpers"), "E9E2F0", (
-    Column("Name", "helper", 24, "The helper's name; write it into the Formula of a row.", help="helpers"),
-    Column("Inputs", "parameters", 24, "Names for what the helper calculates with, separated by commas. Blank: a "
-           "constant."),
-    Column("Formula", "formula", 46, "The calculation, with the names of Inputs.", help="formulas"),
+    Column("Name", "helper", 24, N_("The helper's name; write it into the Formula of a row."), help="helpers"),
+    Column("Inputs", "parameters", 24, N_("Names for what the helper calculates with, separated by commas. Blank: a "
+           "constant.")),
+    Column("Formula", "formula", 46, N_("The calculation, with the names of Inputs."), help="formulas"),
     _NOTES,
 ))  # fmt: skip
 SCENE = SheetKind("scene", "Scene", N_("the scene"), "F4E8D3", (
-    Column("Time (s)", "amount", 14, "Seconds after the start, the row above (+ 2) or an event: Ask done + 2",
+    Column("Time (s)", "amount", 14, N_("Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
            help="scene"),
-    Column("Thing", "actor", 18, "Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …",
+    Column("Thing", "actor", 18, N_("Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …"),
            help="scene", offers="Thing"),
-    Column("Does", "verb", 18, "What happens: appears, moves, says, touches, …", help="scene", offers="Does"),
-    Column("Value", "value", 34, "Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up.",
+    Column("Does", "verb", 18, N_("What happens: appears, moves, says, touches, …"), help="scene", offers="Does"),
+    Column("Value", "value", 34, N_("Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
            help="scene"),
     _NOTES,
 ))  # fmt: skip
 GESTURES = SheetKind("gestures", "Gestures", N_("the list of gestures"), "F4E8D3", (
-    Column("Name", "gesture", 20, "The gesture's name, the same in all its rows."),
-    Column("Time (s)", "amount", 10, "When the joints are there, in seconds from the gesture's beginning."),
+    Column("Name", "gesture", 20, N_("The gesture's name, the same in all its rows.")),
+    Column("Time (s)", "amount", 10, N_("When the joints are there, in seconds from the gesture's beginning.")),
     _NOTES,
-), other=Column("", "angle", 15, "{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. "
-                "Blank: on its way.", required=False))  # fmt: skip
+), other=Column("", "angle", 15, N_("{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. "
+                "Blank: on its way."), required=False))  # fmt: skip
 TEST = SheetKind("test", "Test", N_("a test"), "F1DFDF", (
-    Column("Time (ms)", "amount", 12, "Milliseconds after the start.", help="tests"),
-    Column("Stream", "tested", 24, "The stream that gets the value, or that is looked at.", help="tests",
+    Column("Time (ms)", "amount", 12, N_("Milliseconds after the start."), help="tests"),
+    Column("Stream", "tested", 24, N_("The stream that gets the value, or that is looked at."), help="tests",
            offers="Streams"),
-    Column("Send", "send", 28, "What arrives: a value, or the fields of a sensor: distance=0.3; x=0", help="tests"),
-    Column("Expect", "expect", 28, "What must come out: a value, any, or nothing.", help="tests"),
+    Column("Send", "send", 28, N_("What arrives: a value, or the fields of a sensor: distance=0.3; x=0"), help="tests"),
+    Column("Expect", "expect", 28, N_("What must come out: a value, any, or nothing."), help="tests"),
     _NOTES,
 ), any_name=True)  # fmt: skip
 PROTOCOL = SheetKind("protocol", "Protocol", N_("the protocol"), "E3E6E9", (
-    Column("Field", "fieldname", 24, "The name of a field; you may add your own.", help="protocol"),
+    Column("Field", "fieldname", 24, N_("The name of a field; you may add your own."), help="protocol"),
     Column("Value", "fieldvalue", 90, help="protocol"),
     replace(_NOTES, offered=False),
 ))  # fmt: skip
 
-OWN = SheetKind("table", "Table", "a table", "ECEFF1", ())
+OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", ())
 """A sheet of the user's own, which formulas may name as a table."""
 SHEETS = {kind.name: kind for kind in (BEHAVIOUR, DEVICES, HELPERS, SCENE, GESTURES, TEST, PROTOCOL)}
 """The kinds of sheets by name, in the order of a new workbook."""
@@ -285,22 +285,26 @@ FIELDS = {
                      "What happens", "Data kept", "Retention", "Consent", "Withdrawal", "Deletion",
                      "Participants are told")),
         ProtocolField("Robot", closed=True),
-        ProtocolField("Engine", (CellChoice("frame", "every frame takes all that has come: the same run every time"),
-                         CellChoice("event loop", "each value at once, as it comes")), closed=True,
-              prompt="frame: every frame takes all that has come. event loop: each value at once."),
-        ProtocolField("Frame rate", tuple(CellChoice(n, "frames a second") for n in ("30", "60", "20", "15"))),
+        ProtocolField("Engine", (
+            CellChoice("frame", N_("every frame takes all that has come: the same run every time")),
+            CellChoice("event loop", N_("each value at once, as it comes")),
+        ), closed=True, prompt=N_("frame: every frame takes all that has come. event loop: each value at once.")),
+        ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15"))),
         ProtocolField("Run"),
-        ProtocolField("Seed", (CellChoice("0", "a whole number that PICK and the simulator draw by"),)),
+        ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),)),
         ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min")))),
-        ProtocolField("Face memory", (CellChoice("ends with the run", "what blank means"),
-                              CellChoice("kept", "for the next runs too, in runs/faces.json")), closed=True,
-              prompt="How long the robot remembers faces."),
-        ProtocolField("Camera pictures", (CellChoice("kept", "with the record of a run; what blank means"),
-                                  CellChoice("not kept", "no picture of the robot's camera is stored")), closed=True,
-              prompt="Whether pictures of the robot's camera are kept with a run's record."),
-        ProtocolField("Language", tuple(CellChoice(names[0], f"the same in {names[1]}" if code != "en" else
-                      "of explanations, diagrams and the printed protocol") for code, names in NAMES.items()),
-              closed=True, prompt="In which the workbook is explained, drawn and printed. Blank: English."),
+        ProtocolField("Face memory", (
+            CellChoice("ends with the run", N_("what blank means")),
+            CellChoice("kept", N_("for the next runs too, in runs/faces.json")),
+        ), closed=True, prompt=N_("How long the robot remembers faces.")),
+        ProtocolField("Camera pictures", (
+            CellChoice("kept", N_("with the record of a run; what blank means")),
+            CellChoice("not kept", N_("no picture of the robot's camera is stored")),
+        ), closed=True, prompt=N_("Whether pictures of the robot's camera are kept with a run's record.")),
+        ProtocolField("Language", tuple(
+            CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
+                       N_("of explanations, diagrams and the printed protocol")) for code, names in NAMES.items()
+        ), closed=True, prompt=N_("In which the workbook is explained, drawn and printed. Blank: English.")),
     )
 }  # fmt: skip
 """The fields of the Protocol sheet by key, in the order in which they are suggested."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook import limits
 
 LONGEST = 31  # letters, as Excel counts them
@@ -30,24 +30,29 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
     """
     name = " ".join(_CONTROL.sub(" ", text).split())
     if not name:
-        raise SheetsError("A sheet needs a name.", "Write a short one, such as “Greeting”.")
+        raise SheetsError(N_("A sheet needs a name."), N_("Write a short one, such as “Greeting”."))
     if found := FORBIDDEN.search(name):
         raise SheetsError(
-            f"“{found[0]}” cannot stand in the name of a sheet.", r"Leave out [ ] : * ? / and \, which Excel refuses."
+            N_("“{mark}” cannot stand in the name of a sheet.", mark=found[0]),
+            N_(r"Leave out [ ] : * ? / and \, which Excel refuses."),
         )
     if len(name.encode("utf-16-le")) // 2 > LONGEST:
         count = len(name.encode("utf-16-le")) // 2
-        raise SheetsError(f"This name has {count} letters; Excel takes {LONGEST}.", "Shorten it.")
+        raise SheetsError(
+            N_("This name has {n} letters; Excel takes {most}.", n=count, most=LONGEST), N_("Shorten it.")
+        )
     if name[0] == "'" or name[-1] == "'":
-        raise SheetsError("A sheet's name cannot begin or end with an apostrophe.", N_("Leave it out."))
+        raise SheetsError(N_("A sheet's name cannot begin or end with an apostrophe."), N_("Leave it out."))
     if not any(c.isalnum() for c in name):
-        raise SheetsError("A sheet's name needs a letter or a digit.", "Write a short one, such as “Greeting”.")
+        raise SheetsError(N_("A sheet's name needs a letter or a digit."), N_("Write a short one, such as “Greeting”."))
     if key(name) == "history":
-        raise SheetsError("Excel keeps the name “History” for itself.", "Choose another one.")
+        raise SheetsError(N_("Excel keeps the name “History” for itself."), N_("Choose another one."))
     taken = next((other for other in others if key(other) == key(name)), "")
     if taken:
-        told = "" if taken.casefold() == name.casefold() else " Capitals, spaces, - and _ make no difference."
-        raise SheetsError(f"There is a sheet “{taken}” already.", f"Choose another name.{told}")
+        remedy = N_("Choose another name.")
+        if taken.casefold() != name.casefold():
+            remedy = N_("Choose another name. Capitals, spaces, - and _ make no difference.")
+        raise SheetsError(N_("There is a sheet “{sheet}” already.", sheet=taken), remedy)
     return name
 
 
@@ -55,7 +60,9 @@ def sheet_named(names: Sequence[str], sheet: str) -> str:
     """The sheet of that name in its spelling; raises SheetsError when there is none."""
     found = [n for n in names if n == sheet] or [n for n in names if key(n) == key(sheet)]
     if not found:
-        raise SheetsError(f"There is no sheet “{sheet}”.", f"The sheets are: {', '.join(names)}.")
+        raise SheetsError(
+            N_("There is no sheet “{sheet}”.", sheet=sheet), N_("The sheets are: {names}.", names=listed(names))
+        )
     return found[0]
 
 
@@ -63,8 +70,18 @@ def refuse_more(names: Sequence[str]) -> None:
     """Raise SheetsError when there can be no further sheet."""
     if len(names) >= limits.SHEETS:
         raise SheetsError(
-            f"A workbook has at most {limits.SHEETS} sheets.", "Delete one first, or begin another workbook."
+            N_("A workbook has at most {n} sheets.", n=limits.SHEETS),
+            N_("Delete one first, or begin another workbook."),
         )
+
+
+def header_row(sheet: str, row: int) -> SheetsError:
+    """The error for rows that cannot be changed, as the headers stand there or below."""
+    return SheetsError(
+        N_("Row {row} of “{sheet}” holds the headers; they and what is above them stay where they are.",
+           row=row, sheet=sheet),
+        N_("Choose rows from {row} on.", row=row + 1),
+    )  # fmt: skip
 
 
 def free_name(stem: str, others: Iterable[str], number: int = 1) -> str:

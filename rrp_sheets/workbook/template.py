@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.maker import Offers, make_workbook
 from rrp_sheets.workbook.schema import BEHAVIOUR, DEVICES, HELPERS, PROTOCOL, SCENE, SHEETS, TEST, TITLES, SheetKind
 
@@ -137,10 +138,14 @@ def new_workbook(
 def refuse_name(path: Path) -> None:
     """Raise SheetsError when a new workbook cannot have this name: it is taken, or does not end in .xlsx."""
     if path.suffix.casefold() != ".xlsx":
-        raise SheetsError(f"A new workbook's name ends in .xlsx; “{path.name}” does not.", f"Try “{path.stem}.xlsx”.")
+        raise SheetsError(
+            N_("A new workbook's name ends in .xlsx; “{name}” does not.", name=path.name),
+            N_("Try “{name}”.", name=f"{path.stem}.xlsx"),
+        )
     if path.exists():
         raise SheetsError(
-            f"There is already a file “{path.name}”; it was left as it is.", "Choose another name, or move that file."
+            N_("There is already a file “{name}”; it was left as it is.", name=path.name),
+            N_("Choose another name, or move that file."),
         )
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.edits import (
@@ -29,7 +30,7 @@ from rrp_sheets.workbook.edits import (
 from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.patch.values import check_value, shown
 from rrp_sheets.workbook.raw import RawCell, RawSheet
-from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name, sheet_named
+from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
 from rrp_sheets.workbook.text_books import (
     HEADING,
     ORDER,
@@ -115,12 +116,15 @@ class TextTable(ABC):
     def _set(self, edit: SetCell) -> None:
         if not (1 <= edit.row <= limits.ROWS and 1 <= edit.column <= limits.COLUMNS):
             raise SheetsError(
-                f"There is no cell {edit.place}.",
-                f"A sheet in a text file has at most {limits.ROWS:,} rows and {limits.COLUMNS} columns.",
-            )
+                N_("There is no cell {cell}.", cell=edit.place),
+                N_("A sheet in a text file has at most {rows:,} rows and {columns} columns.",
+                   rows=limits.ROWS, columns=limits.COLUMNS),
+            )  # fmt: skip
         text = shown(check_value(edit.value, edit.place))
         if "\0" in text:
-            raise SheetsError(f"The text for {edit.place} contains a zero byte.", "Type the text again.")
+            raise SheetsError(
+                N_("The text for {cell} contains a zero byte.", cell=edit.place), N_("Type the text again.")
+            )
         if not text and edit.row > len(self.lines):
             return
         self._reach(edit.row)
@@ -134,21 +138,20 @@ class TextTable(ABC):
 
     def _change_rows(self, edit: RowEdit) -> None:
         if edit.start < 1 or edit.count < 1:
-            raise SheetsError("There are no such rows.", "Rows count from 1; name at least one.")
+            raise SheetsError(N_("There are no such rows."), N_("Rows count from 1; name at least one."))
         recognised = recognise(self._raw())
         first = max(recognised.row + 1 if recognised.kind else 1, self.first_movable)
         if edit.start < first:
-            raise SheetsError(
-                f"Row {first - 1} of “{self.name}” holds the headers; they and what is above them stay where they are.",
-                f"Choose rows from {first} on.",
-            )
+            raise header_row(self.name, first - 1)
         if isinstance(edit, MoveRows) and not edit.moves:
             return
         last = edit.start + edit.count if not isinstance(edit, MoveRows) else max(edit.first + edit.count, edit.before)
         if edit.start > len(self.lines) and not isinstance(edit, MoveRows):
             return  # below everything: nothing to insert before, nothing to delete
         if len(self.lines) + edit.count > limits.ROWS or last > 2 * limits.ROWS:
-            raise SheetsError(f"A sheet in a text file has at most {limits.ROWS:,} rows.", "Delete rows first.")
+            raise SheetsError(
+                N_("A sheet in a text file has at most {n:,} rows.", n=limits.ROWS), N_("Delete rows first.")
+            )
         self._reach(last if isinstance(edit, MoveRows) else len(self.lines) + 1)
         if not isinstance(edit, MoveRows):
             self.lines.pop()  # it was only there for the line break
@@ -191,7 +194,9 @@ class CsvTable(TextTable):
         while at < len(body):
             match = line.match(body, at)
             if match is None or match.end() == at:  # cannot be: a field may be empty
-                raise SheetsError(f"“{file or name}” cannot be read.", "Save it again in LibreOffice.")
+                raise SheetsError(
+                    N_("“{name}” cannot be read.", name=file or name), N_("Save it again in LibreOffice.")
+                )
             self.lines.append(match[0])
             at = match.end()
 
@@ -326,10 +331,15 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
             something cannot be written.
     """
     if folder.is_dir() and any(p.suffix.casefold() in SUFFIXES for p in folder.iterdir()):
-        raise SheetsError(f"There are CSV files in “{folder.name}” already.", "Name another folder, or empty that one.")
+        raise SheetsError(
+            N_("There are CSV files in “{folder}” already.", folder=folder.name),
+            N_("Name another folder, or empty that one."),
+        )
     for name in sheets:
         if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
-            raise SheetsError(f"The sheet “{name}” cannot be a file of that name.", "Rename the sheet.")
+            raise SheetsError(
+                N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name), N_("Rename the sheet.")
+            )
     # the mark of UTF-8 is for Excel
     files = {f"{name}.csv": csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}
     _refuse_large(b"".join(files.values()))
@@ -337,8 +347,10 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        why = error.strerror or "the system refuses it"
-        raise SheetsError(f"“{folder}” cannot be made: {why}.", "Name another folder.") from error
+        why = error.strerror or N_("the system refuses it")
+        raise SheetsError(
+            N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why), N_("Name another folder.")
+        ) from error
     if list(sheets) != sorted(sheets, key=natural):
         files[ORDER] = ("\n".join(sheets) + "\n").encode()
     with ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
@@ -359,9 +371,10 @@ def _remove_empty(folder: Path) -> None:
 def _refuse_large(data: bytes) -> None:
     if len(data) > limits.FILE_BYTES:
         raise SheetsError(
-            f"As text the workbook has {len(data) / 1e6:.1f} MB; {limits.FILE_BYTES / 1e6:g} MB can be read again.",
-            "Take out the sheets that the robot does not need.",
-        )
+            N_("As text the workbook has {n:.1f} MB; {most:g} MB can be read again.",
+               n=len(data) / 1e6, most=limits.FILE_BYTES / 1e6),
+            N_("Take out the sheets that the robot does not need."),
+        )  # fmt: skip
 
 
 def _kept(**what: object) -> str:
@@ -370,7 +383,7 @@ def _kept(**what: object) -> str:
 
 def _refuse_last(names: list[str]) -> None:
     if len(names) < 2:
-        raise SheetsError(f"“{names[0]}” is the only sheet.", "Add another one first.")
+        raise SheetsError(N_("“{sheet}” is the only sheet.", sheet=names[0]), N_("Add another one first."))
 
 
 @dataclass
@@ -440,7 +453,9 @@ class CsvFolder:
 
 def _file_name(name: str) -> str:
     if NO_FILE_NAME.search(name) or len(name.encode()) > 200 or re.search(r'[<>|"]', name):
-        raise SheetsError(f"“{name}” cannot be the name of a file.", "Begin and end it with a letter or a digit.")
+        raise SheetsError(
+            N_("“{name}” cannot be the name of a file.", name=name), N_("Begin and end it with a letter or a digit.")
+        )
     return name
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, Value
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.references import note
@@ -27,7 +28,9 @@ def set_cell(package: PackageEdit, edit: SetCell) -> None:
     edit = replace(edit, sheet=package.book.names[index])
     place = edit.place
     if not (1 <= edit.row <= LAST_ROW and 1 <= edit.column <= LAST_COLUMN):
-        raise SheetsError(f"There is no cell {place}.", "A sheet has 1,048,576 rows and the columns A to XFD.")
+        raise SheetsError(
+            N_("There is no cell {cell}.", cell=place), N_("A sheet has 1,048,576 rows and the columns A to XFD.")
+        )
     value = check_value(edit.value, place)
     sheet = package.sheet(index)
     _refuse_merged(sheet.merged(), edit)
@@ -35,8 +38,8 @@ def set_cell(package: PackageEdit, edit: SetCell) -> None:
         if _covers(filled.block, edit) and filled.block.area > 1:
             block = block_text(filled.block)
             raise SheetsError(
-                f"{place} belongs to {filled.what} that fills {block}.",
-                f"In Excel, select {block}, press Delete, and then set the cell.",
+                N_("{cell} belongs to {what} that fills {cells}.", cell=place, what=filled.what, cells=block),
+                N_("In Excel, select {cells}, press Delete, and then set the cell.", cells=block),
             )
     tables = sheet_tables(package, index)
     for table in tables:
@@ -74,20 +77,21 @@ def _refuse_merged(blocks: list[Range], edit: SetCell) -> None:
         if _covers(block, edit) and (edit.row, edit.column) != (block.top, block.left):
             first = f"{column_letters(block.left)}{block.top}"
             raise SheetsError(
-                f"{edit.place} is hidden under {first}: the cells {block_text(block)} are merged.",
-                f"Set {first} instead, or unmerge the cells in Excel.",
-            )
+                N_("{cell} is hidden under {first}: the cells {cells} are merged.",
+                   cell=edit.place, first=first, cells=block_text(block)),
+                N_("Set {first} instead, or unmerge the cells in Excel.", first=first),
+            )  # fmt: skip
 
 
 def _refuse_table_edges(table: SheetTable, edit: SetCell) -> None:
     if not _covers(table.block, edit):
         return
-    for row, what in ((table.header, "the header"), (table.totals, "the totals row")):
+    for row, message in (
+        (table.header, N_("{cell} is in the header of the Excel table “{table}”, which would be damaged.")),
+        (table.totals, N_("{cell} is in the totals row of the Excel table “{table}”, which would be damaged.")),
+    ):
         if edit.row == row:
-            raise SheetsError(
-                f"{edit.place} is in {what} of the Excel table “{table.name}”, which would be damaged.",
-                "Change it in Excel or LibreOffice.",
-            )
+            raise SheetsError(N_(message, cell=edit.place, table=table.name), N_("Change it in Excel or LibreOffice."))
 
 
 class SheetTable:

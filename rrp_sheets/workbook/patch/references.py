@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text, may_refer
@@ -266,14 +267,15 @@ def without(formula: str, sheet: str) -> str:
     """
 
     def change(match: re.Match[str]) -> str:
-        names = [n.casefold() for n in _names(match)]
-        if sheet.casefold() not in names:
+        names = _names(match)
+        if sheet.casefold() not in (n.casefold() for n in names):
             return match[0]
         if len(names) > 1:
             raise SheetsError(
-                f"A formula takes the sheets {' to '.join(_names(match))} together, so “{sheet}” cannot go.",
-                "Delete it in Excel or LibreOffice, which change such formulas too.",
-            )
+                N_("A formula takes the sheets {first} to {last} together, so “{sheet}” cannot go.",
+                   first=names[0], last=" to ".join(names[1:]), sheet=sheet),
+                N_("Delete it in Excel or LibreOffice, which change such formulas too."),
+            )  # fmt: skip
         return GONE
 
     return _PIECE.sub(change, formula)

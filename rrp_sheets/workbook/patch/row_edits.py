@@ -12,6 +12,7 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import N_, capital
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.patch.cell_edits import sheet_tables
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
@@ -39,9 +40,11 @@ from rrp_sheets.workbook.patch.sheet_xml import (
 from rrp_sheets.workbook.patch.xml_part import child, remove, set_text, text_of
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.schema import LIST_PREFIX
+from rrp_sheets.workbook.sheet_names import header_row
 from rrp_sheets.workbook.xlsx_sheet import LAST_ROW, place
 
 _MOST = 100_000
+_ELSEWHERE = N_("Do it in Excel or LibreOffice.")
 _SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
 _NOTE = re.compile(rb"""ObjectType\s*=\s*["']Note["']""")
 _ROW = re.compile(rb"(<x:Row>\s*)(\d+)(\s*</x:Row>)")
@@ -65,16 +68,19 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     if isinstance(edit, MoveRows) and not edit.moves:
         return
     if isinstance(edit, InsertRows) and sheet.last and sheet.last + edit.count > LAST_ROW:
-        raise SheetsError(f"The last row of “{name}” is in use, so no row fits in.", "Delete rows at the end first.")
+        raise SheetsError(
+            N_("The last row of “{sheet}” is in use, so no row fits in.", sheet=name),
+            N_("Delete rows at the end first."),
+        )
     _refuse_torn(sheet, name, edit)
     tables = sheet_tables(package, index)
     for table in tables:
         if not table.fits(edit):
             raise SheetsError(
-                f"Rows cannot be changed across the edge of the Excel table “{table.name}” "
-                f"({block_text(table.block)} in “{name}”).",
-                "Do it in Excel or LibreOffice.",
-            )
+                N_("Rows cannot be changed across the edge of the Excel table “{table}” ({cells} in “{sheet}”).",
+                   table=table.name, cells=block_text(table.block), sheet=name),
+                _ELSEWHERE,
+            )  # fmt: skip
     sheet.write_out()
     note(package, index)
     moves = [
@@ -94,37 +100,35 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
 def _refuse_impossible(edit: RowEdit) -> None:
     before = edit.before if isinstance(edit, MoveRows) else edit.start
     if edit.start < 1 or edit.count < 1 or max(edit.start, before) > LAST_ROW + 1 or edit.count > _MOST:
-        raise SheetsError("There are no such rows.", "Rows count from 1; name at least one.")
+        raise SheetsError(N_("There are no such rows."), N_("Rows count from 1; name at least one."))
 
 
 def _refuse_header(package: PackageEdit, index: int, edit: RowEdit) -> None:
     recognised = package.recognised(index)
     if recognised.kind is not None and edit.start <= recognised.row:
-        raise SheetsError(
-            f"Row {recognised.row} of “{package.book.names[index]}” holds the headers; they and what is above them "
-            "stay where they are.",
-            f"Choose rows from {recognised.row + 1} on.",
-        )
+        raise header_row(package.book.names[index], recognised.row)
 
 
 def _refuse_torn(sheet: SheetXml, name: str, edit: RowEdit) -> None:
     """Refuse where blocks of cells that belong together would be moved or torn apart."""
-    blocks = [(b, "the merged cells", "Unmerge them in Excel first.") for b in sheet.merged() if b.area > 1]
+    unmerge = N_("Unmerge them in Excel first.")
+    blocks: list[tuple[Range, str, str]] = [(b, N_("the merged cells"), unmerge) for b in sheet.merged() if b.area > 1]
     blocks += [
-        (r.block, r.what, "Do it in Excel or LibreOffice.")
-        for r in sheet.ranges
-        if r.block.top != r.block.bottom or r.what == DATA_TABLE
+        (r.block, r.what, _ELSEWHERE) for r in sheet.ranges if r.block.top != r.block.bottom or r.what == DATA_TABLE
     ]
     for block, what, remedy in blocks:
         if any(edit.mapped(row) != row for row in (block.top, block.bottom)) or block.top < edit.start <= block.bottom:
             raise SheetsError(
-                f"These rows of “{name}” cannot be changed: {what} {block_text(block)} would be torn or moved.", remedy
-            )
+                N_("These rows of “{sheet}” cannot be changed: {what} {cells} would be torn or moved.",
+                   sheet=name, what=what, cells=block_text(block)),
+                remedy,
+            )  # fmt: skip
     filtered = child(sheet.root, "autoFilter")
     head = block_of(filtered.get("ref", "")) if filtered is not None else None
     if head and edit.mapped(head.top) != head.top:
         raise SheetsError(
-            f"Row {head.top} of “{name}” is the head of a filter.", "Remove the filter in Excel first (Data, Filter)."
+            N_("Row {row} of “{sheet}” is the head of a filter.", row=head.top, sheet=name),
+            N_("Remove the filter in Excel first (Data, Filter)."),
         )
 
 
@@ -288,16 +292,16 @@ def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Mov
         try:
             adapted(formula, name, edit, moves)
         except ReferenceConflict as harm:
-            raise _refused(name, f"the formula in {name}!{where}", harm) from None
+            raise _refused(name, N_("the formula in {cell}", cell=f"{name}!{where}"), harm) from None
 
 
 def _refused(name: str, where: str, harm: ReferenceConflict) -> SheetsError:
-    rows = f"row {harm.top}" if harm.top == harm.bottom else f"the rows {harm.top} to {harm.bottom}"
-    where = where[0].upper() + where[1:]
+    rows = N_("the rows {first} to {last}", first=harm.top, last=harm.bottom)
     return SheetsError(
-        f"{where} refers to {rows} of “{name}” and would then mean something else.",
-        "Do this in Excel or LibreOffice, which change such references too.",
-    )
+        N_("{where} refers to {rows} of “{sheet}” and would then mean something else.", where=capital(where),
+           rows=N_("row {n}", n=harm.top) if harm.top == harm.bottom else rows, sheet=name),
+        N_("Do this in Excel or LibreOffice, which change such references too."),
+    )  # fmt: skip
 
 
 def _formulas(sheet: SheetXml, ignored: frozenset[int]) -> Iterator[tuple[int, str, str]]:
@@ -321,31 +325,33 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
                 yield (
                     text_of(e),
                     name,
-                    f"a drop-down list or a conditional format in “{name}”",
+                    N_("a drop-down list or a conditional format in “{sheet}”", sheet=name),
                     True,
                     True,
                 )
         if i != index:
             found = _formulas(sheet, ignored_columns(package, i))
-            yield from ((text, name, f"the formula in {name}!{at}", False, False) for _, at, text in found)
+            yield from (
+                (text, name, N_("the formula in {cell}", cell=f"{name}!{at}"), False, False) for _, at, text in found
+            )
     for _, e in package.workbook.find("definedName"):
         title = e.get("name", "")
         if title.casefold() not in _STAYING:
-            yield text_of(e), "", f"the name “{title}”", False, title.startswith(LIST_PREFIX)
+            yield text_of(e), "", N_("the name “{name}”", name=title), False, title.startswith(LIST_PREFIX)
     yield from ((*found, False) for found in _in_parts(package))
 
 
 def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str, str, bool]]:
     for part in package.package.parts:
         if "/charts/" in part and part.endswith(".xml") and "_rels" not in part:
-            yield from ((text_of(e), "", "a chart", False) for _, e in package.part(part).find("f"))
+            yield from ((text_of(e), "", N_("a chart"), False) for _, e in package.part(part).find("f"))
         elif "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):
             for _, e in package.part(part).find("worksheetSource"):
                 block, sheet = block_of(e.get("ref", "")), e.get("sheet", "")
                 if block and sheet:
                     quoted = sheet.replace("'", "''")
-                    yield f"'{quoted}'!A{block.top}:A{block.bottom}", "", "a pivot table", False
+                    yield f"'{quoted}'!A{block.top}:A{block.bottom}", "", N_("a pivot table"), False
         elif "/drawings/" in part or "/ctrlprops/" in part:
             for match in _LINKED.finditer(package.read(part)):
                 text = html.unescape((match[1] or match[2]).decode("utf-8", "replace"))
-                yield text, "", "a shape or a button", False
+                yield text, "", N_("a shape or a button"), False

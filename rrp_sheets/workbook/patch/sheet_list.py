@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
 from rrp_sheets.workbook.patch.xml_part import (
     add,
@@ -118,8 +119,8 @@ def refuse_protected(package: PackageEdit) -> None:
     for e in package.workbook.root.iterchildren("{*}workbookProtection"):
         if truth(e.get("lockStructure")):
             raise SheetsError(
-                "The workbook's structure is protected: its sheets stay as they are.",
-                "Take the protection off in Excel (Review, Protect Workbook).",
+                N_("The workbook's structure is protected: its sheets stay as they are."),
+                N_("Take the protection off in Excel (Review, Protect Workbook)."),
             )
 
 

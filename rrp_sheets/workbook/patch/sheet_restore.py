@@ -14,6 +14,7 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import BringSheet, DeleteSheet
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
@@ -46,7 +47,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     at = listed.place(package, name)
     seen = [e.name for e in package.book.entries if not e.hidden]
     if len(before) < 2 or seen == [name] or len(package.book.entries) < 2:
-        raise SheetsError(f"“{name}” is the only sheet to be seen.", "Add another one first.")
+        raise SheetsError(N_("“{sheet}” is the only sheet to be seen.", sheet=name), N_("Add another one first."))
     package.formulas_moved = package.formulas_moved or package.has_formulas(package.index(name))
     gone = own_parts(package, entry.part)
     titles, views = titles_part(package), listed.views(package)
@@ -131,9 +132,10 @@ def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
     taken = [p for p in kept["parts"] if p.casefold() in there and p not in (kept["part"], rels)]
     if taken or _style_digest(package, kept["counts"]) != kept["ground"]:
         raise SheetsError(
-            f"“{kept['sheet']}” cannot come back as it was: another program has saved the workbook since.",
-            "Take it from a version that was kept before (Versions).",
-        )
+            N_("“{sheet}” cannot come back as it was: another program has saved the workbook since.",
+               sheet=kept["sheet"]),
+            N_("Take it from a version that was kept before (Versions)."),
+        )  # fmt: skip
     return kept["part"] if kept["part"].casefold() not in there else listed.free_part(package)
 
 
@@ -232,12 +234,13 @@ def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
             continue
         for f in package.sheet(index).formulas():
             if wanted in sheets_named(f.text):
-                yield f"the formula in {other}!{column_letters(f.column)}{f.row}"
+                yield N_("the formula in {cell}", cell=f"{other}!{column_letters(f.column)}{f.row}")
     for defined, text in listed.defined_names(package).items():
         if wanted in sheets_named(text):
-            yield "drop-down lists in Excel" if defined.startswith(LIST_PREFIX) else f"the name “{defined}”"
+            is_list = defined.startswith(LIST_PREFIX)
+            yield N_("drop-down lists in Excel") if is_list else N_("the name “{name}”", name=defined)
     own = {part.casefold() for part in own_parts(package, package.book.entries[package.index(sheet)].part)}
     for part in formula_parts(package):
         texts = (text_of(f) for _, f in package.part(part).find("f")) if "/charts/" in part and part not in own else ()
         if any(wanted in sheets_named(text) for text in texts):
-            yield "a chart"
+            yield N_("a chart")

@@ -10,6 +10,7 @@ from itertools import islice
 from lxml import etree
 
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import Value
 from rrp_sheets.workbook.patch.values import content
 from rrp_sheets.workbook.patch.xml_part import (
@@ -30,7 +31,7 @@ from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.xlsx_parts import number as whole
 from rrp_sheets.workbook.xlsx_sheet import place
 
-DATA_TABLE = "a data table"
+DATA_TABLE = N_("a data table")
 _BLOCK_ROWS, _NEVER = 256, 1 << 30
 _PLACES = re.compile(
     rb"<!--(?>.*?(?:-->|\Z))|<!\[CDATA\[(?>.*?(?:\]\]>|\Z))|<\?(?>.*?(?:\?>|\Z))"
@@ -303,7 +304,7 @@ class SheetXml(XmlPart):
                 for f in block.table.iter("{*}f") if block.special else ():
                     kind = f.get("t")
                     if kind in ("array", "dataTable") and (at := block_of(f.get("ref", ""))):
-                        self._ranges.append(FormulaRange(at, "an array formula" if kind == "array" else DATA_TABLE))
+                        self._ranges.append(FormulaRange(at, N_("an array formula") if kind == "array" else DATA_TABLE))
         return self._ranges
 
     def formulas(self) -> Iterator[CellFormula]:

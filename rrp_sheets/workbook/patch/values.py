@@ -6,6 +6,7 @@ import math
 import re
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Value
 from rrp_sheets.workbook.xlsx_sheet import number_text
@@ -51,21 +52,26 @@ def check_value(value: Value, place: str) -> Value:
         SheetsError: when a cell cannot hold it.
     """
     if isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isfinite(value):
-        raise SheetsError(f"{value} is no number that a cell can hold ({place}).", "Write a number, or a text.")
+        raise SheetsError(
+            N_("{value} is no number that a cell can hold ({cell}).", value=str(value), cell=place),
+            N_("Write a number, or a text."),
+        )
     if not isinstance(value, str):
         return value
     value = value.replace("\r\n", "\n").replace("\r", "\n")
     length = len(value.encode("utf-16-le", "surrogatepass")) // 2  # as Excel counts
     if length > limits.CELL_CHARACTERS:
         raise SheetsError(
-            f"The text for {place} has {length:,} characters; a cell holds {limits.CELL_CHARACTERS:,}.",
-            "Shorten it, or split it over several cells.",
-        )
+            N_("The text for {cell} has {n:,} characters; a cell holds {most:,}.",
+               cell=place, n=length, most=limits.CELL_CHARACTERS),
+            N_("Shorten it, or split it over several cells."),
+        )  # fmt: skip
     if match := _IMPOSSIBLE.search(value):
         raise SheetsError(
-            f"The text for {place} contains something that is no character (U+{ord(match[0]):04X}).",
-            "Type the text again instead of pasting it.",
-        )
+            N_("The text for {cell} contains something that is no character ({code}).",
+               cell=place, code=f"U+{ord(match[0]):04X}"),
+            N_("Type the text again instead of pasting it."),
+        )  # fmt: skip
     return value
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.xml_stream import DECLARED
 
@@ -21,15 +22,17 @@ _TOO_DEEP = etree.XPath(f"boolean({'/*' * (limits.XML_DEPTH + 1)})")
 def broken() -> SheetsError:
     """The error for XML that cannot be changed safely."""
     return SheetsError(
-        "A part of the file cannot be understood, so it is left as it is.",
-        "Open the workbook in Excel or LibreOffice, save it under a new name, and use that.",
+        N_("A part of the file cannot be understood, so it is left as it is."),
+        N_("Open the workbook in Excel or LibreOffice, save it under a new name, and use that."),
     )
 
 
 def parse(data: bytes) -> etree._Element:
     """Parse UTF-8 without a declaration; raises SheetsError for broken or unsafe XML."""
     if _DOCTYPE.match(data):
-        raise SheetsError("A part of the file declares its own document type.", "Save the workbook anew in Excel.")
+        raise SheetsError(
+            N_("A part of the file declares its own document type."), N_("Save the workbook anew in Excel.")
+        )
     refuse_endless(data)
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False, load_dtd=False, strip_cdata=False
