@@ -24,7 +24,7 @@ from rrp_sheets.workbook.editing import (
     typed,
 )
 from rrp_sheets.workbook.raw import Extent
-from rrp_sheets.workbook.xlsx_sheet import XlsxBook
+from rrp_sheets.workbook.xlsx import XlsxBook
 
 PART = "xl/worksheets/sheet1.xml"
 

@@ -221,11 +221,11 @@ def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | N
 
     Ctrl-C ends the server; what you have done is in the file.
     """
-    from rrp_sheets.documents.tutorial import begin, latest
+    from rrp_sheets.documents.copies import begin_tutorial, latest_tutorial
 
     if not folder.is_dir():
         raise SheetsError(f"There is no folder {folder}.", "Make it first, or name another.")
-    there = None if anew else latest(folder)
-    path = there or begin(folder)
+    there = None if anew else latest_tutorial(folder)
+    path = there or begin_tutorial(folder)
     click.echo(f"You go on with {path}; --anew begins with a fresh copy." if there else f"Made {path}.")
     ctx.invoke(serve_command, folder=path, port=port, lan=False, no_browser=no_browser)

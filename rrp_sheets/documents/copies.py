@@ -1,7 +1,8 @@
-"""New workbooks and conversions between formats, with the names of a robot in the drop-downs."""
+"""New workbooks, copies of the tutorial, and conversions between formats, with a robot's names in the drop-downs."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_sheet import thing_names, verb_names
 from rrp_sheets.texts import N_, listed
+from rrp_sheets.workbook.atomic import write_atomically
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -112,3 +114,42 @@ def _refuse_twins(names: Sequence[str]) -> None:
     twins = [name for name in dict.fromkeys(names) if names.count(name) > 1]
     if twins:
         raise SheetsError(N_("Two sheets are called “{name}”.", name=twins[0]), N_("Rename one of them."))
+
+
+TUTORIAL = "tutorial.xlsx"
+"""Workbook of ten lessons, each with a test that holds when it is done. Everyone works in a copy."""
+_COPY = re.compile(r"tutorial(?: \(\d+\))?\.xlsx")
+_MOST = 1_000  # copies in one folder
+
+
+def latest_tutorial(folder: Path) -> Path | None:
+    """The copy in a folder that was changed last; None when there is none.
+
+    Raises:
+        SheetsError: when the folder cannot be read.
+    """
+    try:
+        found = [(path.stat().st_mtime_ns, path) for path in folder.iterdir() if _COPY.fullmatch(path.name)]
+    except OSError as error:
+        raise SheetsError(
+            N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=str(error.strerror)),
+            N_("Take another folder."),
+        ) from error
+    return max(found)[1] if found else None
+
+
+def begin_tutorial(folder: Path) -> Path:
+    """Make a fresh copy in a folder; copies that are there stay as they are.
+
+    Raises:
+        SheetsError: when it cannot be written.
+    """
+    fresh = bundled("templates", "workbooks", TUTORIAL).read_bytes()
+    for count in range(1, _MOST):
+        path = folder / (TUTORIAL if count == 1 else f"tutorial ({count}).xlsx")
+        if not path.exists():
+            write_atomically(path, fresh, replace=False)
+            return path
+    raise SheetsError(
+        N_("There are too many copies of the tutorial in this folder."), N_("Delete those that are done.")
+    )

@@ -141,7 +141,7 @@ def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
     places = dict.fromkeys([*named, *(cell.address for cell in users(book, sheet))])
     listed = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
     if path.suffix.casefold() == ".xlsx":
-        from rrp_sheets.workbook.patch.sheet_restore import referring
+        from rrp_sheets.workbook.patch.sheets import referring
 
         try:
             listed += referring(path.read_bytes(), path.name, sheet)

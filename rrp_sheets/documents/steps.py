@@ -25,8 +25,8 @@ from rrp_sheets.workbook.edits import (
     MoveSheet,
     RenameSheet,
     SetCell,
+    typed,
 )
-from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.sheet_names import sheet_name
 
 MOST = 500  # steps back per person

@@ -21,7 +21,7 @@ from rrp_sheets.workbook.editing import SetCell, edit, read_sheets, typed
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.reading import file_bytes
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.xlsx_sheet import place
+from rrp_sheets.workbook.xlsx import place
 
 
 @dataclass(frozen=True)

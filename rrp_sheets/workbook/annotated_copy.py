@@ -22,7 +22,7 @@ from rrp_sheets.workbook.patch.sheet_list import SHEETS
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml, cells, put_value
 from rrp_sheets.workbook.patch.sheets import place_style
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, new_element, parse, set_attributes
-from rrp_sheets.workbook.xlsx_parts import number as whole
+from rrp_sheets.workbook.xlsx import number as whole
 
 TITLE = "Findings"
 _PART = "xl/worksheets/findings"

@@ -36,8 +36,8 @@ from rrp_sheets.workbook.edits import (
     SetCell,
     SheetEdit,
     Value,
+    typed,
 )  # fmt: skip
-from rrp_sheets.workbook.patch.values import typed
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.reading import (
     MARKDOWN,

@@ -21,7 +21,7 @@ from rrp_sheets.workbook.package import packed
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lists, list_name
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
-from rrp_sheets.workbook.xlsx_parts import IMPOSSIBLE, escape_literal
+from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
 
 FONT = "Arial"  # on every machine, or with a replacement of the same widths
 SIZE = 10

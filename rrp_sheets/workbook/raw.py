@@ -108,6 +108,15 @@ class Book(Protocol):
         ...
 
 
+def number_text(value: float) -> str:
+    """A number as its text; whole ones without a fraction.
+
+    >>> number_text(1000.0), number_text(0.1), number_text(-0.0)
+    ('1000', '0.1', '0')
+    """
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+
+
 def unreadable(code: str, **details: object) -> UnreadableWorkbook:
     """The exception for a code of the catalogue; `details` fill its texts."""
     return UnreadableWorkbook(Report().add(code, None, span=None, fixes=(), **details))

@@ -109,7 +109,7 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
     if suffix in SUFFIXES:
         tabs = {path.stem} if suffix == TAB_SUFFIX else set()
         return read_csv({path.stem: data}, path.name, tabs=tabs), text_digest({path.stem: data}, named=True)
-    from rrp_sheets.workbook.xlsx_sheet import XlsxBook
+    from rrp_sheets.workbook.xlsx import XlsxBook
 
     return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
 

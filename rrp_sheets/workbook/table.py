@@ -16,7 +16,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.workbook.xlsx_parts import IMPOSSIBLE, escape_literal
+from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
 
 _MOST_ROWS = 1_000_000  # of a sheet, which holds 1,048,576: some may come while it is written
 _PIECE = 2_000  # rows that are written at once

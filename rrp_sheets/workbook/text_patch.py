@@ -26,9 +26,10 @@ from rrp_sheets.workbook.edits import (
     RowEdit,
     SetCell,
     SheetEdit,
+    check_value,
+    shown,
 )
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.patch.values import check_value, shown
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
 from rrp_sheets.workbook.text_books import (

@@ -13,7 +13,7 @@ from typing import ClassVar
 from flask import Blueprint, Response, request, send_file, url_for
 
 from rrp_sheets import api
-from rrp_sheets.documents.tutorial import begin, latest
+from rrp_sheets.documents.copies import begin_tutorial, latest_tutorial
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.private import private_folder
@@ -184,7 +184,7 @@ def shelf_page(
         folder=printable(str(repository.folder.resolve())), cards=tuple(_card(b, runs.get(b.name)) for b in books),
         unreadable=tuple(unreadable), others=tuple(others), left_out=max(0, len(names) - MOST_FILES),
         templates=templates(), archived=archived(repository), sort=sort, notice=notice, failed=failed, made=made,
-        tutorial=there.name if (there := latest(repository.folder)) else "",
+        tutorial=there.name if (there := latest_tutorial(repository.folder)) else "",
     )  # fmt: skip
 
 
@@ -246,7 +246,7 @@ def _new() -> Done:
 
 
 def _tutorial() -> Done:
-    path = begin(services().repository.folder)
+    path = begin_tutorial(services().repository.folder)
     return f"Made {path.name}.", path.name
 
 

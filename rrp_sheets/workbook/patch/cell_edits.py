@@ -7,15 +7,13 @@ from dataclasses import replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, Value
+from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, Value, check_value, shown
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.references import note
 from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text, is_filled
-from rrp_sheets.workbook.patch.values import check_value, shown
 from rrp_sheets.workbook.patch.xml_part import XmlPart, child, local
 from rrp_sheets.workbook.raw import Range
-from rrp_sheets.workbook.xlsx_parts import number
-from rrp_sheets.workbook.xlsx_sheet import LAST_COLUMN, LAST_ROW
+from rrp_sheets.workbook.xlsx import LAST_COLUMN, LAST_ROW, number
 
 
 def set_cell(package: PackageEdit, edit: SetCell) -> None:

@@ -11,7 +11,7 @@ from rrp_sheets.workbook.patch.sheet_xml import SheetXml, may_have_formulas
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, local, remove
 from rrp_sheets.workbook.raw import Extent
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.xlsx_sheet import XlsxBook
+from rrp_sheets.workbook.xlsx import XlsxBook
 
 TYPES_PART = "[Content_Types].xml"
 _CALC_CHAIN = "calcchain"

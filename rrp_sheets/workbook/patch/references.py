@@ -14,7 +14,7 @@ from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text, may_refer
 from rrp_sheets.workbook.patch.xml_part import add, local, set_text, text_of
 from rrp_sheets.workbook.schema import LIST_PREFIX
-from rrp_sheets.workbook.xlsx_parts import number
+from rrp_sheets.workbook.xlsx import number
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
 _ROWS = r"(?<![\w.$:])(?P<c>\$?)(?P<from>[1-9]\d{0,6}):\$?(?P<to>[1-9]\d{0,6})"

@@ -41,7 +41,7 @@ from rrp_sheets.workbook.patch.xml_part import child, remove, set_text, text_of
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.sheet_names import header_row
-from rrp_sheets.workbook.xlsx_sheet import LAST_ROW, place
+from rrp_sheets.workbook.xlsx import LAST_ROW, place
 
 _MOST = 100_000
 _ELSEWHERE = N_("Do it in Excel or LibreOffice.")

@@ -23,7 +23,7 @@ from rrp_sheets.workbook.patch.xml_part import (
     set_text,
     text_of,
 )
-from rrp_sheets.workbook.xlsx_parts import number, truth
+from rrp_sheets.workbook.xlsx import number, truth
 
 _SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 _RELATIONS_SPACE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"

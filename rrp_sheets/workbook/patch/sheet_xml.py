@@ -11,8 +11,7 @@ from lxml import etree
 
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import Value
-from rrp_sheets.workbook.patch.values import content
+from rrp_sheets.workbook.edits import Value, content
 from rrp_sheets.workbook.patch.xml_part import (
     Touchable,
     XmlPart,
@@ -28,8 +27,8 @@ from rrp_sheets.workbook.patch.xml_part import (
     text_of,
 )
 from rrp_sheets.workbook.raw import Range
-from rrp_sheets.workbook.xlsx_parts import number as whole
-from rrp_sheets.workbook.xlsx_sheet import place
+from rrp_sheets.workbook.xlsx import number as whole
+from rrp_sheets.workbook.xlsx import place
 
 DATA_TABLE = N_("a data table")
 _BLOCK_ROWS, _NEVER = 256, 1 << 30

@@ -11,7 +11,7 @@ from lxml import etree
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.xml_stream import DECLARED
+from rrp_sheets.workbook.package import DECLARED
 
 _UNICODE = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8-sig"}
 _DECLARATION = re.compile(rb"\A\s*<\?xml\s[^>]*\?>\s*")
