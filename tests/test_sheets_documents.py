@@ -13,7 +13,8 @@ from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import AddSheet, DeleteSheet, RenameSheet, SetCell, edit, read_sheets
+from rrp_sheets.workbook.editing import edit, read_sheets
+from rrp_sheets.workbook.edits import AddSheet, DeleteSheet, RenameSheet, SetCell
 from rrp_sheets.workbook.maker import make_workbook
 
 HEAD = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes"]

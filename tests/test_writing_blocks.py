@@ -15,7 +15,7 @@ from lxml import etree
 from openpyxl.worksheet.formula import ArrayFormula
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.editing import DeleteRows, Edit, InsertRows, MoveRows, SetCell
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
 from rrp_sheets.workbook.patch import sheet_xml
 
 PART = "xl/worksheets/sheet1.xml"

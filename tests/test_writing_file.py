@@ -16,13 +16,8 @@ from lossless import SHEET, cell, make, parts, refused, repack
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.workbook import atomic, read
-from rrp_sheets.workbook.editing import (
-    FileChanged,
-    InsertRows,
-    SetCell,
-    edit,
-    read_sheets,
-)
+from rrp_sheets.workbook.editing import FileChanged, edit, read_sheets
+from rrp_sheets.workbook.edits import InsertRows, SetCell
 
 PART = "xl/worksheets/sheet1.xml"
 

@@ -16,18 +16,8 @@ from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import (
-    AddSheet,
-    DeleteRows,
-    DeleteSheet,
-    FileChanged,
-    InsertRows,
-    MoveRows,
-    RenameSheet,
-    SetCell,
-    edit,
-    read_sheets,
-)  # fmt: skip
+from rrp_sheets.workbook.editing import FileChanged, edit, read_sheets
+from rrp_sheets.workbook.edits import AddSheet, DeleteRows, DeleteSheet, InsertRows, MoveRows, RenameSheet, SetCell
 from rrp_sheets.workbook.maker import make_workbook
 from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.text_books import from_csv, from_markdown, to_csv, to_markdown

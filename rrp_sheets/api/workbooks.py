@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from rrp_sheets.services.edited_copies import CellSet
     from rrp_sheets.services.posing import Posed
     from rrp_sheets.workbook import Reading
-    from rrp_sheets.workbook.editing import Edit, Edited
+    from rrp_sheets.workbook.editing import Edited
+    from rrp_sheets.workbook.edits import Edit
 
 
 def read(path: Path | str) -> Reading:

@@ -13,7 +13,8 @@ from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.workbook.editing import Edit, InsertRows, SetCell, edit, read_sheets
+from rrp_sheets.workbook.editing import edit, read_sheets
+from rrp_sheets.workbook.edits import Edit, InsertRows, SetCell
 
 MOST_ROUNDS = 100
 Chosen = Mapping[str, str]

@@ -50,12 +50,7 @@ def _brief(text: str) -> str:
 
 
 def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
-    """Return the comparison as a page of its own, which needs no other file.
-
-    Args:
-        comparison: what to show.
-        drawn: pictures and rows of what changed, as `services.changes_drawn` makes them.
-    """
+    """Return the comparison as a page of its own; `drawn` is what `services.changes_drawn` makes of the changes."""
     names = file_name(comparison.first), file_name(comparison.second)
     title = N_("{first} and {second} compared", first=names[0], second=names[1])
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))

@@ -57,12 +57,9 @@ class ComparedWorkbook:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Differences between two workbooks.
+    """Differences between two workbooks, the older one first.
 
-    Attributes:
-        first: the older one, say.
-        second: the newer one.
-        changes: all of them; those of the behaviours first, sheet by sheet.
+    The changes of the behaviours come before the others, sheet by sheet.
     """
 
     first: ComparedWorkbook

@@ -91,8 +91,7 @@ class DeviceView:
     def meaning(self, sheets: Mapping[str, str]) -> tuple[object, ...]:
         """Return the device and its settings: equal for two streams that do the same.
 
-        Args:
-            sheets: keys of behaviours as they are called now, by the old ones.
+        `sheets` are the keys of behaviours as they are called now, by the old ones.
         """
         kind = self.found.type.name if self.found else key(self.device)
         return (kind, *sorted((k, repr(self.value(k, sheets))) for k in self.settings))

@@ -384,12 +384,7 @@ class EditRequest:
 
 
 class Queue:
-    """Queue of edit requests. The first caller carries out all that wait by then; the others only wait.
-
-    Args:
-        lock: held while requests are carried out.
-        carry_out: does it, and puts the result into each request.
-    """
+    """Queue of edit requests. The first caller carries out all that wait by then; the others only wait."""
 
     def __init__(self, lock: threading.RLock, carry_out: Callable[[Sequence[EditRequest]], None]) -> None:  # type: ignore[valid-type,unused-ignore]
         self._lock = lock

@@ -128,12 +128,7 @@ class Grid:
         return block
 
     def adopt(self, ids: Sequence[str], edits: Iterable[Edit]) -> None:
-        """Give the rows the ids that they had before a restart of the server.
-
-        Args:
-            ids: of all rows, as they were kept.
-            edits: what was edited after that.
-        """
+        """Give the rows the ids from before a restart of the server; `edits` were made since these were kept."""
         kept = Grid(self.name, self.kind, self.first, self.columns, list(ids), {row: {} for row in ids})
         for edit in edits:
             if isinstance(edit, InsertRows | DeleteRows | MoveRows) and edit.sheet == self.name:

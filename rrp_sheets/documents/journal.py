@@ -284,9 +284,7 @@ class Answers(Generic[Answer]):
     def once(self, request: str, make: Callable[[], Answer]) -> Answer:
         """The answer to a request, which is made the first time; who asks meanwhile waits for the same.
 
-        Args:
-            request: its id; empty for one that is never sent again.
-            make: makes the answer.
+        A request without id is never sent again.
         """
         if not request:
             return make()

@@ -21,14 +21,7 @@ from rrp_sheets.workbook.template import beginning, place_of
 
 
 class SheetEdits:
-    """Operations on the sheets of a document; each is one edit, and is undone as one.
-
-    Args:
-        lock: the document's.
-        make: makes an author's step.
-        sheets: the sheets as they are now.
-        path: of the file.
-    """
+    """Operations on the sheets of a document; each is one edit, and is undone as one."""
 
     def __init__(
         self,
@@ -79,13 +72,7 @@ _MOST_COLUMNS = 30
 
 
 def added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[str]] = ()) -> SheetIn:
-    """The step that adds a sheet.
-
-    Args:
-        sheets: those there are.
-        kind: one of `TITLES`.
-        name: of the sheet; empty for a proposal.
-        rows: what it begins with instead of the usual: a table's columns, a duplicate's texts.
+    """The step that adds a sheet; without a name it has a proposed one, without rows it begins as usual.
 
     Raises:
         Refused: there can be no such sheet.

@@ -19,14 +19,7 @@ _SEPARATORS = re.compile(r"([,;\n])")
 
 
 def renamed_cells(workbook: Workbook, texts: Texts, old: str, new: str) -> dict[Address, str]:
-    """The cells that name a sheet, with what they say when it has another name.
-
-    Args:
-        workbook: as it was understood.
-        texts: of its cells, as typed.
-        old: the sheet's name.
-        new: its new name.
-    """
+    """The cells that name a sheet, with what they say when it has another name; `texts` gives what was typed."""
     k = key(old)
     found: dict[Address, str] = {}
     for cell in _tests(workbook, k):

@@ -25,10 +25,7 @@ from rrp_sheets.workbook.reading import open_book
 class WorkFile:
     """A workbook's file. Its document keeps the threads apart.
 
-    Args:
-        path: of the file.
-        journal: of its folder; what a killed server left there is stored first. None: it can only be looked at.
-        why: why it can only be looked at.
+    What a killed server left in the journal is stored first. Without journal the file can only be looked at.
     """
 
     def __init__(self, path: Path, journal: Journal | None, why: str) -> None:

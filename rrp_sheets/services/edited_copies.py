@@ -17,7 +17,8 @@ from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
 from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.editing import SetCell, edit, read_sheets, typed
+from rrp_sheets.workbook.editing import edit, read_sheets
+from rrp_sheets.workbook.edits import SetCell, typed
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.reading import file_bytes
 from rrp_sheets.workbook.sheet_names import sheet_named

@@ -38,14 +38,7 @@ _LISTS = ("fonts", "fills", "borders", "cellXfs")
 
 
 def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language: str = "en") -> bytes:
-    """The copy's bytes; everything that carries no mark is as in the original.
-
-    Args:
-        data: the original's bytes.
-        name: its name, for messages.
-        findings: what is wrong with it.
-        language: of what is written beside the rows.
-    """
+    """The copy's bytes, with notes in a language; everything that carries no mark is as in the original."""
     package = PackageEdit(data, name)
     styles = StyleSheet(package)
     by_sheet: dict[str, list[Diagnostic]] = {}
@@ -216,11 +209,7 @@ def _row(table: etree._Element, number: int, texts: Sequence[str], styles: Seque
 
 
 class StyleSheet:
-    """The styles of a package, to which those of the marks are added.
-
-    Args:
-        package: a package that has a style part, as every workbook with a spreadsheet program behind it.
-    """
+    """The styles of a package that has a style part, to which those of the marks are added."""
 
     def __init__(self, package: PackageEdit) -> None:
         parts = package.related(package.book.part, "styles")

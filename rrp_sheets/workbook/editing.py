@@ -1,6 +1,7 @@
 """Changing a workbook's file: all edits or none, nothing else in it touched, never over somebody else's change.
 
 >>> from tempfile import TemporaryDirectory
+>>> from rrp_sheets.workbook.edits import MoveRows
 >>> from rrp_sheets.workbook.maker import make_workbook
 >>> with TemporaryDirectory() as folder:
 ...     path = make_workbook({"T": [["From", "Operator", "Parameter", "To"]]}, f"{folder}/x.xlsx")
@@ -22,22 +23,7 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, sweep, write_atomically
-from rrp_sheets.workbook.edits import (
-    AddSheet,
-    BringSheet,
-    DeleteRows,
-    DeleteSheet,
-    Edit,
-    InsertRows,
-    MoveRows,
-    MoveSheet,
-    RenameSheet,
-    RowEdit,
-    SetCell,
-    SheetEdit,
-    Value,
-    typed,
-)  # fmt: skip
+from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.reading import (
     MARKDOWN,
@@ -52,26 +38,6 @@ from rrp_sheets.workbook.reading import (
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
 from rrp_sheets.workbook.text_patch import CsvFolder
-
-__all__ = [
-    "AddSheet",
-    "BringSheet",
-    "DeleteRows",
-    "DeleteSheet",
-    "Edit",
-    "Edited",
-    "FileChanged",
-    "InsertRows",
-    "MoveRows",
-    "MoveSheet",
-    "RenameSheet",
-    "RowEdit",
-    "SetCell",
-    "Value",
-    "edit",
-    "read_sheets",
-    "typed",
-]
 
 
 class FileChanged(SheetsError):
@@ -295,12 +261,8 @@ def write_folder(
 ) -> None:
     """Write the files that are other ones, new files, the order of the sheets; delete files whose sheets are gone.
 
-    Args:
-        path: of the folder, or of a single file.
-        before: what the files held, by sheet.
-        now: what they shall hold.
-        order: what `order.txt` said before.
-        stamps: of the files when they were read.
+    `before` and `stamps` are contents and stamps of the files by sheet as they were read; `order` is what `order.txt`
+    said then.
 
     Raises:
         SheetsError: something cannot be written; everything is then as it was.

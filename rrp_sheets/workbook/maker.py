@@ -52,9 +52,6 @@ def make_workbook(
         language: of the texts, for the file's properties.
         replace: whether a file of that name may be replaced.
 
-    Returns:
-        The path.
-
     Raises:
         SheetsError: when a text is too long for a cell, or the file cannot be written.
     """

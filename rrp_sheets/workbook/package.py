@@ -84,12 +84,7 @@ class Handler(ContentHandler):
 class XmlReader:
     """Feeds a part of the package to a handler, piece by piece, so that one may stop early and go on later.
 
-    Args:
-        stream: the part's bytes.
-        handler: what to do with the elements.
-        name: of the file, for messages.
-        part: of the package, for messages.
-        budget: shared by all parts of a file.
+    The budget is shared by all parts of a file.
     """
 
     def __init__(self, stream: IO[bytes], handler: Handler, name: str, part: str, budget: Budget) -> None:
@@ -198,12 +193,7 @@ class Relations(Handler):
 
 
 class Package:
-    """The checked zip of one file; raises UnreadableFile for everything suspicious.
-
-    Args:
-        data: the file's bytes.
-        name: the file's name, for messages.
-    """
+    """The checked zip of one file; raises UnreadableFile for everything suspicious."""
 
     def __init__(self, data: bytes, name: str) -> None:
         self.name = name

@@ -18,10 +18,6 @@ _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff\u202a-\u202e
 def sheet_name(text: str, others: Iterable[str] = ()) -> str:
     """The name as it is used, without spaces at its ends.
 
-    Args:
-        text: as somebody typed it.
-        others: the names of the other sheets.
-
     Raises:
         SheetsError: no sheet can have this name, and why.
 

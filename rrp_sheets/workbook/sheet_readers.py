@@ -45,14 +45,7 @@ class FilledRow:
 
 
 class OwnTable:
-    """A sheet of ours.
-
-    Args:
-        sheet: as the backend gave it, whole.
-        recognised: where its headers are.
-        kind: as it was recognised.
-        report: where findings go.
-    """
+    """A sheet of ours, read whole; findings go into the report."""
 
     def __init__(self, sheet: RawSheet, recognised: Recognised, kind: SheetKind, report: Report) -> None:
         self.sheet, self.report = sheet, report
@@ -110,12 +103,7 @@ class OwnTable:
         return False
 
     def cell(self, line: FilledRow, header: str | int) -> Cell:
-        """A cell of a column, cleaned as its kind wants.
-
-        Args:
-            line: the row.
-            header: the standard one; the column's number when it has a header of its own.
-        """
+        """A cell of a column, told by its standard header or its number, cleaned as its kind wants."""
         column = self.columns.get(header, 0) if isinstance(header, str) else header
         address = self.address(line.number, column or 1)
         raw, cells = line.cells.get(column, _BLANK), self._cells.get(column, PLAIN.cells)
@@ -156,11 +144,7 @@ class OwnTable:
         return Cell(text, address, original)
 
     def report_hidden(self, lines: Mapping[int, object]) -> None:
-        """Warn of rows that cannot be seen but are active.
-
-        Args:
-            lines: the active rows by number.
-        """
+        """Warn of active rows, given by their numbers, that cannot be seen."""
         if self.sheet.hidden and lines:
             self.add("SHEET010", Address(self.sheet.name), sheet=self.sheet.name)
         hidden = sorted(self.sheet.hidden_rows & lines.keys())

@@ -171,9 +171,7 @@ def beginning(kind: str, robot: str = "nao") -> list[list[str]]:
 def place_of(kind: str, sheets: Mapping[str, str]) -> str:
     """The sheet that a new one of a kind stands before; empty: at the end.
 
-    Args:
-        kind: of the new sheet.
-        sheets: all sheets in their order, with the kind of each; empty for the user's own.
+    `sheets` has all sheets in their order, with the kind of each; empty for the user's own.
 
     >>> place_of("behaviour", {"Read me": "", "Tracking": "behaviour", "Devices": "devices", "Lists": ""})
     'Devices'

@@ -77,11 +77,6 @@ def from_csv(field: str) -> str:
 def to_csv(text: str, delimiter: str = ",", quoted: bool = False) -> str:
     """A text as a field: guarded against being calculated, and quoted where it must be.
 
-    Args:
-        text: of the cell.
-        delimiter: between the fields.
-        quoted: whether to quote it in any case.
-
     >>> to_csv("=1+1"), to_csv("-0.5"), to_csv("a, b")
     ("'=1+1", '-0.5', '"a, b"')
     """
@@ -200,9 +195,7 @@ def csv_hint(text: str) -> str:
 def csv_delimiter(text: str, name: str) -> str:
     """The delimiter: the one that the file names, that makes a header row of ours, or that gives most columns.
 
-    Args:
-        text: of the file.
-        name: of the file; in a .tsv file it is the tab unless the file names another.
+    In a .tsv file, told by its name, it is the tab unless the file names another.
     """
     if hint := csv_hint(text):
         return hint.lstrip()[4]

@@ -173,14 +173,7 @@ class TextTable(ABC):
 
 
 class CsvTable(TextTable):
-    """A CSV file.
-
-    Args:
-        name: of the sheet.
-        text: of the file.
-        newline: its line break.
-        file: its name, which tells a .tsv file.
-    """
+    """A CSV file, or a .tsv file, which `file` tells."""
 
     def __init__(self, name: str, text: str, newline: str, file: str = "") -> None:
         super().__init__(name, newline)
@@ -472,10 +465,7 @@ def _move(names: list[str], edit: MoveSheet) -> None:
 class MarkdownSheets:
     """A Markdown text cut into what stands before the first sheet, and the sheets.
 
-    Args:
-        text: of the file.
-        names: its sheets; other headings belong to what is around them.
-        newline: the file's line break.
+    Headings that are not in `names` belong to what is around them.
     """
 
     def __init__(self, text: str, names: list[str], newline: str) -> None:

@@ -213,14 +213,9 @@ def place(reference: str) -> tuple[int, int] | None:
 
 
 class SheetHandler(Handler):
-    """Collects the filled cells, merged ranges and hidden rows of a sheet.
+    """Collects the filled cells, merged ranges and hidden rows of a sheet, as much of it as `extent` wants.
 
-    Args:
-        sheet: its name, for messages.
-        extent: how much of it is wanted; reading stops after that.
-        strings: the shared texts.
-        styles: the styles that show dates or times.
-        mac_epoch: whether dates count from 1904.
+    With `mac_epoch` dates count from 1904.
     """
 
     def __init__(

@@ -10,7 +10,8 @@ import time
 import pytest
 import xlsxwriter
 
-from rrp_sheets.workbook.editing import MoveRows, SetCell, edit, read_sheets
+from rrp_sheets.workbook.editing import edit, read_sheets
+from rrp_sheets.workbook.edits import MoveRows, SetCell
 
 ROWS, LIMIT_S = 10_000, 0.5
 

@@ -14,7 +14,8 @@ import xlsxwriter
 from PIL import Image
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.editing import Edit, edit, read_sheets
+from rrp_sheets.workbook.editing import edit, read_sheets
+from rrp_sheets.workbook.edits import Edit
 
 HEADERS = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes", "Mine"]
 ROWS = [

@@ -20,15 +20,7 @@ _ZIP64 = 1
 
 
 class PackageEdit:
-    """The package of one file while it is being changed.
-
-    Args:
-        data: the file's bytes.
-        name: the file's name, for messages.
-
-    Raises:
-        UnreadableFile: for what is broken or refused, as in reading.
-    """
+    """The package of one file while it is being changed; raises UnreadableFile as in reading."""
 
     def __init__(self, data: bytes, name: str) -> None:
         self._data = data

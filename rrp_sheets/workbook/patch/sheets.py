@@ -189,12 +189,7 @@ def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -
 
 
 class StyleMerger:
-    """Merger of a made sheet's styles into those of a package: each is looked for there, or added.
-
-    Args:
-        here: the package's style part.
-        made: the made sheet's.
-    """
+    """Merger of a made sheet's styles into those of a package: each is looked for there, or added."""
 
     def __init__(self, here: XmlPart, made: XmlPart) -> None:
         self._here, self._made = here, made
@@ -226,11 +221,7 @@ class StyleMerger:
 def place_style(styles: XmlPart, group: str, new: etree._Element, known: dict[str, list[bytes]]) -> int:
     """The place of an element in a list of a style part, which is added where there is none like it.
 
-    Args:
-        styles: the part.
-        group: the name of the list.
-        new: the element.
-        known: of every list the canonical forms of its elements, filled here.
+    `known` gets the canonical forms of every list's elements.
     """
     holder = styles.container("styleSheet", group)
     if holder is None:
@@ -433,13 +424,7 @@ def _packed(data: bytes) -> str:
 
 
 def referring(data: bytes, name: str, sheet: str) -> list[str]:
-    """Return the references to a sheet, in words.
-
-    Args:
-        data: the file's bytes.
-        name: the file's name, for messages.
-        sheet: the sheet's name.
-    """
+    """Return the references to a sheet, in words."""
     package = PackageEdit(data, name)
     return list(dict.fromkeys(_found(package, package.book.names[package.index(sheet)])))
 

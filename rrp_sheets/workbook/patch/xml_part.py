@@ -63,11 +63,7 @@ class Touchable:
 
 
 class XmlPart(Touchable):
-    """A part of a package; raises SheetsError for broken or unsafe XML.
-
-    Attributes:
-        root: its first element.
-    """
+    """A part of a package; raises SheetsError for broken or unsafe XML."""
 
     def __init__(self, data: bytes) -> None:
         declared = DECLARED.search(data)
