@@ -14,7 +14,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import TITLES, is_single
 from rrp_sheets.workbook.sheet_names import free_name
 from rrp_sheets.workbook.template import beginning, place_of
@@ -114,7 +114,7 @@ def _as_there(sheets: Sheets, kind: str) -> list[list[str]]:
 def _refuse_columns(headers: Sequence[str]) -> None:
     if len(headers) > _MOST_COLUMNS:
         raise Refused(N_("A table has at most {n} columns.", n=_MOST_COLUMNS), N_("Name fewer."))
-    kind = recognise(RawSheet("", {(1, c): RawCell(text) for c, text in enumerate(headers, 1) if text})).kind
+    kind = recognise(text_sheet("", [headers])).kind
     if kind is not None:
         raise Refused(
             N_("Columns of these names make a sheet {kind}.", kind=kind.shown), N_("Name the columns otherwise.")

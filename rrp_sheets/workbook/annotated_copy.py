@@ -18,7 +18,6 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.sheet_list import SHEETS
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml, cells, put_value
 from rrp_sheets.workbook.patch.sheets import place_style
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, new_element, parse, set_attributes
@@ -152,18 +151,13 @@ def _widen(sheet: SheetXml, column: int) -> None:
 def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> None:
     """Add the sheet with all findings; each leads to its cell."""
     names = package.book.names
-    title = list(sheet_titles([*names, TITLE] if TITLE not in names else [*names, f"{TITLE} of the check"]).values())[
-        -1
-    ]
+    *_, title = sheet_titles([*names, TITLE if TITLE not in names else f"{TITLE} of the check"]).values()
     number = 1
     while f"{_PART}{number}.xml" in package.package:
         number += 1
     part = f"{_PART}{number}.xml"
     package.added[part] = _list_xml(findings, styles, language)
-    relation = listed.free_relation(package)
-    listed.put_part(package, part, relation)
-    sheet = {"name": title, "sheetId": str(listed.free_number(package)), listed.id_name(package): relation}
-    listed.put_new(package, package.book.part, SHEETS, "sheet", sheet)
+    listed.put_sheet(package, part, title)
 
 
 def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> bytes:

@@ -29,6 +29,14 @@ def refuse_open_file(path: Path) -> None:
             )
 
 
+def already_there(path: Path) -> SheetsError:
+    """The error for a file that must not be replaced."""
+    return SheetsError(
+        N_("There is already a file “{name}”; it was left as it is.", name=path.name),
+        N_("Choose another name, or move that file."),
+    )
+
+
 def refuse_workbook(target: Path, source: Path) -> None:
     """Raise SheetsError when what is written about a workbook would take the place of a workbook or a run's record."""
     same = os.path.exists(target) and os.path.exists(source) and target.samefile(source)
@@ -92,10 +100,7 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
             _take_name(half, path)
         _keep_folder(path.parent)
     except FileExistsError:
-        raise SheetsError(
-            N_("There is already a file “{name}”; it was left as it is.", name=path.name),
-            N_("Choose another name, or move that file."),
-        ) from None
+        raise already_there(path) from None
     except OSError as error:
         why = error.strerror or N_("the system refuses it")
         remedy = N_("Choose a shorter name.") if error.errno == errno.ENAMETOOLONG else _REMEDY

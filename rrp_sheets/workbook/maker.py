@@ -18,7 +18,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.headers import Recognised, recognise
 from rrp_sheets.workbook.package import packed
-from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lists, list_name
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
 from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
@@ -65,7 +65,7 @@ def make_workbook(
     taken = {name.casefold() for name in sheets}
     lists_name = "Lists" if "lists" not in taken else "Lists for drop-downs"
     titles = sheet_titles([*sheets, lists_name])
-    recognised = {name: recognise(_raw(name, rows)) for name, rows in sheets.items()}
+    recognised = {name: recognise(text_sheet(name, rows)) for name, rows in sheets.items()}
     lists = _name_lists(book, titles[lists_name], offers, _streams(sheets, recognised, titles))
     for name, rows in sheets.items():
         SheetMaker(book.create_sheet(titles[name]), rows, recognised[name], lists).make()
@@ -93,10 +93,6 @@ def sheet_titles(names: Sequence[str]) -> dict[str, str]:
         taken.add(title.casefold())
         titles[name] = title
     return titles
-
-
-def _raw(name: str, rows: Sequence[Sequence[str]]) -> RawSheet:
-    return RawSheet(name, {(r, c): RawCell(t) for r, row in enumerate(rows, 1) for c, t in enumerate(row, 1) if t})
 
 
 def _streams(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -75,6 +75,12 @@ class RawSheet:
         for row, column in sorted(self.cells):
             rows.setdefault(row, {})[column] = self.cells[row, column]
         return rows
+
+
+def text_sheet(name: str, rows: Iterable[Sequence[str]]) -> RawSheet:
+    """Return a sheet of plain texts; blank ones are no cells."""
+    cells = {(r, c): RawCell(t) for r, row in enumerate(rows, 1) for c, t in enumerate(row, 1) if t.strip()}
+    return RawSheet(name, cells)
 
 
 class Extent(Enum):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
+from rrp_sheets.workbook.atomic import already_there
 from rrp_sheets.workbook.maker import Offers, make_workbook
 from rrp_sheets.workbook.schema import BEHAVIOUR, DEVICES, HELPERS, PROTOCOL, SCENE, SHEETS, TEST, TITLES, SheetKind
 
@@ -143,10 +144,7 @@ def refuse_name(path: Path) -> None:
             N_("Try “{name}”.", name=f"{path.stem}.xlsx"),
         )
     if path.exists():
-        raise SheetsError(
-            N_("There is already a file “{name}”; it was left as it is.", name=path.name),
-            N_("Choose another name, or move that file."),
-        )
+        raise already_there(path)
 
 
 _JOINTS = (

@@ -18,7 +18,7 @@ from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import Extent, RawCell, RawSheet, unreadable
+from rrp_sheets.workbook.raw import Extent, RawSheet, text_sheet, unreadable
 
 CELL_END = re.compile(r"(?<!\\)\|")
 DELIMITERS = ",;\t"
@@ -142,7 +142,7 @@ def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = (), t
     for sheet in sorted(files, key=lambda sheet: (places.get(sheet, len(places)), natural(sheet))):
         file = f"{sheet}{TAB_SUFFIX if sheet in tabs else '.csv'}"
         rows = _csv_rows(decode(files[sheet], file), file)
-        sheets.append(_sheet(sheet, rows))
+        sheets.append(text_sheet(sheet, rows))
         findings.extend(_overlong(sheet, rows))
     return TextBook("csv", sheets, findings, name)
 
@@ -155,7 +155,7 @@ def read_markdown(data: bytes, name: str) -> TextBook:
 
     def close() -> None:
         if heading and rows:
-            sheets.append(_sheet(heading, rows))
+            sheets.append(text_sheet(heading, rows))
             findings.extend(_overlong(heading, rows))
 
     for line in decode(data, name).split("\n"):
@@ -207,7 +207,7 @@ def csv_delimiter(text: str, name: str) -> str:
         if delimiter not in text and best is not None:
             continue
         rows = _parsed(text, delimiter, name)
-        ours = recognise(_sheet(name, rows[: limits.HEADER_ROWS])).kind is not None
+        ours = recognise(text_sheet(name, rows[: limits.HEADER_ROWS])).kind is not None
         fields = rows if bare == text else _parsed(bare, delimiter, name)
         width = max((len(r) for r in fields[: limits.HEADER_ROWS]), default=0)
         if best is None or (ours, width) > best[0]:
@@ -225,11 +225,6 @@ def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:
         return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
     except csv.Error as error:
         raise unreadable("FILE008", name=name, what=N_("a cell is too long or a double quote is not closed")) from error
-
-
-def _sheet(name: str, rows: list[list[str]]) -> RawSheet:
-    cells = {(r, c): RawCell(text) for r, row in enumerate(rows, 1) for c, text in enumerate(row, 1) if text.strip()}
-    return RawSheet(name, cells)
 
 
 def _overlong(sheet: str, rows: list[list[str]]) -> list[Diagnostic]:

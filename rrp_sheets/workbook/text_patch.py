@@ -30,7 +30,7 @@ from rrp_sheets.workbook.edits import (
     shown,
 )
 from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
 from rrp_sheets.workbook.text_books import (
     HEADING,
@@ -140,7 +140,8 @@ class TextTable(ABC):
     def _change_rows(self, edit: RowEdit) -> None:
         if edit.start < 1 or edit.count < 1:
             raise SheetsError(N_("There are no such rows."), N_("Rows count from 1; name at least one."))
-        recognised = recognise(self._raw())
+        head = [self.cells(line) for line in self.lines[: limits.HEADER_ROWS]]
+        recognised = recognise(text_sheet(self.name, head))
         first = max(recognised.row + 1 if recognised.kind else 1, self.first_movable)
         if edit.start < first:
             raise header_row(self.name, first - 1)
@@ -161,11 +162,6 @@ class TextTable(ABC):
         if isinstance(edit, (MoveRows, DeleteRows)):
             while len(self.lines) > 1 and self.lines[-1] == self.blank():
                 self.lines.pop()
-
-    def _raw(self) -> RawSheet:
-        rows = [self.cells(line) for line in self.lines[: limits.HEADER_ROWS]]
-        cells = {(r, c): RawCell(t) for r, row in enumerate(rows, 1) for c, t in enumerate(row, 1) if t.strip()}
-        return RawSheet(self.name, cells)
 
     def whole(self) -> str:
         """The text as it is now."""

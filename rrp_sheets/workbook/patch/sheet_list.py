@@ -248,12 +248,15 @@ def put_new(
     put(package, part, path, element, at)
 
 
-def put_part(package: PackageEdit, part: str, relation: str) -> None:
-    """List a worksheet's part among the package's parts, and among those that the workbook part refers to."""
+def put_sheet(package: PackageEdit, part: str, name: str, at: int = _LAST) -> None:
+    """List a new sheet, and its part among the package's parts and those that the workbook part refers to."""
+    relation = free_relation(package)
     types = {"PartName": f"/{part}", "ContentType": _SHEET_TYPE}
     put_new(package, TYPES_PART, TYPES, "Override", types)
     related = {"Id": relation, "Type": f"{_RELATIONS_SPACE}/worksheet", "Target": target(package, part)}
     put_new(package, relations_part(package), RELATIONS, "Relationship", related)
+    sheet = {"name": name, "sheetId": str(free_number(package)), id_name(package): relation}
+    put_new(package, package.book.part, SHEETS, "sheet", sheet, at)
 
 
 def relations_part(package: PackageEdit) -> str:

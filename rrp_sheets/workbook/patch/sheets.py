@@ -38,7 +38,7 @@ from rrp_sheets.workbook.patch.references import (
 )
 from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, Piece, change, cut, paste
 from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
-from rrp_sheets.workbook.raw import RawCell, RawSheet
+from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
 from rrp_sheets.workbook.xlsx import number
@@ -80,11 +80,8 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
     made = new_sheet(package, name, edit.rows, lists_of([*known]))
     part = listed.free_part(package)
     package.added[part] = made.xml
-    relation = listed.free_relation(package)
-    listed.put_part(package, part, relation)
     listed.renumber(package, lambda n: n + (n >= place))
-    sheet = {"name": name, "sheetId": str(listed.free_number(package)), listed.id_name(package): relation}
-    listed.put_new(package, package.book.part, SHEETS, "sheet", sheet, place)
+    listed.put_sheet(package, part, name, place)
     titles = []
     if made.titles:
         listed.define(package, "_xlnm.Print_Titles", f"{quoted(name)}!{made.titles}", place)
@@ -150,8 +147,7 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
     from rrp_sheets.workbook.maker import SheetMaker
 
     texts = [[str(text) for text in row] for row in rows]
-    cells = {(r, c): RawCell(t) for r, row in enumerate(texts, 1) for c, t in enumerate(row, 1) if t}
-    what = recognise(RawSheet(name, cells))
+    what = recognise(text_sheet(name, texts))
     book = Workbook()
     book.remove(book.worksheets[0])
     maker = SheetMaker(book.create_sheet(name), texts, what, lists)
