@@ -14,8 +14,7 @@ from rrp_sheets.documents.grid import make_grid
 from rrp_sheets.help.finding import text_on
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.schema import BEHAVIOUR, CELLS, SHEETS, CellChoice, Column
+from rrp_sheets.workbook.schema import BEHAVIOUR, CELLS, SHEETS, CellChoice, Column, recognise
 from rrp_sheets.workbook.template import beginning
 
 ROWS = """

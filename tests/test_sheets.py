@@ -19,8 +19,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SetCell
-from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.schema import TITLES
+from rrp_sheets.workbook.schema import TITLES, recognise
 from rrp_sheets.workbook.template import beginning
 
 HEAD = beginning("behaviour")

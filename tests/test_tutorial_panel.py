@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.documents import Document
+from rrp_sheets.documents.grid import CellText
 from rrp_sheets.documents.journal import Journal
-from rrp_sheets.documents.row_changes import CellText
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.testing.partly import in_order
 from rrp_sheets.testing.run import run_tests

@@ -16,8 +16,8 @@ from rrp_sheets.cli.terminal import opened
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawSheet
+from rrp_sheets.workbook.schema import recognise
 
 if TYPE_CHECKING:
     from rrp_sheets.services.changes_drawn import Compared

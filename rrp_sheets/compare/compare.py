@@ -26,8 +26,8 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import RawSheet
+from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_readers import words
 
 # Notes of changes without effect.

@@ -20,8 +20,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.schema import BEHAVIOUR
+from rrp_sheets.workbook.schema import BEHAVIOUR, recognise
 
 
 @dataclass

@@ -4,6 +4,6 @@ The web grid is one user of it; a notebook could be another. Everything here wor
 """
 
 from rrp_sheets.documents.document import Document
-from rrp_sheets.documents.row_changes import CellText, Changed, Refused
+from rrp_sheets.documents.grid import CellText, Changed, Refused
 
 __all__ = ["CellText", "Changed", "Document", "Refused"]

@@ -9,9 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rrp_sheets.documents.grid import Grid
+from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange
 from rrp_sheets.documents.journal import Journal, Version, made_for, requests_now
-from rrp_sheets.documents.row_changes import CellText, Changed, Refused, SheetChange
 from rrp_sheets.documents.sheet_edits import SheetEdits
 from rrp_sheets.documents.steps import (
     Batch,
@@ -38,7 +37,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import Edit, SetCell
-from rrp_sheets.workbook.headers import recognise
+from rrp_sheets.workbook.schema import recognise
 
 
 class Document:

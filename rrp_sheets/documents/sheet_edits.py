@@ -6,16 +6,15 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.row_changes import Changed, Refused
+from rrp_sheets.documents.grid import Changed, Refused
 from rrp_sheets.documents.sheet_references import renamed_cells, users
 from rrp_sheets.documents.steps import SheetIn, SheetNamed, SheetOut, SheetPlaced, Sheets, SheetStep, added
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import TITLES, is_single
+from rrp_sheets.workbook.schema import TITLES, is_single, recognise
 from rrp_sheets.workbook.sheet_names import free_name
 from rrp_sheets.workbook.template import beginning, place_of
 

@@ -6,8 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 
-from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.row_changes import CellText, Changed, Clash, Refused, SheetChange
+from rrp_sheets.documents.grid import CellText, Changed, Clash, Grid, Refused, SheetChange
 from rrp_sheets.documents.sheet_references import renamed_cells, run_cell, run_names
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key

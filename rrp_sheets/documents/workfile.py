@@ -6,9 +6,8 @@ import stat
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
-from rrp_sheets.documents.grid import Grid, make_grid
+from rrp_sheets.documents.grid import Changed, Grid, Refused, SheetChange, make_grid
 from rrp_sheets.documents.journal import Identities, Journal, Version, requests_now
-from rrp_sheets.documents.row_changes import Changed, Refused, SheetChange
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
@@ -17,9 +16,9 @@ from rrp_sheets.workbook.atomic import refuse_open_file, write_atomically
 from rrp_sheets.workbook.atomic import stamp_of as file_stamp
 from rrp_sheets.workbook.editing import clean_up, edit
 from rrp_sheets.workbook.edits import Edit
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Book, Extent, RawSheet
 from rrp_sheets.workbook.reading import open_book
+from rrp_sheets.workbook.schema import recognise
 
 
 class WorkFile:

@@ -19,8 +19,7 @@ from rrp_sheets.robots import Joint, Robot
 from rrp_sheets.robots.gestures import SIDES, parse_angle
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
-from rrp_sheets.workbook.headers import recognise
-from rrp_sheets.workbook.schema import GESTURES
+from rrp_sheets.workbook.schema import GESTURES, recognise
 from rrp_sheets.workbook.template import beginning, place_of
 
 FIRST, BETWEEN = 1.0, 1.0  # s: the first keyframe's time, and between two, unless somebody says otherwise

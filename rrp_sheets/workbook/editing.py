@@ -22,6 +22,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, sweep, write_atomically
 from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
@@ -37,7 +38,7 @@ from rrp_sheets.workbook.reading import (
 )
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
-from rrp_sheets.workbook.text_patch import CsvFolder
+from rrp_sheets.workbook.text_patch import CsvFolder, CsvTable, EncodedText, MarkdownSheets, MarkdownTable
 
 
 class FileChanged(SheetsError):
@@ -148,8 +149,6 @@ def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
 
 
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
-    from rrp_sheets.workbook.text_patch import CsvFolder, CsvTable, EncodedText
-
     folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
     paths = csv_paths(path)
     stamps = {name: stamp_of(paths[name]) for name in folder}
@@ -181,8 +180,6 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
 
 
 def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit], expected: str | None) -> Edited:
-    from rrp_sheets.workbook.text_patch import EncodedText, MarkdownSheets, MarkdownTable
-
     names = list(open_book(path)[0].names)
     if expected not in (None, digest := text_digest({path.name: data}, named=False)):
         raise _changed(path)
@@ -213,7 +210,6 @@ def _changed(path: Path) -> FileChanged:
 
 def _refuse_unreadable(data: bytes, name: str) -> None:
     """A result that we could not read ourselves (too large, say) is not written."""
-    from rrp_sheets.workbook import limits
     from rrp_sheets.workbook.package import Package
 
     if len(data) > limits.FILE_BYTES:

@@ -16,10 +16,9 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.headers import Recognised, recognise
 from rrp_sheets.workbook.package import packed
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, fixed_lists, list_name
+from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, Recognised, fixed_lists, list_name, recognise
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
 from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
 

@@ -24,9 +24,8 @@ from rrp_sheets.model.workbook import (
 )
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.headers import NearMiss, Recognised, recognise
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
-from rrp_sheets.workbook.schema import BEHAVIOUR
+from rrp_sheets.workbook.schema import BEHAVIOUR, NearMiss, Recognised, recognise
 from rrp_sheets.workbook.sheet_readers import (
     OwnTable,
     is_named,

@@ -26,9 +26,8 @@ from rrp_sheets.model.workbook import (
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
-from rrp_sheets.workbook.headers import Recognised
 from rrp_sheets.workbook.raw import Kind, Range, RawCell, RawSheet
-from rrp_sheets.workbook.schema import PLAIN, SheetKind
+from rrp_sheets.workbook.schema import PLAIN, Recognised, SheetKind
 
 _SEPARATORS = re.compile(r"[,、，\n]")
 _BLANK = RawCell("")

@@ -17,8 +17,8 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import Extent, RawSheet, text_sheet, unreadable
+from rrp_sheets.workbook.schema import recognise
 
 CELL_END = re.compile(r"(?<!\\)\|")
 DELIMITERS = ",;\t"

@@ -29,8 +29,8 @@ from rrp_sheets.workbook.edits import (
     check_value,
     shown,
 )
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.raw import text_sheet
+from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
 from rrp_sheets.workbook.text_books import (
     HEADING,

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
+from rrp_sheets.documents.grid import SheetChange
 from rrp_sheets.documents.journal import Answers, Journal, made_for
-from rrp_sheets.documents.row_changes import SheetChange
 from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker

@@ -6,10 +6,10 @@ import io
 import zipfile
 from xml.sax.saxutils import escape
 
-from rrp_sheets.workbook.headers import Recognised, recognise
 from rrp_sheets.workbook.patch.sheet_xml import SheetXml, may_have_formulas
 from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, local, remove
 from rrp_sheets.workbook.raw import Extent
+from rrp_sheets.workbook.schema import Recognised, recognise
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.xlsx import XlsxBook
 

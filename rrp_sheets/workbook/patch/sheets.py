@@ -20,7 +20,6 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
-from rrp_sheets.workbook.headers import recognise
 from rrp_sheets.workbook.package import packed
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
@@ -39,7 +38,7 @@ from rrp_sheets.workbook.patch.references import (
 from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, Piece, change, cut, paste
 from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles
+from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles, recognise
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
 from rrp_sheets.workbook.xlsx import number
 
