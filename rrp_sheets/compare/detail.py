@@ -279,7 +279,12 @@ def _scene(side: Side) -> list[ListRow]:
     actions = {a.row: a for a in side.checked.scene or ()}
     lines = []
     for row in side.workbook.scene or ():
-        cells = {N_("time"): row.time, N_("thing"): row.thing, N_("does"): row.does, N_("value"): row.value}
+        cells: dict[str, Cell] = {
+            N_("time"): row.time,
+            N_("thing"): row.thing,
+            N_("does"): row.does,
+            N_("value"): row.value,
+        }
         place = row.thing.address
         us = parse_duration(row.time.text, bare="s")
         meaning: dict[str, Hashable] = {n: key(c.text) for n, c in cells.items()}
@@ -355,7 +360,12 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 
 def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> ListRow:
-    cells = {N_("time"): row.time, N_("stream"): row.stream, N_("send"): row.send, N_("expect"): row.expect}
+    cells: dict[str, Cell] = {
+        N_("time"): row.time,
+        N_("stream"): row.stream,
+        N_("send"): row.send,
+        N_("expect"): row.expect,
+    }
     home, mark, name = row.stream.text.partition("!")
     stream = f"{key(home)}!{key(name)}" if mark else key(home)
     if not mark and stream not in side.streams:  # an ordinary stream without its sheet: that of the first that has it
