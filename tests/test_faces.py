@@ -12,6 +12,7 @@ pytest.importorskip("cv2")
 from portraits import FACE, Studio
 
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.model.trace_events import FACE_REMEMBERED
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.faces import SAME, Faces
 from rrp_sheets.sim.messages import Spec
@@ -156,7 +157,7 @@ def test_why_a_face_is_not_remembered_is_told() -> None:
     run = Run(enters(1.4, "Mia", 1.0, 0.0))
     assert run.remember() == "There is no face to remember in view."
     run.go(1.5)
-    assert run.remember("Anna") == "The face is remembered as Anna."
+    assert run.remember("Anna") == f"{FACE_REMEMBERED}Anna."
     assert run.remember("Anna") == "The face is remembered already, as Anna."
     run.world.close()
 

@@ -68,13 +68,17 @@ def test_a_text_with_a_translation_is_marked(extracted):
         "checks",
         "compare",
         "connectors",
+        "drivers",
+        "engine",
         "robots",
         "scene",
         "formulas",
         "graph",
         "replay",
+        "sim",
         "testing",
         "workbook",
+        "workers",
     ):
         for path in Path(rrp_sheets.__file__).parent.joinpath(package).rglob("*.py"):
             tree = ast.parse(path.read_text(encoding="utf-8"))

@@ -266,7 +266,7 @@ def faces_command(folder: Path, forget: str | None, forget_all: bool) -> None:
     from rrp_sheets.sim import face_memory
 
     if forget_all:
-        click.echo(f"{face_memory.forget_all(folder)} wiped.")
+        click.echo(face_memory.forget_all(folder))
     elif forget is not None:
         click.echo(f"{face_memory.forget(folder, forget)} is wiped.")
     else:

@@ -18,6 +18,7 @@ from rrp_sheets.private import private_folder
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.sim.messages import Outcome, Spec
 from rrp_sheets.sim.process import SimProcess
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
     from rrp_sheets.sim.camera import Pixels
@@ -72,8 +73,10 @@ class SimulatedWorld(World):
             try:
                 private_folder(out)
             except OSError as error:
-                message = f"The folder “{out}” cannot be made ({error.strerror})."
-                raise SheetsError(message, "Name another folder with --out.") from None
+                raise SheetsError(
+                    N_("The folder “{out}” cannot be made ({reason}).", out=str(out), reason=error.strerror),
+                    N_("Name another folder with --out."),
+                ) from None
         self._records: dict[str, RecordType] = {}
         for use in sensors:
             found = robot.find(use.device)

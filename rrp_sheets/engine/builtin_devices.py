@@ -14,6 +14,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Notice, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, RecordType, Value, show
+from rrp_sheets.texts import N_
 
 FIRST = -1  # the rank of what the engine's own devices give: before all rows
 MIN_DELAY_US = 1_000
@@ -98,7 +99,10 @@ class BuiltinDevices:
         mine = _Waiting(command, now)
         us = duration_of(command.value, use.settings.get("time"))
         if us is None:
-            words = f"{use.name} is not told how long: {show(command.value)} is no time, and its Time cell is blank."
+            words = N_(
+                "{name} is not told how long: {value} is no time, and its Time cell is blank.",
+                name=use.name, value=show(command.value),
+            )  # fmt: skip
             self._host.tell(Notice("error", words, use.stream, command.row))
             self._tell_done(mine, completed=False)
             return

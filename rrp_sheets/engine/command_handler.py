@@ -15,7 +15,7 @@ from typing import Protocol
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
-from rrp_sheets.engine.engine import Engine
+from rrp_sheets.engine.engine import Engine, switch_text
 from rrp_sheets.engine.live_edits import Editor
 from rrp_sheets.engine.run_events import OperatorEvent, PauseEvent, RefusalEvent, RunObserver
 from rrp_sheets.engine.scene import SceneEntities
@@ -27,6 +27,7 @@ from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 from rrp_sheets.scene.scene_sheet import OPERATOR, parse_scene
 from rrp_sheets.scene.scene_words import draw_scene
+from rrp_sheets.texts import N_, sentences
 
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0
@@ -118,29 +119,33 @@ class CommandHandler:
         if not self._controller.pause(us):
             return None
         self._observer.handle(PauseEvent(us, True))
-        return OperatorAction("pause", "Paused.", command.by)
+        return OperatorAction("pause", N_("Paused."), command.by)
 
     def _resume(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if not self._controller.resume(us):
             return None
         self._observer.handle(PauseEvent(us, False))
-        return OperatorAction("resume", "Goes on.", command.by)
+        return OperatorAction("resume", N_("Goes on."), command.by)
 
     def _step(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if self._controller.pause(us):
             self._observer.handle(PauseEvent(us, True))
         self._controller.step(us)
-        return OperatorAction("step", "One frame.", command.by)
+        return OperatorAction("step", N_("One frame."), command.by)
 
     def _speed(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         factor = float(command.what["factor"])
         if factor and not SLOWEST <= factor <= FASTEST:
             raise SheetsError(
-                f"The speed {factor:g} is not possible.",
-                f"Choose one from {SLOWEST:g} to {FASTEST:g} times real time, or as fast as it can.",
+                N_("The speed {factor:g} is not possible.", factor=factor),
+                N_(
+                    "Choose one from {slowest:g} to {fastest:g} times real time, or as fast as it can.",
+                    slowest=SLOWEST,
+                    fastest=FASTEST,
+                ),
             )
         self._controller.speed(factor, us)
-        words = f"Speed {factor:g}." if factor else "As fast as it can."
+        words = N_("Speed {factor:g}.", factor=factor) if factor else N_("As fast as it can.")
         return OperatorAction("speed", words, command.by, {"factor": factor})
 
     # ---- the rows
@@ -154,11 +159,12 @@ class CommandHandler:
         if key(name) not in plan.behaviours:
             if key(name) in shown:
                 raise SheetsError(
-                    f"The behaviour {shown[key(name)]} is not part of this run.",
-                    "Write its sheet's name into Run of the sheet Protocol, and run again.",
+                    N_("The behaviour {behaviour} is not part of this run.", behaviour=shown[key(name)]),
+                    N_("Write its sheet's name into Run of the sheet Protocol, and run again."),
                 )
             near = nearest(name, [shown[k] for k in plan.behaviours])
-            raise SheetsError(f"There is no behaviour “{name}”.", f"Did you mean {near}?" if near else "")
+            remedy = N_("Did you mean {guess}?", guess=near) if near else ""
+            raise SheetsError(N_("There is no behaviour “{name}”.", name=name), remedy)
         if not self._engine.turn(key(name), on):
             return None
         return switched(shown[key(name)], on, command.by)
@@ -182,8 +188,11 @@ class CommandHandler:
         label = str(command.what["label"])
         if key(label) not in self._buttons:
             known = ", ".join(self._buttons.values())
-            remedy = f"The buttons are: {known}." if known else "Name an operator's button (Start button) in a row."
-            raise SheetsError(f"There is no button “{label}” in this run.", remedy)
+            remedy = (
+                N_("The buttons are: {names}.", names=known) if known
+                else N_("Name an operator's button (Start button) in a row.")
+            )  # fmt: skip
+            raise SheetsError(N_("There is no button “{label}” in this run.", label=label), remedy)
         label = self._buttons[key(label)]
         self._controller.act((SceneAction(us, command.by or OPERATOR, "press", {"label": label}),))
         return OperatorAction("press", label, command.by, {"label": label})
@@ -212,16 +221,20 @@ class CommandHandler:
     def _put(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         thing, at = str(command.what["thing"]), tuple(float(c) for c in command.what["at"])
         if len(at) != 3 or not all(math.isfinite(c) and abs(c) <= FARTHEST for c in at):
-            raise SheetsError(f"{thing} cannot be put there.", f"Put it within {FARTHEST:g} m of the robot.")
+            raise SheetsError(
+                N_("{thing} cannot be put there.", thing=thing),
+                N_("Put it within {farthest:g} m of the robot.", farthest=FARTHEST),
+            )
         detail = {"thing": thing, "put": [round(c, 4) for c in at]}
         move = SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})
         entry = None if self._is_there(thing) else self._entities.entry(thing)
         if entry is None:
             self._require(thing)
             self._controller.act((move,))
-            return OperatorAction("scene", f"{thing} is put to {_spot(at)}.", command.by, detail)
+            words = N_("{thing} is put to {place} m.", thing=thing, place=_spot(at))
+            return OperatorAction("scene", words, command.by, detail)
         self._controller.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
-        words = f"{entry.thing} appears at {_spot(at)}."
+        words = N_("{thing} appears at {place} m.", thing=entry.thing, place=_spot(at))
         return OperatorAction("scene", words, command.by, {**detail, "appears": True})
 
     def _is_there(self, thing: str) -> bool:
@@ -231,8 +244,10 @@ class CommandHandler:
     def _require(self, thing: str) -> None:
         if not self._is_there(thing):
             present = self._controller.things()
-            there = f"There are: {', '.join(present)}." if present else "Nothing is there."
-            raise SheetsError(f"“{thing}” is not in the scene now.", f"Let it appear first. {there}")
+            there = N_("There are: {names}.", names=", ".join(present)) if present else N_("Nothing is there.")
+            raise SheetsError(
+                N_("“{thing}” is not in the scene now.", thing=thing), sentences(N_("Let it appear first."), there)
+            )
 
     def _look(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         self._controller.watch(**{("look" if command.kind == "look" else "wanted"): bool(command.what["wanted"])})
@@ -240,13 +255,12 @@ class CommandHandler:
 
 
 def _spot(at: Sequence[float]) -> str:
-    return f"{', '.join(f'{c:.2f}' for c in at)} m"
+    return ", ".join(f"{c:.2f}" for c in at)
 
 
 def switched(behaviour: str, on: bool, by: str = "") -> OperatorAction:
     """A behaviour was switched, by somebody or by a row."""
-    words = f"The behaviour {behaviour} is switched {'on' if on else 'off'}."
-    return OperatorAction("switch", words, by, {"behaviour": behaviour, "on": on})
+    return OperatorAction("switch", switch_text(behaviour, on), by, {"behaviour": behaviour, "on": on})
 
 
 def buttons(sensors: Collection[DeviceUse]) -> list[DeviceUse]:

@@ -27,6 +27,7 @@ from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.scene.scene_words import draw_scene
+from rrp_sheets.texts import N_
 
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
@@ -177,11 +178,11 @@ class Engine(ABC):
         """Switch a behaviour (its key) `on`, `off`, or the other way (`toggle`); between instants only."""
         name = next((b.name for b in self.plan.checked.graph.behaviours if b.key == behaviour), "")
         if behaviour not in self.plan.behaviours:
-            self.tell(Notice("error", "There is no such behaviour to switch."))
+            self.tell(Notice("error", N_("There is no such behaviour to switch.")))
             return
         wanted = (behaviour not in self.on) if state == "toggle" else state == "on"
         if wanted != (behaviour in self.on):
-            self.tell(Notice("note", f"The behaviour {name} is switched {'on' if wanted else 'off'}."))
+            self.tell(Notice("note", switch_text(name, wanted)))
             self.turn(behaviour, wanted)
 
     # ---- what people do, between instants only
@@ -284,6 +285,13 @@ class Engine(ABC):
                 self._observer.handle(FormulaFailure(self.clock.us, step.ref, failure, values))
 
         return fail
+
+
+def switch_text(behaviour: str, on: bool) -> str:
+    """Return the sentence that a behaviour is switched on or off."""
+    if on:
+        return N_("The behaviour {behaviour} is switched on.", behaviour=behaviour)
+    return N_("The behaviour {behaviour} is switched off.", behaviour=behaviour)
 
 
 _SILENT: Observable[Value] = never()  # an input whose rows are switched off: it keeps its place, and gives nothing

@@ -19,8 +19,9 @@ from rrp_sheets.graph import Step
 from rrp_sheets.model.exchange import OperatorAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Helper, Workbook
+from rrp_sheets.texts import N_
 
-REMEDY = "Restart the run to use them."
+REMEDY = N_("Restart the run to use them.")
 SWITCH_SECONDS = 0.0005  # a tenth of Python's: a check beside the frames holds them up so long at a time
 
 
@@ -68,13 +69,13 @@ class Editor:
     def _work(self, path: Path, by: str) -> None:
         interval = sys.getswitchinterval()
         sys.setswitchinterval(min(interval, SWITCH_SECONDS))
-        made: Edit | SheetsError = SheetsError("The edited workbook could not be checked.", REMEDY)
+        made: Edit | SheetsError = SheetsError(N_("The edited workbook could not be checked."), REMEDY)
         try:
             made = self._compared(path)
         except SheetsError as error:
             made = error
         except MemoryError:
-            made = SheetsError("The edited workbook needs more memory than a run may have.", REMEDY)
+            made = SheetsError(N_("The edited workbook needs more memory than a run may have."), REMEDY)
         finally:
             sys.setswitchinterval(interval)
             self._control.ask(OperatorCommand("edited", by, {"made": made}))
@@ -88,8 +89,8 @@ class Editor:
         if errors:
             where = f" ({errors[0].address})" if errors[0].address else ""
             raise SheetsError(
-                f"The edited workbook has errors{where}: {errors[0].message}",
-                "Mend them; until then the run goes on with the rows it has.",
+                N_("The edited workbook has errors{where}: {message}", where=where, message=errors[0].message),
+                N_("Mend them; until then the run goes on with the rows it has."),
             )
         return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
 
@@ -112,7 +113,10 @@ class Editor:
             self._engine.edit(ref, made.checked.formulas.get(step.ref), step.period_us)
         self.checked, self._steps = made.checked, made.steps
         places = list(dict.fromkeys(change["place"] for change in made.changes))
-        words = f"Used from {us / 1e6:g} s on: {', '.join(places)}." if places else "Nothing that runs has changed."
+        words = (
+            N_("Used from {seconds:g} s on: {places}.", seconds=us / 1e6, places=", ".join(places)) if places
+            else N_("Nothing that runs has changed.")
+        )  # fmt: skip
         return OperatorAction("edit", words, command.by, {"changes": list(made.changes), "rows": made.renewed})
 
 
@@ -130,7 +134,7 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
     """
     why = next(_differences(plan, edited), "")
     if why:
-        raise SheetsError(f"The run cannot go on with the edited rows: {why}.", REMEDY)
+        raise SheetsError(N_("The run cannot go on with the edited rows: {reason}.", reason=why), REMEDY)
     rows = {old.ref: new for old, new in _pairs(plan, edited)}
     changes: list[Mapping[str, Any]] = list(_sheets_changed(used.workbook, edited.checked.workbook))
     everything = bool(changes)  # a helper may be in any formula
@@ -160,21 +164,21 @@ def _differences(plan: Plan, edited: Plan) -> Iterator[str]:
     """Yield the reasons why a run cannot go on with an edited plan, in words; only the first is shown."""
     was, now = plan.checked, edited.checked
     if was.robot.name != now.robot.name:
-        yield "the Protocol names another robot"
+        yield N_("the Protocol names another robot")
     if (was.run.engine, was.run.frame_rate) != (now.run.engine, now.run.frame_rate):
-        yield "the Protocol's Engine or its frame rate is another one"
+        yield N_("the Protocol's Engine or its frame rate is another one")
     if list(plan.behaviours) != list(edited.behaviours) or plan.on != edited.on:
-        yield "other behaviours are to run"
+        yield N_("other behaviours are to run")
         return
     for behaviour in plan.behaviours:
         yield from _rows_differ(plan, edited, behaviour)
     for one, other in zip_longest(_devices(plan), _devices(edited)):
         if one != other:
-            yield f"the device of {(one or other or ('',))[0]} or its settings were changed"
+            yield N_("the device of {name} or its settings were changed", name=(one or other or ("",))[0])
     if _actions(was) != _actions(now):
-        yield "the Scene was changed"
+        yield N_("the Scene was changed")
     if _gestures(was.workbook) != _gestures(now.workbook):
-        yield "the Gestures were changed"
+        yield N_("the Gestures were changed")
 
 
 def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
@@ -185,20 +189,23 @@ def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
         if "!#" in old.output and "!#" in new.output:
             names[new.output] = old.output
     for old, new in zip(old_rows, new_rows, strict=False):
-        where = f"row {new.ref}" + (f" (in the run {old.ref})" if old.ref != new.ref else "")
+        where = N_("row {row}", row=new.ref)
+        if old.ref != new.ref:
+            where = N_("row {row} (in the run {old})", row=new.ref, old=old.ref)
         if old.connector.name != new.connector.name:
-            yield f"{where} has another connector"
+            yield N_("{where} has another connector", where=where)
         elif old.inputs != tuple(names.get(i, i) for i in new.inputs):
-            yield f"{where} has other inputs"
+            yield N_("{where} has other inputs", where=where)
         elif old.output != names.get(new.output, new.output):
-            yield f"{where} has another output"
+            yield N_("{where} has another output", where=where)
         elif old.row.priority != new.row.priority:
-            yield f"{where} has another priority"
+            yield N_("{where} has another priority", where=where)
         elif (old.ref in plan.checked.formulas) != (new.ref in edited.checked.formulas):
-            yield f"{where} has a formula where there was none, or none where there was one"
-    if len(old_rows) != len(new_rows):
-        more = "more" if len(new_rows) > len(old_rows) else "fewer"
-        yield f"{sheet} has {more} rows that are switched on and get something"
+            yield N_("{where} has a formula where there was none, or none where there was one", where=where)
+    if len(new_rows) > len(old_rows):
+        yield N_("{sheet} has more rows that are switched on and get something", sheet=sheet)
+    elif len(new_rows) < len(old_rows):
+        yield N_("{sheet} has fewer rows that are switched on and get something", sheet=sheet)
 
 
 def _devices(plan: Plan) -> list[tuple[str, str, object]]:

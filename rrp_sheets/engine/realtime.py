@@ -13,6 +13,7 @@ from rrp_sheets.engine.ports import Actuator, Arrivals, LiveWorld, Sensor, World
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, WorldSnapshot
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import N_
 
 LAST_STEP_WITHIN = 15.0  # s, for a step that has begun when the run stops
 STANDING = 0.25  # s between two looks while the run is paused, if nobody wakes it
@@ -259,9 +260,13 @@ class EventQueue:
         """
         if self._queue.qsize() > MOST_WAITING:
             raise RunBroken(
-                f"Events come faster than the rows work them out: more than {MOST_WAITING:,} are waiting.",
-                "Look for two rows that command one actuator after its own done stream, and let one of them do so; "
-                "or let fewer values through (throttle, changes, sample).",
+                N_(
+                    "Events come faster than the rows work them out: more than {most:,} are waiting.", most=MOST_WAITING
+                ),
+                N_(
+                    "Look for two rows that command one actuator after its own done stream, and let one of them do so; "
+                    "or let fewer values through (throttle, changes, sample)."
+                ),
             )
         wait = (until_us - self.now_us) / 1_000_000
         try:

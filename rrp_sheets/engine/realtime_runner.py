@@ -25,6 +25,7 @@ from rrp_sheets.engine.realtime import EventQueue, QueuedEvent, SnapshotThrottle
 from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice, SceneAction
+from rrp_sheets.texts import N_
 
 START_WITHIN = 20.0  # s, for one device
 STOP_WITHIN = 2.0  # s, for all sensors
@@ -77,12 +78,14 @@ class RealtimeRunner:
         self._world.open(self._queue)
         for use in self._plan.outer_sensors:
             sensor = self._world.sensor(use)
-            _start_one(f"The sensor stream “{use.name}”{places[use.stream]}", partial(sensor.start, self._queue))
+            what = N_("The sensor stream “{name}”{where}", name=use.name, where=places[use.stream])
+            _start_one(what, partial(sensor.start, self._queue))
             self._sensors.append((use.name, sensor))
         self._engine = wire()
         for use in self._plan.outer_actuators:
             hand = ActuatorThread(use.name, self._world.actuator(use), self._queue)
-            _start_one(f"The actuator stream “{use.name}”{places[use.stream]}", hand.start)
+            what = N_("The actuator stream “{name}”{where}", name=use.name, where=places[use.stream])
+            _start_one(what, hand.start)
             self._hands[use.stream] = hand
 
     def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
@@ -190,8 +193,8 @@ class RealtimeRunner:
         """Not here: the event loop goes by the wall clock. Raises SheetsError."""
         if factor != 1:
             raise SheetsError(
-                "This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed.",
-                "Write frame as the Engine of its Protocol, and run again.",
+                N_("This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed."),
+                N_("Write frame as the Engine of its Protocol, and run again."),
             )
 
     def act(self, actions: Sequence[SceneAction]) -> None:
@@ -239,10 +242,11 @@ class RealtimeRunner:
             self._engine.finish()
         bounded(REST_WITHIN, [(hand.name, hand.rest) for hand in hands])
         left: list[Notice] = []
-        bounded(CLOSE_WITHIN, [("the robot", lambda: left.extend(self._world.close() or ()))])
+        bounded(CLOSE_WITHIN, [(N_("the robot"), lambda: left.extend(self._world.close() or ()))])
         if errors:
             raise errors[0]
-        return [*left, *(Notice("error", f"{name} did not stop in time and was left behind.") for name in hung)]
+        late = [N_("{name} did not stop in time and was left behind.", name=name) for name in hung]
+        return [*left, *(Notice("error", text) for text in late)]
 
 
 def _start_one(what: str, call: Callable[[], None]) -> None:
@@ -250,9 +254,13 @@ def _start_one(what: str, call: Callable[[], None]) -> None:
     try:
         late = run_with_timeout(START_WITHIN, [(what, call)])
     except RunBroken as error:
-        raise RunBroken(f"{what} did not start: {error.message}", error.remedy) from None
+        why = N_("{what} did not start: {message}", what=what, message=error.message)
+        raise RunBroken(why, error.remedy) from None
     if late:
-        raise RunBroken(f"{what} did not start within {START_WITHIN:g} s.", "Check the device, and run again.")
+        raise RunBroken(
+            N_("{what} did not start within {seconds:g} s.", what=what, seconds=START_WITHIN),
+            N_("Check the device, and run again."),
+        )
 
 
 _LOOK = 0.05  # s between two looks, each of which counts as no more

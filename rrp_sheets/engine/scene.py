@@ -10,6 +10,7 @@ from rrp_sheets.model.exchange import ROW_ABOVE, Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.scene.scene_words import FACE_HEIGHT, draw_scene
+from rrp_sheets.texts import N_
 
 
 class SceneEntities:
@@ -90,7 +91,7 @@ class SceneTriggers:
     def left(self) -> list[Notice]:
         """Notes on the rows that have not had their event, for the end of the run."""
         return [
-            Notice("note", f"{a.thing}: what this row waits for has not come.", row=f"Scene!{a.row}")
+            Notice("note", N_("{thing}: what this row waits for has not come.", thing=a.thing), row=f"Scene!{a.row}")
             for a in (self._rows[i] for i in sorted(self._open))
         ]
 

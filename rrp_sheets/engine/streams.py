@@ -12,6 +12,7 @@ from reactivex.disposable import Disposable
 from rrp_sheets.engine.clock import RANK, FrameClock
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.values import Value
+from rrp_sheets.texts import N_
 
 
 class LiveStream(Observable[Value]):
@@ -43,9 +44,11 @@ class LiveStream(Observable[Value]):
         clock.came += 1
         if clock.came > clock.most:
             raise RunBroken(
-                f"Rows multiply what they get: more than {clock.most:,} values came in one moment.",
-                "Look for two rows that send the same values on to one stream (merge), or command one actuator after "
-                "its own done stream, and let one of them do so.",
+                N_("Rows multiply what they get: more than {most:,} values came in one moment.", most=clock.most),
+                N_(
+                    "Look for two rows that send the same values on to one stream (merge), or command one actuator "
+                    "after its own done stream, and let one of them do so."
+                ),
             )
         self.latest = value
         self.at_us = clock.us

@@ -21,6 +21,7 @@ from rrp_sheets.model.exchange import Notice, OperatorAction
 from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.private import private_text
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.engine.plan import Plan
@@ -114,4 +115,5 @@ class TraceWriter(RunObserver):
 
 
 def _unwritten(error: OSError) -> RunBroken:
-    return RunBroken(f"The trace cannot be written ({error.strerror}).", "Make room, and run again.")
+    why = N_("The trace cannot be written ({reason}).", reason=error.strerror)
+    return RunBroken(why, N_("Make room, and run again."))

@@ -17,6 +17,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Failure, Record, Value, record_from_mapping
 from rrp_sheets.model.workbook import Address, Cell
 from rrp_sheets.robots import Robot
+from rrp_sheets.texts import N_
 
 OPEN_KINDS = (StreamKind.SENSOR, StreamKind.DONE)
 _HERE = Address("Send")
@@ -99,7 +100,8 @@ class ValueInjector:
             base = sensed_now(stream, checked.robot, self._engine.streams[stream.id].arrived + 1)
         value = self._sender.value(self._sending(text, stream, checked), base, stream.name)
         if type(value) is Failure:
-            raise SheetsError(f"“{text}” cannot be worked out: {value.message}", "Change it, and send again.")
+            why = N_("“{text}” cannot be worked out: {reason}", text=text, reason=value.message)
+            raise SheetsError(why, N_("Change it, and send again."))
         return stream, value
 
     def _sending(self, text: str, stream: Stream, checked: Checked) -> Sending:
@@ -123,9 +125,12 @@ class ValueInjector:
         known = [s.name for s in self._open.values()]
         other = next((s for s in self._streams.values() if key(s.name) == key(name) and s.name), None)
         if other is not None:
-            message = f"“{other.name}” is no sensor stream, and what it has comes from rows."
+            message = N_("“{name}” is no sensor stream, and what it has comes from rows.", name=other.name)
         else:
-            message = f"No row of this run reads a sensor stream “{name}”."
+            message = N_("No row of this run reads a sensor stream “{name}”.", name=name)
         near = nearest(name, known)
-        listed = f"Values can be sent into: {', '.join(known)}." if known else "This run has no sensor streams."
-        return SheetsError(message, f"Did you mean {near}?" if near and other is None else listed)
+        if near and other is None:
+            return SheetsError(message, N_("Did you mean {guess}?", guess=near))
+        if known:
+            return SheetsError(message, N_("Values can be sent into: {names}.", names=", ".join(known)))
+        return SheetsError(message, N_("This run has no sensor streams."))

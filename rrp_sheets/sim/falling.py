@@ -12,6 +12,7 @@ from rrp_sheets.model.exchange import Notice
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import Body, Vector
 from rrp_sheets.sim.stance import Stance
+from rrp_sheets.texts import N_
 
 HELD = 10.0  # N: a push that the guide withstands
 CHEST = 0.08  # m above the torso's frame, where a push acts
@@ -19,11 +20,11 @@ TIPPED = 0.8  # rad from how it stood before: it falls, and nothing will stop th
 CALM_US = 1_000_000  # so long after a push it must have come to rest for the guide to take it again
 CALM_RATE = 0.15  # rad/s, of the torso: at rest
 UPSET = 0.12  # rad: a robot that is tilted by more is still on its way
-FALLEN = (
+FALLEN = N_(
     "The robot has fallen. Its motors rest, and it moves no more in this run; speech and eyes go on. "
     "Look in the Scene sheet for what pushes it, or run again."
 )
-LIES = "The robot lies on the floor: its motors rest, so this is not carried out."
+LIES = N_("The robot lies on the floor: its motors rest, so this is not carried out.")
 
 
 class Falling:

@@ -28,6 +28,7 @@ from rrp_sheets.sim.camera import FilmCamera, Pixels, Shot
 from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.motion import Point
 from rrp_sheets.sim.stage import FRONT
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
@@ -197,7 +198,7 @@ class Film:
             try:
                 self._writer.finish(self.shots)
             except OSError as error:
-                self._world.unwritten("The film", error)
+                self._world.unwritten(N_("The film"), error)
 
 
 def _writer(out: Path, title: str) -> FilmWriter:

@@ -22,13 +22,12 @@ from rrp_sheets.model.exchange import DeviceUse, Notice
 from rrp_sheets.sim.espeak import Espeak
 from rrp_sheets.sim.talk import RATE, PendingSpeech, Signal, Talk, Utterance
 from rrp_sheets.sim.voice import Speech, Tell
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from pocketsphinx import Decoder
 
 
-MISSING = "Words are not recognised: the package {package} is not installed. Type them in the run panel: Send a value."
-ENGLISH = "only English words are recognised. Type it in the run panel: Send a value."
 MOST_TOLD = 5
 DECOYS = 24
 WORTH = 15.0  # times as likely as a decoy
@@ -230,7 +229,12 @@ class Hearing:
             try:
                 self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech)
             except ImportError as error:
-                self._tell(Notice("error", MISSING.format(package=error.name or "pocketsphinx")))
+                text = N_(
+                    "Words are not recognised: the package {package} is not installed. "
+                    "Type them in the run panel: Send a value.",
+                    package=error.name or "pocketsphinx",
+                )
+                self._tell(Notice("error", text))
 
     def listen(self, stream: str, words: Sequence[str]) -> Listener | None:
         """Listen for a sensor's words; None when nothing can be recognised."""
@@ -238,10 +242,14 @@ class Hearing:
             return None
         listener, deaf, same = self._ear.listener(f"s{len(self._listeners)}", words)
         if deaf:
-            told = f"{', '.join(f'“{text}”' for text in deaf[:MOST_TOLD])} cannot be heard: {ENGLISH}"
+            told = N_(
+                "{words} cannot be heard: only English words are recognised. Type it in the run panel: Send a value.",
+                words=", ".join(f"“{text}”" for text in deaf[:MOST_TOLD]),
+            )
             self._tell(Notice("error", told, stream))
         for one, other in same:
-            self._tell(Notice("note", f"“{other}” sounds like “{one}”: it is heard as “{one}”.", stream))
+            told = N_("“{other}” sounds like “{one}”: it is heard as “{one}”.", other=other, one=one)
+            self._tell(Notice("note", told, stream))
         self._listeners.append((tuple(words), listener))
         return listener
 
@@ -260,8 +268,7 @@ class Hearing:
         """Return notes on speech in which no sensor recognised a word; call it after the sensors were read."""
         self._heard.clear()
         return [
-            Notice("note", f"{said.action.thing} says “{said.text}”: {self._why(said, utterance)}",
-                      row=f"Scene!{said.action.row}" if said.action.row else "")
+            Notice("note", self._unheard(said, utterance), row=f"Scene!{said.action.row}" if said.action.row else "")
             for utterance in self._talk.over if utterance.is_last
             for said in utterance.said if not said.heard
         ]  # fmt: skip
@@ -271,17 +278,19 @@ class Hearing:
             self._heard[id(utterance)] = self._talk.microphone(utterance)
         return self._heard[id(utterance)]
 
-    def _why(self, said: PendingSpeech, utterance: Utterance) -> str:
+    def _unheard(self, said: PendingSpeech, utterance: Utterance) -> str:
+        template = N_("{thing} says “{words}”: the robot has not understood it.")
         if not self._listeners:
-            return "no sensor of this workbook listens for words."
-        if said.cut:
-            return "the robot does not hear while it speaks."
-        if not any(words_in(said.text, words) for words, _ in self._listeners):
-            return "no sensor of this workbook listens for that."
-        if not said.text.isascii():
-            return "the robot has not understood it; it knows only English words."
-        loud = f" The noise is {utterance.noise:.0%}." if utterance.noise >= 0.05 else ""
-        return f"the robot has not understood it.{loud}"
+            template = N_("{thing} says “{words}”: no sensor of this workbook listens for words.")
+        elif said.cut:
+            template = N_("{thing} says “{words}”: the robot does not hear while it speaks.")
+        elif not any(words_in(said.text, words) for words, _ in self._listeners):
+            template = N_("{thing} says “{words}”: no sensor of this workbook listens for that.")
+        elif not said.text.isascii():
+            template = N_("{thing} says “{words}”: the robot has not understood it; it knows only English words.")
+        elif utterance.noise >= 0.05:
+            template = N_("{thing} says “{words}”: the robot has not understood it. The noise is {noise}.")
+        return N_(template, thing=said.action.thing, words=said.text, noise=f"{utterance.noise:.0%}")
 
 
 def words_in(text: str, words: tuple[str, ...]) -> list[str]:

@@ -19,6 +19,7 @@ from rrp_sheets.sim.camera import Pixels
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.face_traits import PEOPLE, Traits, outline
 from rrp_sheets.sim.faces import DetectedFace, FaceModels, Features
+from rrp_sheets.texts import N_
 
 FORMATS = ("PNG", "JPEG")
 MOST_BYTES = 10_000_000
@@ -29,7 +30,7 @@ PALE: RGB = (0.93, 0.93, 0.94)  # behind a head, as in the room
 NEAR, FAR = 118, 62  # pixels of a head's height from about 1 m and 2 m
 FADES = 0.84  # of a head's half width: from there outwards a photograph goes over into skin and hair
 HAIRLINE = -0.25  # of half a portrait, downwards from its middle: above it that is hair
-REMEDY = "Use a PNG or JPEG picture of one person who looks into the camera."
+REMEDY = N_("Use a PNG or JPEG picture of one person who looks into the camera.")
 # Eyes, nose and corners of the mouth as a portrait has them: parts of half its side from its middle, y up.
 _PLACES = ((-0.33, 0.04), (0.33, 0.04), (0.0, -0.22), (-0.23, -0.53), (0.23, -0.53))
 _ANYBODY = Traits((1, 1, 1), (0, 0, 0), (0, 0, 0), (1, 0, 0), width=0.80, jaw=0.63, chin=0.52)
@@ -104,7 +105,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
     roomy = np.asarray(cv2.copyMakeBorder(picture, edge, edge, edge, edge, cv2.BORDER_REPLICATE), dtype=np.uint8)
     face = max(models.find(roomy), key=lambda f: f.width * f.height, default=None)
     if face is None:
-        raise SheetsError(f"No face can be found in the picture “{path.name}”.", REMEDY)
+        raise SheetsError(N_("No face can be found in the picture “{name}”.", name=path.name), REMEDY)
     square = _upright(roomy, face)
     skin = _colour_of(square[SIDE * 55 // 100 : SIDE * 65 // 100, SIDE // 4 : SIDE * 3 // 4])
     hair = _colour_of(square[SIDE // 50 : SIDE // 8, SIDE // 3 : SIDE * 2 // 3])
@@ -120,21 +121,23 @@ def read_picture(path: Path) -> Pixels:
     name = path.name
     try:
         if path.stat().st_size > MOST_BYTES:
-            raise SheetsError(f"The picture “{name}” is larger than {MOST_BYTES // 1_000_000} MB.", "Make it smaller.")
+            why = N_("The picture “{name}” is larger than {n} MB.", name=name, n=MOST_BYTES // 1_000_000)
+            raise SheetsError(why, N_("Make it smaller."))
         with Pillow.open(path, formats=FORMATS) as opened:
             wide, high = opened.size
             if wide * high > MOST_PIXELS:
-                raise SheetsError(
-                    f"The picture “{name}” has {wide} × {high} pixels, which is too large.", "Make it smaller."
-                )
+                why = N_("The picture “{name}” has {wide} × {high} pixels, which is too large.", name=name, wide=wide,
+                         high=high)  # fmt: skip
+                raise SheetsError(why, N_("Make it smaller."))
             if min(wide, high) < LEAST:
-                raise SheetsError(f"The picture “{name}” has only {wide} × {high} pixels.", REMEDY)
+                why = N_("The picture “{name}” has only {wide} × {high} pixels.", name=name, wide=wide, high=high)
+                raise SheetsError(why, REMEDY)
             return _upright_as_taken(opened)
     except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError, UnidentifiedImageError) as error:
-        why = (
-            error.strerror if isinstance(error, OSError) and error.strerror else "it is no PNG or JPEG, or it is broken"
-        )
-        raise SheetsError(f"The picture “{name}” cannot be read: {why}.", REMEDY) from None
+        reason = error.strerror if isinstance(error, OSError) else ""
+        reason = reason or N_("it is no PNG or JPEG, or it is broken")
+        why = N_("The picture “{name}” cannot be read: {reason}.", name=name, reason=reason)
+        raise SheetsError(why, REMEDY) from None
 
 
 def _upright_as_taken(opened: Any) -> Pixels:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
 from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.sim.messages import BEATS, IDLE, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
 from rrp_sheets.workers.transport import MessageReader, encode, ready
@@ -33,7 +34,7 @@ COMPUTE_WITHIN = 20.0  # s of its processor time without progress; usually some 
 STILL_WITHIN = 10.0  # s without processor time while it has a request
 REST_BEGINS_WITHIN = 1.0  # s from Stop, of its processor time or without any: then it is ended
 LOOK_EVERY = 0.1  # s
-REMEDY_DIED = "Run it again; if it happens again, please report it with the workbook."
+REMEDY_DIED = N_("Run it again; if it happens again, please report it with the workbook.")
 PYBULLETS = ("pybullet", "pybullet-arm64")  # the packages that bring the module pybullet; one of them is installed
 NEEDED = {"pybullet": "pybullet", "cv2": "opencv-python-headless", "numpy": "numpy", "PIL": "pillow"}
 
@@ -47,11 +48,19 @@ def require() -> None:
     """Raise MissingPart when the simulator cannot run here."""
     lacking = missing()
     if lacking:
+        one = N_("The simulator needs {packages}. Python {version} on this computer ({system}) does not have it.")
+        many = N_("The simulator needs {packages}. Python {version} on this computer ({system}) does not have them.")
         raise MissingPart(
-            f"The simulator needs {', '.join(lacking)}. Python {platform.python_version()} on this computer "
-            f"({platform.system()} {platform.machine()}) does not have {'it' if len(lacking) == 1 else 'them'}.",
-            "Install rrp-sheets with Python 3.11, 3.12 or 3.13 on Linux x86-64, macOS or Windows (in WSL). "
-            "Checking, drawing and explaining work without it.",
+            N_(
+                one if len(lacking) == 1 else many,
+                packages=", ".join(lacking),
+                version=platform.python_version(),
+                system=f"{platform.system()} {platform.machine()}",
+            ),
+            N_(
+                "Install rrp-sheets with Python 3.11, 3.12 or 3.13 on Linux x86-64, macOS or Windows (in WSL). "
+                "Checking, drawing and explaining work without it."
+            ),
         )
 
 
@@ -59,9 +68,9 @@ def about() -> str:
     """Return in a line whether the simulator can run here: with which package, or what is missing."""
     lacking = missing()
     if lacking:
-        return f"no, {', '.join(lacking)} missing"
+        return N_("no, {packages} missing", packages=", ".join(lacking))
     found = [f"{d.name} {d.version}" for d in importlib.metadata.distributions() if d.name in PYBULLETS]
-    return f"yes, {', '.join(sorted(set(found))) or 'pybullet'}"
+    return N_("yes, {packages}", packages=", ".join(sorted(set(found))) or "pybullet")
 
 
 class Simulator:
@@ -137,15 +146,16 @@ class Simulator:
             since = self._cpu() - self._asked
             self._still_before_rest = self._still_before_rest + passed if still else 0.0
             if max(since, self._still_before_rest) > REST_BEGINS_WITHIN:
-                return (
-                    f"The simulator did not react to Stop within {REST_BEGINS_WITHIN:g} s and was ended. "
-                    "The robot did not come to its rest."
+                return N_(
+                    "The simulator did not react to Stop within {seconds:g} s and was ended. "
+                    "The robot did not come to its rest.",
+                    seconds=REST_BEGINS_WITHIN,
                 )
         if still > STILL_WITHIN:
-            return f"The simulator has not answered for {STILL_WITHIN:g} s."
+            return N_("The simulator has not answered for {seconds:g} s.", seconds=STILL_WITHIN)
         limit = COMPUTE_WITHIN if opened else OPEN_WITHIN
         if used > limit and state:
-            return f"The simulator has computed for {limit:g} s without an answer."
+            return N_("The simulator has computed for {seconds:g} s without an answer.", seconds=limit)
         return ""
 
     def exit_words(self) -> str:
@@ -259,7 +269,7 @@ class SimProcess:
 
     def _ask(self, request: str, *arguments: object) -> Any:
         if self._link is None:
-            raise RunBroken("The simulator is not running.", "Start the run again.")
+            raise RunBroken(N_("The simulator is not running."), N_("Start the run again."))
         self._number += 1
         try:
             takes, gives = REQUESTS[request]
@@ -289,7 +299,7 @@ class SimProcess:
 
     def _last_words(self) -> str:
         words = self._simulator.exit_words() if self._simulator is not None else self._ending()
-        return words if words.endswith(".") else f"The simulator has ended unexpectedly{words}."
+        return words if words.endswith(".") else N_("The simulator has ended unexpectedly{how}.", how=words)
 
     @staticmethod
     def _outcome(answer: Any) -> Outcome:

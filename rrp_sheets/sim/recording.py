@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from rrp_sheets.model.run_files import CAMERA, POSES
 from rrp_sheets.private import private_text
 from rrp_sheets.sim.camera import jpeg
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.sim.world import SimWorld
@@ -137,7 +138,7 @@ class Poses:
             self._file.flush()
         except OSError as error:  # a full disk: the run goes on, and is looked back at as far as this was written
             self._broken = True
-            self._unwritten("How the robot moves", error)
+            self._unwritten(N_("How the robot moves"), error)
         self._waiting.clear()
 
     def close(self) -> None:
@@ -207,7 +208,7 @@ class Pictures:
         self._broken = True
         self._waiting.clear()
         self._path.unlink(missing_ok=True)
-        self._unwritten("What the camera sees", error)
+        self._unwritten(N_("What the camera sees"), error)
 
 
 def _apart(told: Any, now: Any) -> bool:

@@ -9,9 +9,13 @@ from __future__ import annotations
 from rrp_sheets.model.exchange import Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.texts import N_
 
 TOUCH_US = 500_000
-_DOES = {"press": "presses", "touch": "touches"}
+_UNNOTICED = {
+    "press": N_("{thing} presses {what}: no sensor of this workbook notices it."),
+    "touch": N_("{thing} touches {what}: no sensor of this workbook notices it."),
+}
 
 
 class Signals:
@@ -68,8 +72,7 @@ class Signals:
         """Return notes on presses and touches that no sensor has noticed, once."""
         notes = []
         for action, verb, what in self._open:
-            why = "no sensor of this workbook notices it."
-            notes.append(Notice("note", f"{action.thing} {_DOES.get(verb, verb)} {what}: {why}",
-                                   row=f"Scene!{action.row}" if action.row else ""))  # fmt: skip
+            text = N_(_UNNOTICED[verb], thing=action.thing, what=what)
+            notes.append(Notice("note", text, row=f"Scene!{action.row}" if action.row else ""))
         self._open.clear()
         return notes

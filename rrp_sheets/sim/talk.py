@@ -21,6 +21,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.sim.espeak import Audio, Espeak
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.voice import Speech, keep
+from rrp_sheets.texts import N_
 
 Signal = NDArray[np.float32]
 RATE = 16_000  # samples a second, of the microphone
@@ -157,7 +158,8 @@ class Talk:
         row = f"Scene!{action.row}" if action.row else ""
         speaking = [name for name, until in self._busy.items() if until > us]
         if len(speaking) >= MOST_AT_ONCE:
-            told = f"{action.thing} says “{text}”: nobody hears it, too many speak at the same time."
+            told = N_("{thing} says “{words}”: nobody hears it, too many speak at the same time.", thing=action.thing,
+                      words=text)  # fmt: skip
             self._tell(Notice("note", told, row=row))
             return
         library = self._speech.library()
@@ -170,7 +172,8 @@ class Talk:
             file = f"person-{self._count:03}.wav"
             if self._out is not None:
                 keep(self._out / file, audio, rate, self._tell)
-        self._tell(Notice("person", f"{action.thing} says “{text}”", row=row, sound=file if self._out else ""))
+        told = N_("{thing} says “{words}”", thing=action.thing, words=text)
+        self._tell(Notice("person", told, row=row, sound=file if self._out else ""))
         sound = self._at_microphone(action, audio, rate)
         if self._open is None:
             self._open = Utterance(us, sound)

@@ -10,11 +10,12 @@ from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim.espeak import LONGEST, Audio, Espeak, NoSpeech, espeak
 from rrp_sheets.sim.sounds import louder, write_wave
+from rrp_sheets.texts import N_
 
 Tell = Callable[[Notice], None]
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
-NO_SPEECH = "There is no sound: the package espeakng-loader is not installed. Durations are estimated."
+NO_SPEECH = N_("There is no sound: the package espeakng-loader is not installed. Durations are estimated.")
 
 
 class Speech:
@@ -91,7 +92,7 @@ class Voice:
         """Begin a sentence."""
         self._now = Sounding(text, order, True)
         if len(text) > LONGEST:
-            told = f"Only the first {LONGEST:,} of {len(text):,} letters are said."
+            told = N_("Only the first {n:,} of {of:,} letters are said.", n=LONGEST, of=len(text))
             self._tell(Notice("clamp", told, order.stream, order.row))
         speed = float(settings["speed"])
         library = self._speech.library(order.stream, order.row)
@@ -101,7 +102,7 @@ class Voice:
         language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
         if not library.voice(language):
             library.voice(FALLBACK)
-            told = f"There is no voice for the language “{language}”; it is spoken in English."
+            told = N_("There is no voice for the language “{language}”; it is spoken in English.", language=language)
             self._tell(Notice("error", told, order.stream, order.row))
         self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate
@@ -151,4 +152,5 @@ def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:
         write_wave(path, audio, rate)
     except OSError as error:
         path.unlink(missing_ok=True)
-        tell(Notice("error", f"{path.name} could not be written ({error.strerror})."))
+        told = N_("{file} could not be written ({reason}).", file=path.name, reason=error.strerror)
+        tell(Notice("error", told))

@@ -37,6 +37,7 @@ from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.talk import Talk
 from rrp_sheets.sim.tracker import Detection, Trackers
 from rrp_sheets.sim.voice import Speech, Voice
+from rrp_sheets.texts import N_
 
 STEPS_A_SECOND = 240
 SOLVER_ROUNDS = 30  # of 50 usual: joints stay within 0.003 rad, a fifth faster
@@ -208,7 +209,10 @@ class SimWorld:
     def unwritten(self, what: str, error: Exception) -> None:
         """Report that a file of the run's record cannot be written; the run goes on without it."""
         why = error.strerror if isinstance(error, OSError) else ""
-        self._tell(Notice("note", f"{what} cannot be kept ({why or error}): make room before the next run."))
+        told = N_(
+            "{what} cannot be kept ({reason}): make room before the next run.", what=what, reason=why or str(error)
+        )
+        self._tell(Notice("note", told))
 
     def _by_people(self, action: SceneAction) -> None:
         """Carry out what people do without moving: they press, touch, speak, push."""

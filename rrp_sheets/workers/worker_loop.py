@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack
 from rrp_sheets.workers.liveness import Liveness, cpu_clock
 from rrp_sheets.workers.transport import MessageReader, encode
@@ -62,7 +63,8 @@ def answer(make: Callable[[], Any]) -> bytes:
     except SheetsError as error:
         return encode(["failed", pack(error)])
     except OSError as error:
-        return encode(["failed", pack(SheetsError(f"It cannot be read ({error.strerror}).", "Look at its folder."))])
+        why = N_("It cannot be read ({reason}).", reason=error.strerror)
+        return encode(["failed", pack(SheetsError(why, N_("Look at its folder.")))])
     except MemoryError:
         return encode(["memory"])
 

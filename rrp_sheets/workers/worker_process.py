@@ -55,7 +55,7 @@ class WorkerError(SheetsError):
     """
 
     def __init__(self, why: str, *, gone: bool = False, message: str = "", remedy: str = "") -> None:
-        super().__init__(message or f"It {why}.", remedy)
+        super().__init__(message or N_("It {why}.", why=why), remedy)
         self.why = why
         self.gone = gone
 
@@ -64,7 +64,7 @@ class WorkerClosed(SheetsError):
     """Error of a request to a worker that the program has closed, since it ends itself."""
 
     def __init__(self) -> None:
-        super().__init__("The program is being ended.")
+        super().__init__(N_("The program is being ended."))
 
 
 class WorkerProcess:
@@ -170,7 +170,7 @@ class WorkerProcess:
         while (left := deadline - time.monotonic()) > 0:
             messages = self.receive(min(left, _TELL_EVERY) if told else left)
             if messages is None:
-                raise WorkerError(f"ended unexpectedly{self.exit_summary()}", gone=True)
+                raise WorkerError(N_("ended unexpectedly{how}", how=self.exit_summary()), gone=True)
             for kind, *words in messages:
                 if kind == "done":
                     return words[0]
@@ -210,8 +210,10 @@ class WorkerProcess:
         self._log.seek(0)
         lines = self._log.read().decode(errors="replace").strip().splitlines()
         if code < 0:  # killed from outside: it had no last words, only what it printed at its start
-            return f" (signal {-code})"
-        return f" (exit code {code}: {lines[-1][:200]})" if lines else f" (exit code {code})"
+            return N_(" (signal {number})", number=-code)
+        if lines:
+            return N_(" (exit code {code}: {line})", code=code, line=lines[-1][:200])
+        return N_(" (exit code {code})", code=code)
 
 
 class RestartingWorker:

@@ -19,6 +19,7 @@ from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
+from rrp_sheets.texts import N_
 
 Tell = Callable[[Notice], None]
 
@@ -68,7 +69,10 @@ class Base:
 
     def wrong(self, order: Command, needs: str) -> None:
         """Report that a value cannot be used here."""
-        self.fail(order, f"{self.spec.name} cannot use {show(order.value)}: it needs {needs}.")
+        text = N_(
+            "{name} cannot use {value}: it needs {needs}.", name=self.spec.name, value=show(order.value), needs=needs
+        )
+        self.fail(order, text)
 
     def fail(self, order: Command, text: str, kind: str = "error") -> None:
         """Report why a command is not carried out, and end it."""
@@ -78,13 +82,14 @@ class Base:
     @property
     def refused(self) -> str:
         """Message for a command that a running one of a larger priority prevents."""
-        return f"{self.spec.name} does nothing now: what moves the robot has a higher priority."
+        return N_("{name} does nothing now: what moves the robot has a higher priority.", name=self.spec.name)
 
     def clamp(self, order: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
         """Return the value limited to its range, and report it when that changes the value."""
         limited = min(max(value, limits[0]), limits[1])
         if limited != value:
-            text = f"{what}: {value:.4g} → {limited:.4g}{unit}, its limit."
+            text = N_("{what}: {value:.4g} → {limited:.4g}{unit}, its limit.", what=what, value=value, limited=limited,
+                      unit=unit)  # fmt: skip
             self.parts.tell(Notice("clamp", text, order.stream, order.row))
         return limited
 

@@ -15,6 +15,7 @@ from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.body import Vector
 from rrp_sheets.sim.keyframes import Motion
 from rrp_sheets.sim.tracker import Detection, Pointing
+from rrp_sheets.texts import N_, sentences
 
 RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
 REACHED = 0.06  # rad: nearer than this a joint is where it was sent
@@ -103,12 +104,14 @@ class Keyframed(Base):
     def _tell_clamped(self, order: Command, motion: Motion | None) -> None:
         while motion is not None and motion.clamped:
             c = motion.clamped.pop(0)
-            text = f"{c.joint}: {c.wanted:.4g} → {c.given:.4g} rad, its limit there."
+            text = N_("{joint}: {wanted:.4g} → {given:.4g} rad, its limit there.", joint=c.joint, wanted=c.wanted,
+                      given=c.given)  # fmt: skip
             self.parts.tell(Notice("clamp", text, order.stream, order.row))
 
-    def unknown(self, order: Command, what: str, name: str, names: Sequence[str]) -> None:
+    def unknown(self, order: Command, template: str, name: str, names: Sequence[str]) -> None:
         """Report that no posture or gesture has a name, with the names that may be meant."""
-        self.fail(order, f"{self.spec.name}: there is no {what} {show(name[:60])}. {proposal(name, names)}")
+        said = N_(template, device=self.spec.name, name=show(name[:60]))
+        self.fail(order, sentences(said, proposal(name, names)))
 
 
 def proposal(name: str, names: Sequence[str]) -> str:
@@ -118,7 +121,7 @@ def proposal(name: str, names: Sequence[str]) -> str:
     ('Did you mean Wave?', 'There are: Nod, Wave.')
     """
     guess = nearest(name, names)
-    return f"Did you mean {guess}?" if guess else f"There are: {', '.join(names)}."
+    return N_("Did you mean {guess}?", guess=guess) if guess else N_("There are: {names}.", names=", ".join(names))
 
 
 class GestureActuator(Keyframed):
@@ -131,11 +134,11 @@ class GestureActuator(Keyframed):
             self._point(order, us, named)
             return
         if not isinstance(named, str):
-            self.wrong(order, "the name of a gesture, for example Wave, or something detected to point at")
+            self.wrong(order, N_("the name of a gesture, for example Wave, or something detected to point at"))
             return
         gesture = motions.get(key(named))
         if gesture is None:
-            self.unknown(order, "gesture", named, self.parts.body.robot.gestures)
+            self.unknown(order, N_("{device}: there is no gesture {name}."), named, self.parts.body.robot.gestures)
             return
         self._make(order, us, gesture)
 
@@ -171,11 +174,11 @@ class Posture(Keyframed):
         robot = self.parts.body.robot
         named = self.settings.get("name") or order.value
         if not isinstance(named, str):
-            self.wrong(order, "the name of a posture, for example StandInit")
+            self.wrong(order, N_("the name of a posture, for example StandInit"))
             return
         name = next((p for p in robot.postures if key(p) == key(named)), None)
         if name is None:
-            self.unknown(order, "posture", named, robot.postures)
+            self.unknown(order, N_("{device}: there is no posture {name}."), named, robot.postures)
             return
         route = self._route(name)
         frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(route, 1)]

@@ -9,6 +9,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.robots.trajectory import COUPLED
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.arbitration import Job
+from rrp_sheets.texts import N_
 
 REACHED = 0.03  # rad: nearer than this a joint is where it was sent
 PATIENCE_US = 1_000_000  # a joint that is not there so long after its motion is blocked: given up
@@ -31,16 +32,14 @@ class Track(Base):
     def take(self, order: Command, us: int) -> None:
         """Follow the target until another command ends it."""
         if not self.parts.seeing.intersection(order.sensors):
-            self.fail(
-                order,
-                f"{self.spec.name} has nothing to follow: its row does not come from a sensor that sees something.",
-            )
+            text = N_("{name} has nothing to follow: its row does not come from a sensor that sees something.",
+                      name=self.spec.name)  # fmt: skip
+            self.fail(order, text)
             return
         if key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
-            self.fail(
-                order,
-                f"{self.spec.name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
-            )
+            text = N_("{name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
+                      name=self.spec.name)  # fmt: skip
+            self.fail(order, text)
             return
         trackers, stream = self.parts.trackers, order.stream
         self.parts.arbiter.give_way(trackers.idle(stream, us), order.priority, us)
@@ -59,13 +58,13 @@ class SetJointPosition(Base):
         joint = body.robot.joints.get(key(named))
         joints = (joint.name,) if joint else body.robot.groups.get(key(named), ())
         if not joints:
-            self.fail(order, f"{self.spec.name}: there is no joint “{named}”.")
+            self.fail(order, N_("{device}: there is no joint “{name}”.", device=self.spec.name, name=named))
             return
         values = list(order.value) if isinstance(order.value, (list, tuple)) else [order.value]
         angles = [as_number(v) for v in values]
         if len(angles) != len(joints) or any(a is None or not math.isfinite(a) for a in angles):
-            many = f"a list of {len(joints)} angles in rad ({', '.join(joints)})"
-            self.wrong(order, "an angle in rad, for example 0.5" if len(joints) == 1 else many)
+            many = N_("a list of {n} angles in rad ({joints})", n=len(joints), joints=", ".join(joints))
+            self.wrong(order, N_("an angle in rad, for example 0.5") if len(joints) == 1 else many)
             return
         goals = dict(zip(joints, (a for a in angles if a is not None), strict=True))
         late = 0  # when the joints should have been where they were sent
@@ -95,7 +94,8 @@ class SetJointPosition(Base):
             name = COUPLED[other]
             asked, goals[name] = goals[name], goals[other]
             if asked != goals[other]:
-                text = f"{name}: {asked:.4g} → {goals[other]:.4g} rad, as one motor moves it together with {other}."
+                text = N_("{joint}: {asked:.4g} → {given:.4g} rad, as one motor moves it together with {other}.",
+                          joint=name, asked=asked, given=goals[other], other=other)  # fmt: skip
                 self.parts.tell(Notice("clamp", text, order.stream, order.row))
 
     def _move(self, order: Command, angles: dict[str, float]) -> None:
@@ -130,16 +130,22 @@ class Walk(Base):
         """Walk; a repeated command lets the walk continue, a different one begins from where the robot is."""
         asked = self._asked(order)
         if asked is None:
-            self.wrong(order, "a way: (forward, left, turn) in m, m and rad, for example (0.3, 0, 0)")
+            self.wrong(order, N_("a way: (forward, left, turn) in m, m and rad, for example (0.3, 0, 0)"))
             return
         if not any(asked):
-            self.fail(
-                order, f"{self.spec.name} walks nowhere: it needs Forward, Left or Turn, or a value that says so."
-            )
+            text = N_("{name} walks nowhere: it needs Forward, Left or Turn, or a value that says so.",
+                      name=self.spec.name)  # fmt: skip
+            self.fail(order, text)
             return
         limits = [self.parts.body.robot.devices["walk"].settings[m.lower()] for m in MEASURES]
         way = tuple(
-            self.clamp(order, f"{self.spec.name}: {m}", a, (float(s.lower or 0), float(s.upper or 0)), unit)
+            self.clamp(
+                order,
+                N_("{device}: {measure}", device=self.spec.name, measure=m),
+                a,
+                (float(s.lower or 0), float(s.upper or 0)),
+                unit,
+            )
             for m, a, s, unit in zip(MEASURES, asked, limits, UNITS, strict=True)
         )
         self._goes_on = way == self._way and self.parts.stance.walking
@@ -183,7 +189,7 @@ class Walk(Base):
                 if thing:
                     blocked = True
                     stance.stop_walking()
-                    text = f"{self.spec.name} stops: {thing} is in the way."
+                    text = N_("{name} stops: {thing} is in the way.", name=self.spec.name, thing=thing)
                     self.parts.tell(Notice("note", text, order.stream, order.row))
             if stance.walking:
                 return None

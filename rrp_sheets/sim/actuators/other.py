@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
-from rrp_sheets.model.trace_events import FACE_REMEMBERED
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.sim.actuators.base import Base, Parts, as_number
 from rrp_sheets.sim.colours import EXAMPLE, parse_colour
+from rrp_sheets.texts import N_, sentences
 
 
 class PrintActuator(Base):
@@ -38,7 +38,9 @@ class Later(Base):
             self.parts.arbiter.at_once(order, completed=False)
             return
         self._told = True
-        self.fail(order, f"{self.spec.name}: the simulated robot does not carry out {self.spec.device} yet.", "note")
+        text = N_("{name}: the simulated robot does not carry out {device} yet.", name=self.spec.name,
+                  device=self.spec.device)  # fmt: skip
+        self.fail(order, text, "note")
 
 
 class RememberFace(Base):
@@ -58,11 +60,12 @@ class RememberFace(Base):
         if not remembered:
             self.fail(order, why, "note")
             return
-        self.parts.tell(Notice("note", f"{FACE_REMEMBERED}{remembered}.", order.stream, order.row))
+        text = N_("The face is remembered as {name}.", name=remembered)
+        self.parts.tell(Notice("note", text, order.stream, order.row))
         try:
             self.parts.faces.keep()
         except SheetsError as error:
-            self.parts.tell(Notice("note", str(error), order.stream, order.row))
+            self.parts.tell(Notice("note", sentences(error.message, error.remedy), order.stream, order.row))
         self.parts.arbiter.at_once(order)
 
 
@@ -73,7 +76,7 @@ class EyeLedColor(Base):
         """Set the eyes' colour."""
         colour = parse_colour(order.value)
         if colour is None:
-            self.wrong(order, f"a colour, for example {EXAMPLE}")
+            self.wrong(order, N_("a colour, for example {example}", example=EXAMPLE))
             return
         self.parts.eyes.colour = colour
         self.parts.eyes.show()
@@ -87,7 +90,9 @@ class EyeColor(Base):
         """Set the eyes' colour."""
         colour = parse_colour(self.settings.get("colour"))
         if colour is None:
-            self.fail(order, f"{self.spec.name}: its setting Colour needs a colour, for example {EXAMPLE}.")
+            text = N_("{name}: its setting Colour needs a colour, for example {example}.", name=self.spec.name,
+                      example=EXAMPLE)  # fmt: skip
+            self.fail(order, text)
             return
         self.parts.eyes.colour = colour
         self.parts.eyes.show()
@@ -101,11 +106,11 @@ class EyeBrightness(Base):
         """Dim or brighten the eyes."""
         number = as_number(order.value)
         if number is None:
-            self.wrong(order, "a number from 0 to 1")
+            self.wrong(order, N_("a number from 0 to 1"))
             return
         colour = parse_colour(self.settings.get("colour"))
         if colour is not None:
             self.parts.eyes.colour = colour
-        self.parts.eyes.brightness = self.clamp(order, "Brightness", number, (0.0, 1.0))
+        self.parts.eyes.brightness = self.clamp(order, N_("Brightness"), number, (0.0, 1.0))
         self.parts.eyes.show()
         self.parts.arbiter.at_once(order)

@@ -12,6 +12,7 @@ from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.espeak import Audio
 from rrp_sheets.sim.keyframes import Motion
 from rrp_sheets.sim.sounds import RATE, from_wave, own_sound
+from rrp_sheets.texts import N_
 
 
 class _Say(Base):
@@ -31,7 +32,7 @@ class _Say(Base):
             if self._talking is not None:
                 self._talking.begin(order, us)
 
-        refused = f"“{text}” is not said: what is being said has a higher priority."
+        refused = N_("“{text}” is not said: what is being said has a higher priority.", text=text)
         self.parts.arbiter.take(Job(order, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
 
@@ -47,7 +48,7 @@ class SayInput(_Say):
         elif number is not None:
             self.say(f"{number:.6g}", order, us)
         else:
-            self.wrong(order, "a text to say")
+            self.wrong(order, N_("a text to say"))
 
 
 class SayParameter(_Say):
@@ -59,7 +60,6 @@ class SayParameter(_Say):
 
 
 LOWEST = float("-inf")  # priority: any other command takes the arm
-ARMS = {"L": "left arm", "R": "right arm"}
 PAUSE_US = 250_000  # between two of them
 OFFSET_US = 300_000  # the right arm begins later: two arms that always move alike look like a machine's
 
@@ -73,9 +73,10 @@ class Talking:
 
     def begin(self, order: Command, us: int) -> None:
         """Begin the gestures for the sentence of this command; they end when nothing is said any more."""
-        busy = self._parts.arbiter.driving()
-        for side, arm in ARMS.items():
-            if arm not in busy and self._parts.body.robot.talking:
+        busy, robot = self._parts.arbiter.driving(), self._parts.body.robot
+        for side in "LR" if robot.talking else "":
+            arm = robot.data["chains"].get(f"{side}Arm")
+            if arm and arm not in busy:
                 self._arm(side, arm, replace(order, stream=f"{order.stream} {arm}", priority=LOWEST), us)
 
     def _arm(self, side: str, arm: str, order: Command, us: int) -> None:
@@ -120,14 +121,15 @@ class PlaySound(Base):
         try:
             audio, rate = self._read(file) if file else (own(name), RATE)
         except BadSoundError as error:
-            self.fail(order, f"{self.spec.name}: the file “{file}” {error}.")
+            text = N_("{name}: the file “{file}” {reason}.", name=self.spec.name, file=file, reason=error.args[0])
+            self.fail(order, text)
             return
         voice, volume = self.parts.voice, float(self.settings.get("volume", 100))
 
         def begin(order: Command, us: int) -> None:
             voice.play(name, audio, rate, volume, order, us)
 
-        refused = f"“{name}” is not played: what is being said or played has a higher priority."
+        refused = N_("“{name}” is not played: what is being said or played has a higher priority.", name=name)
         self.parts.arbiter.take(Job(order, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
     def _read(self, file: str) -> tuple[Audio, int]:
