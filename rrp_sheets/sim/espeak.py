@@ -9,9 +9,9 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Audio = NDArray[np.int16]
+from rrp_sheets.sim.sounds import Audio
+
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
 SYNCHRONOUS = 2

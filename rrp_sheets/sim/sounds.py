@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rrp_sheets.robots.media_files import Wave
-from rrp_sheets.sim.espeak import Audio
 
 RATE = 22_050  # samples a second
 PEAK = 0.8  # of the loudest that a file can hold
 BEAT = 0.5  # s: dance music has 120 beats a minute
 FADE = 0.004  # s: without it a sound that ends would click
+Audio = NDArray[np.int16]
 Signal = NDArray[np.float64]
 _NAMES = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim.espeak import LONGEST, Audio, Espeak, NoSpeech, espeak
-from rrp_sheets.sim.sounds import louder, write_wave
+from rrp_sheets.sim.espeak import LONGEST, Espeak, NoSpeech, espeak
+from rrp_sheets.sim.sounds import Audio, louder, write_wave
 from rrp_sheets.texts import N_
 
 Tell = Callable[[Notice], None]
