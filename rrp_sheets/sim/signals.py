@@ -72,7 +72,8 @@ class Signals:
         """Return notes on presses and touches that no sensor has noticed, once."""
         notes = []
         for action, verb, what in self._open:
-            text = N_(_UNNOTICED[verb], thing=action.thing, what=what)
-            notes.append(Notice("note", text, row=f"Scene!{action.row}" if action.row else ""))
+            if verb in _UNNOTICED:
+                text = N_(_UNNOTICED[verb], thing=action.thing, what=what)
+                notes.append(Notice("note", text, row=f"Scene!{action.row}" if action.row else ""))
         self._open.clear()
         return notes
