@@ -15,7 +15,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.model.trace_events import FACE_REMEMBERED
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.faces import SAME, Faces
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 SECOND = 1_000_000

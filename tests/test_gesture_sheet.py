@@ -20,7 +20,7 @@ pytest.importorskip("cv2")
 
 from rrp_sheets.cli.pose import pose_command
 from rrp_sheets.model.exchange import Command, DeviceUse
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 EXAMPLE = bundled("robots", "nao", "examples", "Gesture.md")

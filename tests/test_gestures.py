@@ -22,7 +22,7 @@ from rrp_sheets.robots.gestures import Keyframe, load_gestures
 from rrp_sheets.robots.trajectory import MARGIN, Planner, joint_limits
 from rrp_sheets.sim.body import STEP
 from rrp_sheets.sim.keyframes import Motion, Motions
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 ROBOT = load_robot()

@@ -21,7 +21,7 @@ from rrp_sheets.recording.lookback.index import PIECE_EVENTS, index_trace
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim import recording
 from rrp_sheets.sim.film import FilmFile, write_strip
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.recording import Pictures
 from rrp_sheets.sim.world import SimWorld
 from rrp_sheets.workbook.maker import make_workbook

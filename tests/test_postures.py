@@ -12,7 +12,7 @@ pytest.importorskip("cv2")
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.actuators.keyframed import route
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 ROBOT = load_robot()

@@ -20,7 +20,7 @@ from rrp_sheets import api
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.scene.default_scene import default_scene
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 EVERYTHING = """

@@ -17,7 +17,7 @@ from rrp_sheets import api
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse
 from rrp_sheets.sim.actuators import ACTUATORS
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 RATE = 30

@@ -16,7 +16,7 @@ from rrp_sheets.resources import vendored
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import Shot
 from rrp_sheets.sim.film import EVERY, MOST, Film, choose, font_of
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 SECOND = 1_000_000

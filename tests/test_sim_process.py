@@ -89,7 +89,7 @@ def test_without_the_simulator_it_says_what_is_needed(monkeypatch: pytest.Monkey
 
 def test_the_physics_library_writes_nothing_to_the_standard_output() -> None:
     program = (
-        "from rrp_sheets.robots import load_robot\nfrom rrp_sheets.sim.messages import Spec\n"
+        "from rrp_sheets.robots import load_robot\nfrom rrp_sheets.sim.process import Spec\n"
         "from rrp_sheets.sim.world import SimWorld\nSimWorld(Spec(load_robot())).close()\nprint('done')\n"
     )
     done = subprocess.run(

@@ -16,7 +16,7 @@ from play import check, rows
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import AHEAD, Lens, photograph
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 SECOND = 1_000_000

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.sensors import FARTHEST, NEAREST, Beam, cone
 from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere
 from rrp_sheets.sim.world import SimWorld

@@ -34,9 +34,8 @@ from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings
-from rrp_sheets.sim.espeak import espeak
-from rrp_sheets.sim.messages import REQUESTS, Outcome, Spec
-from rrp_sheets.sim.process import Simulator
+from rrp_sheets.sim.process import REQUESTS, Outcome, Simulator, Spec
+from rrp_sheets.sim.voice import espeak
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
 
@@ -352,8 +351,8 @@ os._exit(1)
 SIMULATOR = """
 import os
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.espeak import espeak
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.voice import espeak
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.process import Simulator
 from rrp_sheets.workers.codec import pack
 from rrp_sheets.workers.transport import encode

@@ -16,7 +16,7 @@ import rrp_sheets
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
 from rrp_sheets.robots.catalogue import load_robot
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
 from rrp_sheets.workers.worker_loop import named

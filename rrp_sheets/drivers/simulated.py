@@ -16,8 +16,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.sim.messages import Outcome, Spec
-from rrp_sheets.sim.process import SimProcess
+from rrp_sheets.sim.process import Outcome, SimProcess, Spec
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator

@@ -6,8 +6,7 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.checks.facts import sensor_fact
 from rrp_sheets.checks.test_cells import Given, Sending, read_send
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.streams import LiveStream
+from rrp_sheets.engine.engine import Engine, LiveStream
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter

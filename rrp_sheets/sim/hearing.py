@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rrp_sheets.model.exchange import DeviceUse, Notice
-from rrp_sheets.sim.espeak import Espeak
 from rrp_sheets.sim.talk import RATE, PendingSpeech, Signal, Talk, Utterance
-from rrp_sheets.sim.voice import Speech, Tell
+from rrp_sheets.sim.voice import Espeak, Speech, Tell
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:

@@ -1,7 +1,8 @@
 """Control of the simulator's process, for the supervisor that starts it and for the engine.
 
 The supervisor has a connection of its own, over which it can bring the robot to rest whatever the engine does; the
-engine has another one, for its requests. Also here: whether the packages that the simulator needs are installed.
+engine has another one, for its requests. Also here: the messages, which are plain data only, and whether the packages
+that the simulator needs are installed.
 """
 
 from __future__ import annotations
@@ -10,21 +11,24 @@ import importlib.metadata
 import importlib.util
 import platform
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, WorldSnapshot
-from rrp_sheets.sim.messages import BEATS, IDLE, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Outcome, Picture, Spec
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, State, WorldSnapshot
+from rrp_sheets.model.values import Value
+from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 from rrp_sheets.workers.worker_process import Task, WorkerProcess
 
-if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
+if TYPE_CHECKING:
     from rrp_sheets.sim.camera import Pixels
+
 
 ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
 # Pictures and sound need more memory than its starter may have.
@@ -311,3 +315,78 @@ def _image(picture: Picture) -> Pixels:
     import numpy as np
 
     return np.frombuffer(picture.pixels, np.uint8).reshape(picture.shape)
+
+
+BEATS, STATE = range(2)
+"""Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
+PLACES = 2
+IDLE, BUSY, OPENING = range(3)
+"""States of the simulator: waits for a request, carries one out or brings the robot to rest, makes the world."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """Everything the simulator must know at the start.
+
+    Attributes:
+        robot: the catalogue, with the folder of the robot's model.
+        scene: in the order of their times.
+        seed: of the room's random noise.
+        frame_rate: frames a second; divides 240.
+        out: the folder for sound and film, or empty for none.
+        film: whether to record the film and the strip of moments.
+        record: whether to record poses and camera pictures, for looking back at the run.
+        camera: whether pictures of the robot's camera may be kept.
+        title: shown on the strip.
+        beside: the folder of the workbook, for its sounds; empty for none.
+        faces: the file that keeps remembered faces beyond the run, or empty.
+        dones: the actuator streams whose commands report their end, each with the stream that gets the reports.
+    """
+
+    robot: Robot
+    sensors: tuple[DeviceUse, ...] = ()
+    actuators: tuple[DeviceUse, ...] = ()
+    scene: tuple[SceneAction, ...] = ()
+    seed: int = 0
+    frame_rate: int = 30
+    out: str = ""
+    film: bool = False
+    record: bool = False
+    camera: bool = True
+    title: str = ""
+    beside: str = ""
+    faces: str = ""
+    dones: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenFailure:
+    """Reason why a world cannot be made; `missing` when a part of the program is not installed."""
+
+    message: str
+    remedy: str
+    missing: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Result of one advance: sensor values (records as mappings of their fields) and notices, in order."""
+
+    events: tuple[tuple[str, Value], ...] = ()
+    notices: tuple[Notice, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture as its pixels, row by row: the shape of the array, and its bytes."""
+
+    shape: tuple[int, ...]
+    pixels: bytes | bytearray
+
+
+REQUESTS: Mapping[str, tuple[tuple[Any, ...], Any]] = {
+    "open": ((Spec,), OpenFailure | None), "start": ((), Outcome), "advance": ((int, tuple[Command, ...]), Outcome),
+    "act": ((tuple[SceneAction, ...],), None), "show": ((bool,), WorldSnapshot), "state": ((), State),
+    "look": ((), Picture), "watch": ((), Picture), "stop": ((), Outcome | None),
+}  # fmt: skip
+"""The requests, each with the types of its arguments, and of its answer."""

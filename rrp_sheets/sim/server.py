@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.private import only_for_this_user
-from rrp_sheets.sim.messages import (
+from rrp_sheets.sim.process import (
     BEATS,
     BUSY,
     IDLE,

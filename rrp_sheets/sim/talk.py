@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from rrp_sheets.model.exchange import Notice, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.sim.espeak import Espeak
 from rrp_sheets.sim.sounds import Audio
 from rrp_sheets.sim.stage import Stage
-from rrp_sheets.sim.voice import Speech, keep
+from rrp_sheets.sim.voice import Espeak, Speech, keep
 from rrp_sheets.texts import N_
 
 Signal = NDArray[np.float32]

@@ -26,12 +26,11 @@ from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
-from rrp_sheets.sim.messages import Outcome, Spec
 from rrp_sheets.sim.people import Heads, Looks
 from rrp_sheets.sim.portraits import studied
+from rrp_sheets.sim.process import Outcome, Spec
 from rrp_sheets.sim.recording import Recording
-from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, tidy
-from rrp_sheets.sim.signals import Signals
+from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, Signals, tidy
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.talk import Talk

@@ -15,7 +15,7 @@ import pytest
 
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.sensors import APART, FARTHEST, NEAREST, Beam
 from rrp_sheets.sim.world import SimWorld
 

@@ -24,8 +24,8 @@ from portraits import FACE, Studio
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.faces import SAME
-from rrp_sheets.sim.messages import Spec
 from rrp_sheets.sim.people import FACES
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 DISTANCES = (0.6, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5)

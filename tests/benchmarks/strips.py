@@ -17,7 +17,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import FilmCamera
 from rrp_sheets.sim.film import font_of
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import STEPS_A_SECOND, SimWorld
 
 MOMENTS, TILE = 8, (230, 250)

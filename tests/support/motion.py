@@ -9,7 +9,7 @@ import numpy as np
 
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 ROBOT = load_robot()

@@ -11,7 +11,7 @@ from chromium import let_in
 
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.messages import Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 _HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
