@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from play import check, findings, play, rows
 
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.names import key
 
@@ -100,7 +101,7 @@ def test_watching_a_run_does_not_change_it(events):
     watched = play(checked, events, 3000)
     engine = FrameEngine(make_plan(checked))
     world = ScriptedWorld((ms * 1000, key(stream), value) for ms, stream, value in events)
-    run_loop(engine, world, world.start(), 3_000_000)
+    FrameRunner(world, lambda: engine).go(3_000_000, RunObserver())
     assert {i: s.arrived for i, s in engine.streams.items()} == {
         i: len(watched[name]) for i, name in ((s, watched.names[s].split("!")[-1]) for s in engine.streams)
     }

@@ -16,12 +16,11 @@ from play import Played, check, rows
 from rrp_sheets.engine import realtime_runner
 from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.realtime import EventQueue, RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import ActuatorThread, RealtimeRunner
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.exchange import Arrivals, Command, Notice
 
 BOOK = """
 | Head yaw | map | headYaw * 10 | A |

@@ -20,8 +20,9 @@ from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.catalogue import PAGES
 from rrp_sheets.diagnostics.page import completed, load_page, parse_page
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import define
@@ -74,7 +75,7 @@ def codes_of_a_run(markdown: str) -> set[str]:
     played = Played(checked)
     sensors = [s for s in checked.graph.streams.values() if s.kind is StreamKind.SENSOR]
     world = ScriptedWorld((1000, s.id, example(s.name) if s.device.type.payload else 0.1) for s in sensors)
-    run_loop(FrameEngine(make_plan(checked), played), world, world.start(), 100_000)
+    FrameRunner(world, lambda: FrameEngine(make_plan(checked), played)).go(100_000, RunObserver())
     return {error for _, _, error in played.errors}
 
 

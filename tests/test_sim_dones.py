@@ -52,7 +52,7 @@ class Play:
                     for n, (stream, value, *more) in enumerate(commands.get(frame - 1, []), start=2)
                 ]
                 arrivals = world.advance(frame * 1_000_000 // RATE, orders)
-                self.told += [(frame, h.kind, h.row) for h in arrivals.happenings if h.kind != "say"]
+                self.told += [(frame, h.kind, h.row) for h in arrivals.notices if h.kind != "say"]
                 for stream, value in arrivals.events:
                     if stream in dones:
                         assert value.type is DONE

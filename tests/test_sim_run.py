@@ -75,7 +75,7 @@ def play(
                 pairs = [pair for t, many in commands.items() if round(t * RATE) == frame - 1 for pair in many]
             orders = [Command(stream, value, "Test!4", streams) for stream, value in pairs]
             arrivals = world.advance(frame * 1_000_000 // RATE, orders)
-            played.happenings += [(frame / RATE, h) for h in arrivals.happenings]
+            played.happenings += [(frame / RATE, h) for h in arrivals.notices]
             if frame % RATE == 0:
                 played.states[frame // RATE] = world.state()
         if before_stop is not None:
@@ -266,9 +266,9 @@ def test_larger_priority_wins() -> None:
     world = SimulatedWorld(ROBOT, (RED,), devices, scene_of("| 0 | Red ball | appears | at 1, 0.3, 0.45 |"))
     world.start()
     first = [Command("head", 1, "A!2", ("redball",), 1.0), Command("say", "A long calm sentence.", "A!3")]
-    told = list(world.advance(500_000, first).happenings)
+    told = list(world.advance(500_000, first).notices)
     second = [Command("joint", -1, "A!4"), Command("alarm", "Stop!", "A!5", (), 2.0), Command("say", "No", "A!6")]
-    told += world.advance(1_500_000, second).happenings
+    told += world.advance(1_500_000, second).notices
     yaw = world.state().joints["HeadYaw"]
     world.stop()
     assert yaw > 0.2

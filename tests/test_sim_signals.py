@@ -113,7 +113,7 @@ def test_what_people_do_by_hand_is_noticed_like_the_scene():
             world.act(acts.get(frame, ()))
             arrivals = world.advance(frame * 1_000_000 // RATE, ())
             events += [(frame, s, *v.as_dict().values()) for s, v in arrivals.events if s != "redball"]
-            notes += [h for h in arrivals.happenings if h.kind == "note"]
+            notes += [h for h in arrivals.notices if h.kind == "note"]
         assert events == [
             (3, "go", "Go", 1), (4, "t", True, "Head"), (19, "t", False, "Head")
         ]  # fmt: skip

@@ -30,11 +30,11 @@ from play import rows
 from test_watchdog import EVENT_LOOP, head_top
 
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.model.exchange import Command, Notice
+from rrp_sheets.model.exchange import Arrivals, Command, Notice
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings
-from rrp_sheets.sim.process import REQUESTS, Outcome, Simulator, Spec
+from rrp_sheets.sim.process import REQUESTS, Simulator, Spec
 from rrp_sheets.sim.voice import espeak
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
@@ -261,7 +261,7 @@ def test_stop_does_not_wait_until_a_long_text_has_become_sound() -> None:
         simulator.rest()
         wait_until(lambda: simulator.hear() or simulator.resting)
         took = time.monotonic() - begun
-        outcome = unpack(Outcome, next(requests.answers)[1])
+        outcome = unpack(Arrivals, next(requests.answers)[1])
     simulator.close(20)
     assert took < 0.3 * crowded()
     assert [notice.kind for notice in outcome.notices][:1] == ["say"]

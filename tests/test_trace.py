@@ -8,8 +8,9 @@ import pytest
 from play import check, rows
 
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.help.connector_marbles import ScriptedWorld
@@ -35,7 +36,7 @@ def trace(tmp_path):
     writer = TraceWriter(path, plan, {"seed": 7})
     engine = FrameEngine(plan, writer)
     world = ScriptedWorld([(0, "headyaw", 2), (33_333, "headyaw", 0)])
-    run_loop(engine, world, world.start(), 66_666)
+    FrameRunner(world, lambda: engine).go(66_666, RunObserver())
     writer.happening(66_666, Notice("say", "Hello", "print", "T!4"))
     writer.close({"ended": "time"})
     return path

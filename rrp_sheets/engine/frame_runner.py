@@ -8,85 +8,41 @@ from collections.abc import Callable, Collection, Sequence
 from rrp_sheets.engine.command_handler import CommandHandler
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.ports import Arrivals, World
+from rrp_sheets.engine.ports import World
 from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.engine.run_events import FrameEnd, NoticeEvent, PictureEvent, RunObserver, StandingEvent, StateEvent
-from rrp_sheets.model.exchange import Notice, SceneAction
+from rrp_sheets.model.exchange import Arrivals, Notice, SceneAction
 
 STANDING = 0.25  # s between two looks while the run is paused: whether its watcher has gone
 LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
 
 
 class FrameRunner:
-    """A run in frames.
+    """A run in frames, one after the other, and what people do between them.
 
     Args:
         world: started here.
-        wire: makes the engine.
+        wire: makes the engine, once the world has started.
         paced: wait so that the run is not faster than real time.
         control: what people want while it goes on.
     """
 
     def __init__(
-        self, world: World, wire: Callable[[], Engine], *, paced: bool, control: CommandQueue | None = None
+        self, world: World, wire: Callable[[], Engine], *, paced: bool = False, control: CommandQueue | None = None
     ) -> None:
         self._world = world
         self._arrivals = world.start()
         self.engine = wire()
-        self._loop = _FrameLoop(self.engine, world, control or CommandQueue(), paced=paced)
-
-    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
-        """Run frames."""
-        return self._loop.go(self._arrivals, until_us, observer)
-
-    def stop(self) -> list[Notice]:
-        """Stop the world; returns what happened meanwhile."""
-        self.engine.close()
-        left = self._world.stop() or Arrivals()
-        self.engine.finish(left.events)
-        return list(left.happenings)
-
-
-def run_loop(
-    engine: Engine,
-    world: World,
-    arrivals: Arrivals,
-    until_us: int,
-    *,
-    observer: RunObserver | None = None,
-    paced: bool = False,
-    control: CommandQueue | None = None,
-) -> tuple[int, str]:
-    """Run frames until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
-
-    Args:
-        engine: with its rows wired.
-        world: started and stopped by the caller.
-        arrivals: what its start gave: those of time 0.
-        until_us: the last frame is the first at or after this time.
-        observer: told and asked after each frame.
-        paced: wait so that the run is not faster than real time.
-        control: what people want while it goes on.
-    """
-    return _FrameLoop(engine, world, control or CommandQueue(), paced=paced).go(
-        arrivals, until_us, observer or RunObserver()
-    )
-
-
-class _FrameLoop:
-    """Frames, one after the other, and what people do between them: the `RunController` of the command handler."""
-
-    def __init__(self, engine: Engine, world: World, control: CommandQueue, *, paced: bool) -> None:
-        self._engine = engine
-        self._world = world
-        self._control = control
+        self._control = control or CommandQueue()
         self._paced = paced
         self._showing = SnapshotThrottle()
         self._things: Collection[str] | None = None  # what a display has last seen in the world
         self._pace = FramePacer(0.0)
 
-    def go(self, arrivals: Arrivals, until_us: int, observer: RunObserver) -> tuple[int, str]:
-        engine, world, control = self._engine, self._world, self._control
+    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
+        """Run frames until the time is over, a row ends the run or the user stops; the time (µs) and how it ended."""
+        engine, world, control = self.engine, self._world, self._control
+        arrivals = self._arrivals
         handler = CommandHandler(engine, self, observer, control)
         rate = engine.plan.checked.run.frame_rate
         frame = now = 0
@@ -95,7 +51,7 @@ class _FrameLoop:
             commands = engine.settle(now, arrivals.events)
             if cued := engine.triggers.take():
                 world.act(cued)
-            for happening in (*arrivals.happenings, *engine.take_happenings()):
+            for happening in (*arrivals.notices, *engine.take_happenings()):
                 observer.handle(NoticeEvent(now, happening))
             observer.handle(FrameEnd(now))
             if engine.ended_by:
@@ -111,9 +67,16 @@ class _FrameLoop:
             now = due
             arrivals = world.advance(now, commands)
             if control.stopped:  # meanwhile: the robot rests already, and the rows of this frame may take long
-                for happening in arrivals.happenings:
+                for happening in arrivals.notices:
                     observer.handle(NoticeEvent(now, happening))
                 return now, "stopped"
+
+    def stop(self) -> list[Notice]:
+        """Stop the world; returns what happened meanwhile."""
+        self.engine.close()
+        left = self._world.stop() or Arrivals()
+        self.engine.finish(left.events)
+        return list(left.notices)
 
     def _wait(self, now: int, due: int, handler: CommandHandler, observer: RunObserver) -> bool:
         """Do what people want until the next frame is due; False when the run is to stop."""
@@ -148,6 +111,7 @@ class _FrameLoop:
 
     # ---- the run controller of the command handler
     def pause(self, us: int) -> bool:
+        """Let the frames stand still; False when they do already."""
         if self._pace.paused:
             return False
         self._pace.pause()
@@ -155,27 +119,33 @@ class _FrameLoop:
         return True
 
     def resume(self, us: int) -> bool:
+        """Let the frames go on; False when they do already."""
         if not self._pace.paused:
             return False
         self._pace.resume(us)
         return True
 
     def step(self, us: int) -> None:
+        """Let one frame go on."""
         self._pace.step()
         self._showing.again()
 
     def speed(self, factor: float, us: int) -> None:
+        """Be so fast from now on; 0 is as fast as the machine can."""
         self._pace.speed(factor, us)
 
     def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world."""
         self._world.act(actions)
         if self._pace.paused:
             self._showing.again()
 
     def things(self) -> Collection[str] | None:
+        """Return the things in the world now."""
         if self._things is None or not self._showing.wanted:
             self._things = self._world.show(False).state.things
         return self._things
 
     def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        """Set whether a display wants the world, and pictures; None changes nothing."""
         self._showing.want(wanted, look)

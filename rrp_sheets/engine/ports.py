@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, WorldSnapshot
-from rrp_sheets.model.values import Value
+from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, SceneAction, WorldSnapshot
 
 if TYPE_CHECKING:
     from rrp_sheets.engine.engine import Engine
     from rrp_sheets.engine.realtime import EventQueue, SnapshotThrottle
-
-
-@dataclass(frozen=True, slots=True)
-class Arrivals:
-    """Values of sensor streams, in a fixed order, and notices, from a world for the engine at one instant."""
-
-    events: Sequence[tuple[str, Value]] = ()
-    happenings: Sequence[Notice] = ()
 
 
 class World(Protocol):

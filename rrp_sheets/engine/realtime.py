@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
-from rrp_sheets.engine.ports import Actuator, Arrivals, LiveWorld, Sensor, World
+from rrp_sheets.engine.ports import Actuator, LiveWorld, Sensor, World
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, SceneAction, WorldSnapshot
 from rrp_sheets.model.values import Value
 from rrp_sheets.texts import N_
 
@@ -94,7 +94,7 @@ class RealtimeAdapter(LiveWorld):
         left = self._world.stop()
         if self._broken is not None:
             raise self._broken
-        return left.happenings if left else ()
+        return left.notices if left else ()
 
     def _pump(self, queue: EventQueue) -> None:
         while not queue.begun.wait(0.1):
@@ -136,7 +136,7 @@ class RealtimeAdapter(LiveWorld):
     def _post(queue: EventQueue, arrivals: Arrivals) -> None:
         for stream, value in arrivals.events:
             queue.event(stream, value)
-        for happening in arrivals.happenings:
+        for happening in arrivals.notices:
             queue.tell(happening)
 
 

@@ -7,10 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from rrp_sheets.connectors import Connector
-from rrp_sheets.engine.ports import Arrivals
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.help.workbooks import checked
-from rrp_sheets.model.exchange import Command, SceneAction, State, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, Command, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.render.example_drawing import example_value
@@ -59,7 +58,7 @@ def workbook(connector: Connector) -> str:
 def example_score(connector: Connector) -> MarbleDiagram:
     """Run a connector's example, and return what goes in and what comes out as a marble diagram."""
     from rrp_sheets.engine.engine import FrameEngine
-    from rrp_sheets.engine.frame_runner import run_loop
+    from rrp_sheets.engine.frame_runner import FrameRunner
     from rrp_sheets.engine.plan import make_plan
 
     rows, _ = parts(connector)
@@ -72,7 +71,7 @@ def example_score(connector: Connector) -> MarbleDiagram:
     ]
     book, log = checked(workbook(connector)), _Log()
     world, last_us = ScriptedWorld(sent), max((us for us, _, _ in sent), default=0)
-    run_loop(FrameEngine(make_plan(book), log), world, world.start(), last_us + _AFTER_US)
+    FrameRunner(world, lambda: FrameEngine(make_plan(book), log)).go(last_us + _AFTER_US, RunObserver())
     whole = make_score(book.graph, book.graph.behaviours[0], log.events, log.errors)
     groups = {group.lane.label: group for group in whole.groups}
     output = groups[output_name(connector)]

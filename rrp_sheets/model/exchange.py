@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -144,6 +144,14 @@ class WorldSnapshot:
 
     state: State
     picture: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class Arrivals:
+    """Values of sensor streams, in a fixed order, and notices, from a world for the engine at one instant."""
+
+    events: Sequence[tuple[str, Value]] = ()
+    notices: Sequence[Notice] = ()
 
 
 ROW_ABOVE = "+"

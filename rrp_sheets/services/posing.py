@@ -174,7 +174,7 @@ def _take(
             arrived = world.advance(now, commands)
             commands = ()
             left -= len(arrived.events)
-            notes.extend(h.text for h in arrived.happenings if h.kind in ("clamp", "error"))
+            notes.extend(h.text for h in arrived.notices if h.kind in ("clamp", "error"))
 
     try:
         world.start()

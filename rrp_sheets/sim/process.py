@@ -1,8 +1,8 @@
-"""Control of the simulator's process, for the supervisor that starts it and for the engine.
+"""Control of the simulator's process, for the supervisor that starts it, and its messages.
 
 The supervisor has a connection of its own, over which it can bring the robot to rest whatever the engine does; the
-engine has another one, for its requests. Also here: the messages, which are plain data only, and whether the packages
-that the simulator needs are installed.
+engine has another one, for its requests (`drivers/simulated.py`). Messages are plain data only. Also here: whether the
+packages that the simulator needs are installed.
 """
 
 from __future__ import annotations
@@ -11,24 +11,17 @@ import importlib.metadata
 import importlib.util
 import platform
 import socket
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice, SceneAction, State, WorldSnapshot
-from rrp_sheets.model.values import Value
+from rrp_sheets.errors import MissingPart
+from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.texts import N_
-from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
-from rrp_sheets.workers.transport import MessageReader, encode, ready
 from rrp_sheets.workers.worker_process import Task, WorkerProcess
-
-if TYPE_CHECKING:
-    from rrp_sheets.sim.camera import Pixels
-
 
 ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
 # Pictures and sound need more memory than its starter may have.
@@ -41,6 +34,71 @@ LOOK_EVERY = 0.1  # s
 REMEDY_DIED = N_("Run it again; if it happens again, please report it with the workbook.")
 PYBULLETS = ("pybullet", "pybullet-arm64")  # the packages that bring the module pybullet; one of them is installed
 NEEDED = {"pybullet": "pybullet", "cv2": "opencv-python-headless", "numpy": "numpy", "PIL": "pillow"}
+BEATS, STATE = range(2)
+"""Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
+PLACES = 2
+IDLE, BUSY, OPENING = range(3)
+"""States of the simulator: waits for a request, carries one out or brings the robot to rest, makes the world."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """Everything the simulator must know at the start.
+
+    Attributes:
+        robot: the catalogue, with the folder of the robot's model.
+        scene: in the order of their times.
+        seed: of the room's random noise.
+        frame_rate: frames a second; divides 240.
+        out: the folder for sound and film, or empty for none.
+        film: whether to record the film and the strip of moments.
+        record: whether to record poses and camera pictures, for looking back at the run.
+        camera: whether pictures of the robot's camera may be kept.
+        title: shown on the strip.
+        beside: the folder of the workbook, for its sounds; empty for none.
+        faces: the file that keeps remembered faces beyond the run, or empty.
+        dones: the actuator streams whose commands report their end, each with the stream that gets the reports.
+    """
+
+    robot: Robot
+    sensors: tuple[DeviceUse, ...] = ()
+    actuators: tuple[DeviceUse, ...] = ()
+    scene: tuple[SceneAction, ...] = ()
+    seed: int = 0
+    frame_rate: int = 30
+    out: str = ""
+    film: bool = False
+    record: bool = False
+    camera: bool = True
+    title: str = ""
+    beside: str = ""
+    faces: str = ""
+    dones: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenFailure:
+    """Reason why a world cannot be made; `missing` when a part of the program is not installed."""
+
+    message: str
+    remedy: str
+    missing: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture as its pixels, row by row: the shape of the array, and its bytes."""
+
+    shape: tuple[int, ...]
+    pixels: bytes | bytearray
+
+
+REQUESTS: Mapping[str, tuple[tuple[Any, ...], Any]] = {
+    "open": ((Spec,), OpenFailure | None), "start": ((), Arrivals), "advance": ((int, tuple[Command, ...]), Arrivals),
+    "act": ((tuple[SceneAction, ...],), None), "show": ((bool,), WorldSnapshot), "state": ((), State),
+    "look": ((), Picture), "watch": ((), Picture), "stop": ((), Arrivals | None),
+}  # fmt: skip
+"""The requests, each with the types of its arguments, and of its answer."""
 
 
 def missing() -> list[str]:
@@ -177,216 +235,3 @@ class Simulator:
         self._child.close(within)
         self._heartbeat.close()
         self.gone = True
-
-
-class SimProcess:
-    """A simulated world in a process of its own. Every method waits for the answer, or raises RunBroken.
-
-    Args:
-        spec: the world.
-        requests: the connection to a simulator that a supervisor has started; None starts one here.
-        ending: waits until the supervisor has reported how that simulator ended, and returns it as a sentence.
-    """
-
-    def __init__(
-        self, spec: Spec, requests: socket.socket | None = None, ending: Callable[[], str] | None = None
-    ) -> None:
-        require()
-        self._spec = spec
-        self._given = requests
-        self._ending = ending or (lambda: "")
-        self._link: socket.socket | None = None
-        self._simulator: Simulator | None = None
-        self._number = 0
-        self._broken = False
-
-    @property
-    def pid(self) -> int | None:
-        """Process id of a simulator that was started here, while it runs."""
-        return self._simulator.pid if self._simulator is not None else None
-
-    def open(self) -> None:
-        """Start the process and make the world."""
-        requests = self._given
-        if requests is None:
-            self._simulator = Simulator()
-            requests = self._simulator.requests
-        self._link = requests
-        self._reader = MessageReader(requests)
-        with ExitStack() as unless_open:
-            unless_open.callback(self.kill)  # also after Ctrl-C: no process is left behind
-            failure = self._ask("open", self._spec)
-            if isinstance(failure, OpenFailure):
-                raise (MissingPart if failure.missing else SheetsError)(failure.message, failure.remedy)
-            unless_open.pop_all()
-
-    def start(self) -> Outcome:
-        """Return the outcome of time 0."""
-        return self._outcome(self._ask("start"))
-
-    def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
-        """Carry out orders and go on until `now_us`."""
-        return self._outcome(self._ask("advance", now_us, tuple(orders)))
-
-    def state(self) -> State:
-        """Return the present state of the world."""
-        state: State = self._ask("state")
-        return state
-
-    def act(self, actions: Sequence[SceneAction]) -> None:
-        """Apply scene actions that are triggered by hand, now."""
-        self._ask("act", tuple(actions))
-
-    def show(self, picture: bool) -> WorldSnapshot:
-        """Return the world for a display, with the robot's camera picture if wanted."""
-        shown: WorldSnapshot = self._ask("show", picture)
-        return shown
-
-    def look(self) -> Pixels:
-        """Return the present picture of the head camera, (240, 320, 3)."""
-        return _image(self._ask("look"))
-
-    def watch(self) -> Pixels:
-        """Return a present picture of the robot from outside, (320, 560, 3)."""
-        return _image(self._ask("watch"))
-
-    def stop(self) -> Outcome:
-        """Bring the robot to rest, write the film, and end the process; it is ended in any case.
-
-        After a failure that was raised already, there is nothing to bring to rest and nothing more to report.
-        """
-        if self._link is None:
-            return Outcome()
-        try:
-            return Outcome() if self._broken else self._outcome(self._ask("stop"))
-        finally:
-            self.kill()
-
-    def kill(self) -> None:
-        """Close the connection, and end a process that was started here; a supervisor's simulator ends by itself."""
-        link, simulator = self._link, self._simulator
-        self._link = self._simulator = None
-        if link is not None:
-            link.close()
-        if simulator is not None:
-            simulator.close()  # it ends by itself when the connection closes, unless it is busy
-
-    def _ask(self, request: str, *arguments: object) -> Any:
-        if self._link is None:
-            raise RunBroken(N_("The simulator is not running."), N_("Start the run again."))
-        self._number += 1
-        try:
-            takes, gives = REQUESTS[request]
-            packed = (pack(part, hint) for hint, part in zip(takes, arguments, strict=True))
-            self._link.sendall(encode([self._number, request, *packed]))
-            while True:
-                for number, answer in self._receive(self._link):
-                    if number == self._number:  # an older one belongs to a request that Ctrl-C broke off
-                        return unpack(gives, answer)
-        except OSError:
-            self._broken = True
-            raise RunBroken(self._last_words(), REMEDY_DIED) from None
-
-    def _receive(self, link: socket.socket) -> list[list[Any]]:
-        """Wait for answers; a simulator that does not work any more is ended by its supervisor, or here."""
-        simulator = self._simulator
-        while simulator is not None and not ready(link.fileno(), LOOK_EVERY):
-            simulator.hear()
-            failure = simulator.failure()
-            if failure:
-                self._broken = True
-                raise RunBroken(failure, REMEDY_DIED)
-        messages = self._reader.receive()
-        if messages is None:
-            raise ConnectionResetError
-        return messages
-
-    def _last_words(self) -> str:
-        words = self._simulator.exit_words() if self._simulator is not None else self._ending()
-        return words if words.endswith(".") else N_("The simulator has ended unexpectedly{how}.", how=words)
-
-    @staticmethod
-    def _outcome(answer: Any) -> Outcome:
-        assert isinstance(answer, Outcome)
-        return answer
-
-
-def _image(picture: Picture) -> Pixels:
-    import numpy as np
-
-    return np.frombuffer(picture.pixels, np.uint8).reshape(picture.shape)
-
-
-BEATS, STATE = range(2)
-"""Places of the simulator's heartbeat: a number that grows while it goes on; what it does."""
-PLACES = 2
-IDLE, BUSY, OPENING = range(3)
-"""States of the simulator: waits for a request, carries one out or brings the robot to rest, makes the world."""
-
-
-@dataclass(frozen=True, slots=True)
-class Spec:
-    """Everything the simulator must know at the start.
-
-    Attributes:
-        robot: the catalogue, with the folder of the robot's model.
-        scene: in the order of their times.
-        seed: of the room's random noise.
-        frame_rate: frames a second; divides 240.
-        out: the folder for sound and film, or empty for none.
-        film: whether to record the film and the strip of moments.
-        record: whether to record poses and camera pictures, for looking back at the run.
-        camera: whether pictures of the robot's camera may be kept.
-        title: shown on the strip.
-        beside: the folder of the workbook, for its sounds; empty for none.
-        faces: the file that keeps remembered faces beyond the run, or empty.
-        dones: the actuator streams whose commands report their end, each with the stream that gets the reports.
-    """
-
-    robot: Robot
-    sensors: tuple[DeviceUse, ...] = ()
-    actuators: tuple[DeviceUse, ...] = ()
-    scene: tuple[SceneAction, ...] = ()
-    seed: int = 0
-    frame_rate: int = 30
-    out: str = ""
-    film: bool = False
-    record: bool = False
-    camera: bool = True
-    title: str = ""
-    beside: str = ""
-    faces: str = ""
-    dones: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class OpenFailure:
-    """Reason why a world cannot be made; `missing` when a part of the program is not installed."""
-
-    message: str
-    remedy: str
-    missing: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """Result of one advance: sensor values (records as mappings of their fields) and notices, in order."""
-
-    events: tuple[tuple[str, Value], ...] = ()
-    notices: tuple[Notice, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture as its pixels, row by row: the shape of the array, and its bytes."""
-
-    shape: tuple[int, ...]
-    pixels: bytes | bytearray
-
-
-REQUESTS: Mapping[str, tuple[tuple[Any, ...], Any]] = {
-    "open": ((Spec,), OpenFailure | None), "start": ((), Outcome), "advance": ((int, tuple[Command, ...]), Outcome),
-    "act": ((tuple[SceneAction, ...],), None), "show": ((bool,), WorldSnapshot), "state": ((), State),
-    "look": ((), Picture), "watch": ((), Picture), "stop": ((), Outcome | None),
-}  # fmt: skip
-"""The requests, each with the types of its arguments, and of its answer."""

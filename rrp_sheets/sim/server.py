@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.errors import MissingPart, SheetsError
-from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.exchange import Arrivals, Notice
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.sim.process import (
     BEATS,
@@ -26,7 +26,6 @@ from rrp_sheets.sim.process import (
     REQUESTS,
     STATE,
     OpenFailure,
-    Outcome,
     Picture,
     Spec,
 )
@@ -53,7 +52,7 @@ class _Server:
         self._listens = True  # to the supervisor, which has not gone
         self._world: SimWorld | None = None
         self._answers: dict[str, Callable[..., Any]] = {}
-        self._outcome: Outcome | None = None  # of the rest
+        self._outcome: Arrivals | None = None  # of the rest
 
     def serve(self) -> None:
         """Answer requests until the engine's connection closes."""
@@ -94,7 +93,7 @@ class _Server:
         elif request == "stop":
             answer = self._rest()
         elif request == "advance" and self._outcome is not None:
-            answer = Outcome()  # it rests already
+            answer = Arrivals()  # it rests already
         else:
             answer = self._answers[request](*arguments)
         self._requests.sendall(encode([number, pack(answer, gives)]))
@@ -115,7 +114,7 @@ class _Server:
             self._halted = True  # nothing else is ever said
         return self._halted
 
-    def _rest(self) -> Outcome | None:
+    def _rest(self) -> Arrivals | None:
         """Bring the robot to rest, once; return the outcome, or None when there is no robot yet."""
         begins = self._world is not None and self._outcome is None
         if self._world is not None and begins:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rrp_sheets.model.exchange import Command, Notice, SceneAction, State, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, Command, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
@@ -28,7 +28,7 @@ from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.people import Heads, Looks
 from rrp_sheets.sim.portraits import studied
-from rrp_sheets.sim.process import Outcome, Spec
+from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.recording import Recording
 from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, Signals, tidy
 from rrp_sheets.sim.stage import Stage
@@ -124,11 +124,11 @@ class SimWorld:
         self._film = Film(self._b, self, spec, out) if spec.film else None
         self._recording = Recording(self, out, self.keeps_pictures) if spec.record and out else None
 
-    def start(self) -> Outcome:
+    def start(self) -> Arrivals:
         """Return the outcome of time 0."""
         return self._collect(self._instant())
 
-    def advance(self, now_us: int, orders: Sequence[Command]) -> Outcome:
+    def advance(self, now_us: int, orders: Sequence[Command]) -> Arrivals:
         """Carry out commands, go on until `now_us`, and return the outcome."""
         for order in orders:
             actuator = self._actuators.get(order.stream)
@@ -155,7 +155,7 @@ class SimWorld:
         self.body.freeze()
         self.stance.halt()
 
-    def stop(self) -> Outcome:
+    def stop(self) -> Arrivals:
         """Silence the robot, hold still, take the rest posture, and write the film; return the outcome."""
         self.halt()
         ended = self.arbiter.ended()
@@ -294,9 +294,9 @@ class SimWorld:
         if self._film is not None:
             self._film.tell(notice)
 
-    def _collect(self, events: list[tuple[str, Value]]) -> Outcome:
+    def _collect(self, events: list[tuple[str, Value]]) -> Arrivals:
         notices, self._notices = self._notices, []
-        return Outcome(tuple(events), tuple(notices))
+        return Arrivals(tuple(events), tuple(notices))
 
 
 def force(values: Mapping[str, Value], yaw: float) -> tuple[float, float, float]:

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from rrp_sheets import api
 from rrp_sheets.checks import Checked
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import run_loop
+from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.engine.trace import stream_label
@@ -76,5 +76,5 @@ def play(markdown: str, events: list[tuple[float, str, object]], until_ms: float
     played = Played(checked)
     engine = FrameEngine(make_plan(checked), played)
     world = ScriptedWorld((round(ms * 1000), key(stream), value) for ms, stream, value in events)
-    run_loop(engine, world, world.start(), round(until_ms * 1000))
+    FrameRunner(world, lambda: engine).go(round(until_ms * 1000), RunObserver())
     return played
