@@ -66,14 +66,7 @@ class RunController(Protocol):
 
 
 class CommandHandler:
-    """Carries out the commands of operators between two frames.
-
-    Args:
-        engine: of the run.
-        controller: its loop.
-        observer: told what was done, and what cannot be.
-        control: where the operator's commands come from.
-    """
+    """Carries out the commands of operators between two frames, and tells the observer what was done or cannot be."""
 
     def __init__(self, engine: Engine, controller: RunController, observer: RunObserver, control: CommandQueue) -> None:
         self._engine = engine

@@ -10,13 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class OperatorCommand:
-    """One command of somebody to a run.
-
-    Attributes:
-        kind: a name that `CommandHandler` knows.
-        by: who wants it.
-        what: plain data, by name.
-    """
+    """One command of somebody to a run: `kind` is a name that `CommandHandler` knows, `what` plain data by name."""
 
     kind: str
     by: str = ""
@@ -24,12 +18,7 @@ class OperatorCommand:
 
 
 class CommandQueue:
-    """Commands on their way to the loop. Stop overtakes all; of two places for one thing only the newer counts.
-
-    Attributes:
-        stopped: whether the run is to stop now.
-        stopped_by: who wanted that, where it is known.
-    """
+    """Commands on their way to the loop. Stop overtakes all; of two places for one thing only the newer counts."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()

@@ -42,10 +42,9 @@ class Engine(ABC):
         plan: what runs.
         observer: told of every event and error, in order.
         seed: of everything random in the rows.
-        cell: where the engine is, for a watchdog (see `heartbeat`).
+        cell: where the engine is, for a watchdog.
 
     Attributes:
-        clock: the run's clock.
         streams: by id; each knows its latest value and how many it has had.
         errors: how often each row's formula has failed, by row ref.
         triggers: the rows of the scene that wait for an event.
@@ -301,17 +300,7 @@ Fail = Callable[[Failure, tuple[Value, ...]], None]
 
 
 class LiveRow:
-    """A row of a run.
-
-    Args:
-        step: the row.
-        streams: of the run, by id.
-        shown: the same streams with their names.
-        clock: of the run.
-        interpreter: of the engine's thread.
-        picker: what its formula draws with.
-        fail: told of its errors.
-    """
+    """A row of a run; `shown` are its streams with their names."""
 
     def __init__(
         self, step: Step, streams: Mapping[str, LiveStream], shown: Mapping[str, Stream], clock: FrameClock,
@@ -393,8 +382,7 @@ class LiveStream(Observable[Value]):
     It has no locks, since one thread runs the whole graph.
 
     Attributes:
-        latest: the last value.
-        at_us: when it came; -1 before the first.
+        at_us: when the latest value came; -1 before the first.
         arrived: how many have come.
     """
 

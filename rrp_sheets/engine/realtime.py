@@ -330,12 +330,7 @@ class FramePacer:
 
 
 class SnapshotThrottle:
-    """Due times of snapshots for a display: of the world's state, and of what the robot sees.
-
-    Attributes:
-        wanted: whether anybody looks at all.
-        look: whether they want pictures.
-    """
+    """Due times of snapshots for a display: of the world's state, and of what the robot sees if they want to look."""
 
     def __init__(self, now: Now = time.monotonic) -> None:
         self._now = now

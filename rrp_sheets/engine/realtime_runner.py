@@ -37,13 +37,7 @@ SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies bes
 
 
 class RealtimeRunner:
-    """A run in an event loop.
-
-    Args:
-        plan: what runs.
-        world: its devices.
-        wire: makes the engine, with its connectors wired.
-        control: what people want while it goes on.
+    """A run in an event loop; `wire` makes the engine, once the sensors have started.
 
     Raises:
         RunBroken: when a device does not start; then everything that was started has been stopped.

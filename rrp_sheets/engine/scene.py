@@ -14,12 +14,7 @@ from rrp_sheets.texts import N_
 
 
 class SceneEntities:
-    """Actions by which the things of a scene come in: a ball with its size and colour, a person with number and name.
-
-    Args:
-        plan: of the run, whose scene it is.
-        seed: by which the run draws what the scene leaves open.
-    """
+    """Actions by which things of a scene come in: a ball with its size and colour, a person with number and name."""
 
     def __init__(self, plan: Plan, seed: int = 0) -> None:
         checked = plan.checked

@@ -13,7 +13,8 @@ from rrp_sheets.robots.trajectory import COUPLED, joint_limits
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.motion import Glide
 
-STEP = 1 / 240  # s, of the physics
+STEPS_A_SECOND = 240  # of the physics
+STEP = 1 / STEPS_A_SECOND  # s
 STIFFNESS = 0.3  # position gain of the motors: joint error below 0.002 rad when standing
 EASY = 1.2  # rad/s: unhurried motion, for postures and for lowering an arm
 ACCELERATION = 12.0  # rad/s²: of a calm motion; NAO's motors allow several times that

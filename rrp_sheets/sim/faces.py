@@ -94,11 +94,9 @@ class Faces:
 
     Attributes:
         look: takes a picture for faces.
-        pose: where the camera is, from the robot's joints.
+        pose: of the camera, from the robot's joints.
         clock: the time, microseconds.
-        lens: of the camera.
         make_models: makes the networks; called when they are first needed.
-        memory: whom the robot remembers.
         kept: the file that keeps it beyond the run; None keeps nothing.
     """
 

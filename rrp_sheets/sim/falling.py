@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from rrp_sheets.model.exchange import Notice
-from rrp_sheets.sim.arbitration import Arbiter
+from rrp_sheets.sim.arbitration import Arbiter, Tell
 from rrp_sheets.sim.body import Body, Vector
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.texts import N_
@@ -28,18 +28,9 @@ LIES = N_("The robot lies on the floor: its motors rest, so this is not carried 
 
 
 class Falling:
-    """Applies pushes to the robot, and detects falls.
+    """Applies pushes to the robot, and detects falls; the arbiter refuses commands that move a robot that lies."""
 
-    Args:
-        bullet: the physics.
-        body, stance: the robot.
-        arbiter: refuses commands that move the robot, once it lies.
-        tell: receives the notices.
-    """
-
-    def __init__(
-        self, bullet: Any, body: Body, stance: Stance, arbiter: Arbiter, tell: Callable[[Notice], None]
-    ) -> None:
+    def __init__(self, bullet: Any, body: Body, stance: Stance, arbiter: Arbiter, tell: Tell) -> None:
         self._b, self._body, self._stance = bullet, body, stance
         self._arbiter, self._tell = arbiter, tell
         self._force: Vector = np.zeros(3)

@@ -79,7 +79,7 @@ class Film:
 
     def __init__(self, bullet: Any, world: SimWorld, spec: Spec, out: Path | None) -> None:
         self._world = world
-        self._writer = _writer(out, spec.title) if out is not None else None
+        self._writer = FilmWriter(out, spec.title) if out is not None else None
         self._names = {s.stream: s.name for s in spec.sensors}
         self._b, self._scene = bullet, spec.scene
         self._place = (0.0, 0.0)  # m, of the robot, where the camera expects it
@@ -199,12 +199,6 @@ class Film:
                 self._writer.finish(self.shots)
             except OSError as error:
                 self._world.unwritten(N_("The film"), error)
-
-
-def _writer(out: Path, title: str) -> FilmWriter:
-    pass  # loads Pillow, which a run without a film does not need
-
-    return FilmWriter(out, title)
 
 
 def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[list[Point], Sequence[float]]:

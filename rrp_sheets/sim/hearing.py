@@ -208,14 +208,7 @@ def split(sound: Signal) -> list[Signal]:
 
 
 class Hearing:
-    """Recognises what people say for the sensors that listen for words.
-
-    Args:
-        talk: the people who speak, and the microphone.
-        speech: the speech library, which knows how words sound.
-        tell: receives the notices.
-        sensors: the sensors in use.
-    """
+    """Recognises what people say for the sensors that listen for words."""
 
     def __init__(self, talk: Talk, speech: Speech, tell: Tell, sensors: Sequence[DeviceUse]) -> None:
         wanted = [str(word) for s in sensors for word in s.settings.get("words") or ()]

@@ -140,12 +140,7 @@ def _upright_to(way: Sequence[float]) -> Spot | tuple[float, float, float, float
 
 
 class Heads:
-    """Makes heads in one world; each picture is loaded only once.
-
-    Args:
-        bullet: the physics.
-        models: makes the networks when they are needed, to find the face in a picture file.
-    """
+    """Makes heads in one world; each picture is loaded only once. Networks find the face in a picture file."""
 
     def __init__(self, bullet: Any, models: Callable[[], FaceModels]) -> None:
         self._b = bullet

@@ -34,13 +34,7 @@ Unwritten = Callable[[str, Exception], None]
 
 
 class Recording:
-    """Records a world while it goes on.
-
-    Args:
-        world: the world.
-        out: the run's folder.
-        pictures: whether camera pictures are kept as well.
-    """
+    """Records a world while it goes on, its camera pictures only if wanted."""
 
     def __init__(self, world: SimWorld, out: Path, pictures: bool) -> None:
         self._world = world

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from rrp_sheets.model.exchange import DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.sim.body import Body, Pose, Vector
+from rrp_sheets.sim.body import STEPS_A_SECOND, Body, Pose, Vector
 from rrp_sheets.sim.camera import Eye, Pixels
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
@@ -26,7 +27,6 @@ from rrp_sheets.texts import N_
 NEAREST, FARTHEST = 0.2, 2.5  # m
 APART = math.radians(2.5)  # between neighbouring rays
 SIDES = ("left", "right")
-STEPS_A_SECOND = 240
 DEGREE = 0.0175  # rad: a torso that turns less has not turned
 STILL = 2.5e-4  # rad: a joint that moves less has not moved (the physics trembles less than that when standing)
 
@@ -45,12 +45,7 @@ def cone(opening: float) -> Vector:
 
 
 class Beam:
-    """One side of the sonar.
-
-    Args:
-        body: the body that it is fixed to.
-        beam: its place, as the catalogue has it.
-    """
+    """One side of the sonar; `beam` is its place, as the catalogue has it."""
 
     def __init__(self, body: Body, beam: dict[str, Any]) -> None:
         self._body = body
@@ -70,22 +65,6 @@ class Beam:
         rays = self._rays @ pose.rotation.T
         nearest = min((float(s.hits(pose.position, rays).min()) for s in solids), default=FARTHEST)
         return min(max(nearest, NEAREST), FARTHEST)
-
-
-class Sonar:
-    """Distances by rays: of one side, or the nearer of both."""
-
-    locates = False
-
-    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
-        side = str(spec.settings.get("side") or "").casefold()
-        beams = senses.body.robot.data["sonar"]
-        self._beams = [Beam(senses.body, beams[name]) for name in SIDES if side in ("", name)]
-        self._stage = senses.stage
-
-    def read(self) -> list[Any]:
-        """Measure the distance."""
-        return [{"distance": min(beam.measure(self._stage) for beam in self._beams)}]
 
 
 def _rotation(roll: float, pitch: float, yaw: float) -> Vector:
@@ -163,29 +142,39 @@ class Senses:
     stage: Stage
 
 
-class SimSensor(Protocol):
+class SimSensor(ABC):
     """Gives the values of one sensor stream.
 
     Attributes:
         locates: whether its values tell where something is, so that a tracker can follow it.
     """
 
-    locates: bool
-
-    def read(self) -> list[Value]:
-        """Return the present values; records as mappings of their fields."""
-        ...
-
-
-class _Base:
     locates = False
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         self.spec = spec
         self.senses = senses
 
+    @abstractmethod
+    def read(self) -> list[Value]:
+        """Return the present values; records as mappings of their fields."""
 
-class BallSensor(_Base):
+
+class Sonar(SimSensor):
+    """Distances by rays: of one side, or the nearer of both."""
+
+    def __init__(self, spec: DeviceUse, senses: Senses) -> None:
+        super().__init__(spec, senses)
+        side = str(spec.settings.get("side") or "").casefold()
+        beams = senses.body.robot.data["sonar"]
+        self._beams = [Beam(senses.body, beams[name]) for name in SIDES if side in ("", name)]
+
+    def read(self) -> list[Value]:
+        """Measure the distance."""
+        return [{"distance": min(beam.measure(self.senses.stage) for beam in self._beams)}]
+
+
+class BallSensor(SimSensor):
     """A ball of a colour, or the largest of any colour."""
 
     locates = True
@@ -208,7 +197,7 @@ class BallSensor(_Base):
         return [{**_angles(ball), "distance": ball.distance, "colour": colour}]
 
 
-class Blob(_Base):
+class Blob(SimSensor):
     """The largest spot of a colour."""
 
     locates = True
@@ -221,7 +210,7 @@ class Blob(_Base):
         return [{**_angles(spot), "area": spot.area}] if spot else []
 
 
-class Face(_Base):
+class Face(SimSensor):
     """Faces in the picture."""
 
     locates = True
@@ -231,7 +220,7 @@ class Face(_Base):
         return list(self.senses.faces.see())
 
 
-class JointPosition(_Base):
+class JointPosition(SimSensor):
     """A joint's position, when it has changed."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -251,7 +240,7 @@ class JointPosition(_Base):
         return [round(position, 4) + 0.0]
 
 
-class Orientation(_Base):
+class Orientation(SimSensor):
     """Roll, pitch and yaw of the torso, when they have changed."""
 
     _last: tuple[float, float, float, bool] | None = None
@@ -268,7 +257,7 @@ class Orientation(_Base):
         return [{"roll": roll, "pitch": pitch, "yaw": yaw, "fallen": now[3]}]
 
 
-class Button(_Base):
+class Button(SimSensor):
     """An operator's button, which the scene presses."""
 
     _count = 0
@@ -284,7 +273,7 @@ class Button(_Base):
         return values
 
 
-class Touched(_Base):
+class Touched(SimSensor):
     """Touches of some zones: all, the feet, the chest, or one of them."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -307,7 +296,7 @@ class Touched(_Base):
         return values
 
 
-class WordSensor(_Base):
+class WordSensor(SimSensor):
     """Words that are recognised in what people have just said."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -321,7 +310,7 @@ class WordSensor(_Base):
         return [{"word": word, "confidence": sure} for word, sure in self.senses.hearing.words(self._listener)]
 
 
-SENSORS: Mapping[str, Callable[[DeviceUse, Senses], SimSensor]] = {
+SENSORS: Mapping[str, type[SimSensor]] = {
     "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
     "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition, "Orientation": Orientation,
     "OperatorButton": Button, "Touch": Touched, "Bumper": Touched, "ChestButton": Touched, "WordRecognized": WordSensor,

@@ -104,15 +104,7 @@ class Utterance:
 
 
 class Talk:
-    """Lets people speak, and gives the sound at the robot's microphone.
-
-    Args:
-        stage: who is where, and the noise.
-        speech: the speech library.
-        out: the folder of the run; None keeps no files.
-        tell: receives the notices.
-        seed: of the run, for the noise.
-    """
+    """Lets people speak, and gives the sound at the robot's microphone. Without a folder it keeps no files."""
 
     def __init__(
         self, stage: Stage, speech: Speech, out: Path | None, tell: Callable[[Notice], None], seed: int

@@ -17,10 +17,10 @@ import numpy as np
 
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Value
+from rrp_sheets.sim.arbitration import Tell
 from rrp_sheets.sim.sounds import Audio, louder, write_wave
 from rrp_sheets.texts import N_
 
-Tell = Callable[[Notice], None]
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
 NO_SPEECH = N_("There is no sound: the package espeakng-loader is not installed. Durations are estimated.")
@@ -163,13 +163,7 @@ class Sounding:
 
 
 class Voice:
-    """Speaks sentences and plays sounds; their duration comes from the audio.
-
-    Args:
-        out: the folder of the run; None keeps no files.
-        tell: receives the notices.
-        speech: the speech library.
-    """
+    """Speaks sentences and plays sounds; their duration comes from the audio. Without a folder it keeps no files."""
 
     def __init__(self, out: Path | None, tell: Tell, speech: Speech) -> None:
         self._out = out

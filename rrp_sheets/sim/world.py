@@ -19,7 +19,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
-from rrp_sheets.sim.body import EASY, STEP, Body
+from rrp_sheets.sim.body import EASY, STEP, STEPS_A_SECOND, Body
 from rrp_sheets.sim.camera import Eye, Lens, Pixels, jpeg
 from rrp_sheets.sim.faces import FaceModels, Faces
 from rrp_sheets.sim.falling import Falling
@@ -38,7 +38,6 @@ from rrp_sheets.sim.tracker import Detection, Trackers
 from rrp_sheets.sim.voice import Speech, Voice
 from rrp_sheets.texts import N_
 
-STEPS_A_SECOND = 240
 SOLVER_ROUNDS = 30  # of 50 usual: joints stay within 0.003 rad, a fifth faster
 SETTLING = 120  # steps before time 0, in which the feet come to stand on the floor
 PICTURE = (320, 240)  # pixels of the head camera
@@ -378,12 +377,7 @@ def make_faces(
 
 
 class Relaxing:
-    """Brings limbs back to the start posture.
-
-    Args:
-        body, stance: the robot.
-        arbiter: knows what each actuator stream has moved, and what is in use.
-    """
+    """Brings limbs back to the start posture; the arbiter knows what each stream has moved, and what is in use."""
 
     def __init__(self, body: Body, stance: Stance, arbiter: Arbiter) -> None:
         self._body, self._stance, self._arbiter = body, stance, arbiter

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
@@ -15,7 +15,7 @@ from rrp_sheets.sim.body import Eyes
 
 __all__ = ["ACTUATORS", "Eyes", "Parts", "SimActuator", "make_actuator"]
 
-ACTUATORS: Mapping[str, Callable[[DeviceUse, Parts], SimActuator]] = {
+ACTUATORS: Mapping[str, type[SimActuator]] = {
     "EyeLedColor": EyeLedColor, "EyeColor": EyeColor, "EyeBrightness": EyeBrightness, "SayInput": SayInput,
     "SayParameter": SayParameter, "RememberFace": RememberFace, "Tracker": Track,
     "SetJointPosition": SetJointPosition, "Print": PrintActuator,

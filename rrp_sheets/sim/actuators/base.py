@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
-from rrp_sheets.sim.arbitration import Arbiter
+from rrp_sheets.sim.arbitration import Arbiter, Tell
 from rrp_sheets.sim.body import Body, Eyes
 from rrp_sheets.sim.faces import Faces
 from rrp_sheets.sim.keyframes import Motions
@@ -20,8 +20,6 @@ from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.tracker import Trackers
 from rrp_sheets.sim.voice import Voice
 from rrp_sheets.texts import N_
-
-Tell = Callable[[Notice], None]
 
 
 @dataclass(frozen=True)
@@ -42,26 +40,18 @@ class Parts:
     beside: Path | None = None  # the folder of the workbook
 
 
-class SimActuator(Protocol):
-    """Interface of an actuator, which carries out the commands of one actuator stream."""
-
-    def take(self, order: Command, us: int) -> None:
-        """Carry out a command, which is not blank."""
-        ...
-
-    def blank(self, order: Command, us: int) -> None:
-        """End the running and waiting commands of the stream."""
-        ...
-
-
-class Base:
-    """An actuator stream with its settings and the resources that it uses."""
+class SimActuator(ABC):
+    """Carries out the commands of one actuator stream, with its settings and the resources that it uses."""
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
         self.spec = spec
         self.parts = parts
         self.settings: Mapping[str, Value] = spec.settings
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
+
+    @abstractmethod
+    def take(self, order: Command, us: int) -> None:
+        """Carry out a command, which is not blank."""
 
     def blank(self, order: Command, us: int) -> None:
         """End the running and waiting commands of the stream."""

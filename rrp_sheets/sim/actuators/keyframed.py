@@ -10,7 +10,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.robots.gestures import Gesture as Keyframes
 from rrp_sheets.robots.gestures import Keyframe
-from rrp_sheets.sim.actuators.base import Base, Parts, as_number
+from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.body import Vector
 from rrp_sheets.sim.keyframes import Motion
@@ -24,7 +24,7 @@ QUICKEST = 0.5  # s, of each part of the way
 CALM = 4.0  # rad/s at full speed
 
 
-class Keyframed(Base):
+class Keyframed(SimActuator):
     """An actuator that makes one motion after the other.
 
     A command that repeats the present motion lets it go on, so that a stream that repeats itself does not keep it at

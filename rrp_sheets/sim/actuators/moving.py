@@ -7,7 +7,7 @@ import math
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.robots.trajectory import COUPLED
-from rrp_sheets.sim.actuators.base import Base, Parts, as_number
+from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.texts import N_
 
@@ -22,7 +22,7 @@ LOOKS_US = 50_000  # between two looks at what is in the way
 Way = tuple[float, float, float]
 
 
-class Track(Base):
+class Track(SimActuator):
     """Follows what the sensors that the row descends from detect."""
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
@@ -48,7 +48,7 @@ class Track(Base):
         self.parts.arbiter.take(job, us)
 
 
-class SetJointPosition(Base):
+class SetJointPosition(SimActuator):
     """Moves a joint or a group."""
 
     def take(self, order: Command, us: int) -> None:
@@ -120,7 +120,7 @@ class SetJointPosition(Base):
                 body.go("HeadPitch", limited, share * body.robot.joints["headpitch"].max_velocity)
 
 
-class Walk(Base):
+class Walk(SimActuator):
     """Walks the way of its settings, or the one that arrives."""
 
     _way: Way | None = None

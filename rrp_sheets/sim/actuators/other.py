@@ -5,12 +5,12 @@ from __future__ import annotations
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.values import Record, show
-from rrp_sheets.sim.actuators.base import Base, Parts, as_number
+from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.colours import EXAMPLE, parse_colour
 from rrp_sheets.texts import N_, sentences
 
 
-class PrintActuator(Base):
+class PrintActuator(SimActuator):
     """Shows the value in the log."""
 
     def take(self, order: Command, us: int) -> None:
@@ -25,7 +25,7 @@ class PrintActuator(Base):
         self.parts.tell(Notice("note", show(None), order.stream, order.row))
 
 
-class Later(Base):
+class Later(SimActuator):
     """Stand-in for a device that is not simulated yet: every command is over at once, not completed."""
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
@@ -43,7 +43,7 @@ class Later(Base):
         self.fail(order, text, "note")
 
 
-class RememberFace(Base):
+class RememberFace(SimActuator):
     """Remembers a new face."""
 
     def take(self, order: Command, us: int) -> None:
@@ -69,7 +69,7 @@ class RememberFace(Base):
         self.parts.arbiter.at_once(order)
 
 
-class EyeLedColor(Base):
+class EyeLedColor(SimActuator):
     """Sets the eyes to the colour that arrives."""
 
     def take(self, order: Command, us: int) -> None:
@@ -83,7 +83,7 @@ class EyeLedColor(Base):
         self.parts.arbiter.at_once(order)
 
 
-class EyeColor(Base):
+class EyeColor(SimActuator):
     """Sets the eyes to the colour of its setting."""
 
     def take(self, order: Command, us: int) -> None:
@@ -99,7 +99,7 @@ class EyeColor(Base):
         self.parts.arbiter.at_once(order)
 
 
-class EyeBrightness(Base):
+class EyeBrightness(SimActuator):
     """Sets the eyes' brightness to the number that arrives."""
 
     def take(self, order: Command, us: int) -> None:

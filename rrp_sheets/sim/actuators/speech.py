@@ -7,14 +7,14 @@ from functools import cache
 
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.robots.media_files import BadSoundError, read_wave
-from rrp_sheets.sim.actuators.base import Base, Parts, as_number
+from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.keyframes import Motion
 from rrp_sheets.sim.sounds import RATE, Audio, from_wave, own_sound
 from rrp_sheets.texts import N_
 
 
-class _Say(Base):
+class _Say(SimActuator):
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
         super().__init__(spec, parts)
         self._talking = Talking(parts) if self.settings.get("gestures") else None
@@ -110,7 +110,7 @@ class Talking:
 own = cache(own_sound)  # made once; a game plays them again and again
 
 
-class PlaySound(Base):
+class PlaySound(SimActuator):
     """Plays the sound of its settings, at once or after what is being said or played."""
 
     def take(self, order: Command, us: int) -> None:
