@@ -207,7 +207,7 @@ def test_many_words():
     words = [f"{a} {b}" for a in ("red", "green", "happy", "little", "seven") for b in
              ["apple", "bird", "cat", "dog", "ear", "fish", "goat", "hand", "ice", "jam", "kite", "lamp", "moon", "nose", "oven", "pig", "queen", "rose", "sun", "tree"]] * 5  # fmt: skip
     words = list(dict.fromkeys(words))
-    listening = Ear([p for w in words for p in w.split()], speech)
+    listening = Ear([p for w in words for p in w.split()], speech.library)
     listener, deaf, same = listening.listener("many", words)
     assert len(listener.words) == len(words) == 100 and not deaf and not same
 

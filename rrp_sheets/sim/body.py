@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.trajectory import COUPLED, joint_limits
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.motion import Glide
+from rrp_sheets.sim.pinhole import Pose, Vector
 
 STEPS_A_SECOND = 240  # of the physics
 STEP = 1 / STEPS_A_SECOND  # s
@@ -25,15 +24,6 @@ THUMBS = {"LHand": "LThumbJoint", "RHand": "RThumbJoint"}
 FLOOR = 0  # the first body of the physics
 GEARS = 0.15  # of a motor's force: what its gears resist when it rests
 HALT_TIME = 0.08  # s, in which every motion ends when all is stopped
-Vector = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Pose:
-    """A place and an orientation: position in m, rotation as a matrix whose columns are the frame's axes."""
-
-    position: Vector
-    rotation: Vector
 
 
 class Body:

@@ -16,9 +16,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.sim.body import Pose, Vector
+from rrp_sheets.sim.pinhole import Floats, Lens, Pixels, Pose, Vector
 
-Pixels = NDArray[np.uint8]
 NEAR, FAR = 0.03, 12.0  # m
 AHEAD, ASIDE = (-1.5, -0.6, 2.6), (0.1, -1.8, 2.5)
 """Directions of the light: for the robot's own pictures from behind it, so that faces before it are lit; for the
@@ -33,31 +32,6 @@ CLOSEST = 0.7  # m from the film's camera to anything
 SMOOTHING = 1.5  # how much larger the film is drawn
 LEAST_LIGHT = 0.35  # of a film in the dark
 QUALITY = 80  # of 100, of a picture for a display: 320 × 240 are some 10 kB
-Floats = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Lens:
-    """A pinhole camera: opening angles in rad, size in pixels."""
-
-    hfov: float
-    vfov: float
-    width: int
-    height: int
-
-    @property
-    def focal(self) -> tuple[float, float]:
-        """Focal lengths in pixels, horizontally and vertically."""
-        return self.width / 2 / math.tan(self.hfov / 2), self.height / 2 / math.tan(self.vfov / 2)
-
-    def rays(self, scale: int = 1) -> Floats:
-        """A ray per pixel in the camera's frame, (height, width, 3), with x = 1; `scale` leaves pixels out."""
-        fx, fy = self.focal
-        u = (np.arange(0, self.width, scale, dtype=np.float32) + scale / 2 - self.width / 2) / np.float32(fx)
-        v = (np.arange(0, self.height, scale, dtype=np.float32) + scale / 2 - self.height / 2) / np.float32(fy)
-        ahead = np.ones((len(v), len(u)), np.float32)
-        rays: Floats = np.stack([ahead, *np.broadcast_arrays(-u[None, :], -v[:, None])], axis=2).astype(np.float32)
-        return rays
 
 
 def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> tuple[Pixels, Pixels]:

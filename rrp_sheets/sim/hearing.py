@@ -11,23 +11,20 @@ import difflib
 import math
 import re
 import unicodedata
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-
-from rrp_sheets.model.exchange import DeviceUse, Notice
-from rrp_sheets.sim.talk import RATE, PendingSpeech, Signal, Talk, Utterance
-from rrp_sheets.sim.voice import Espeak, Speech, Tell
-from rrp_sheets.texts import N_
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from pocketsphinx import Decoder
 
 
-MOST_TOLD = 5
+Signal = NDArray[np.float32]
+RATE = 16_000  # samples a second, of the microphone
 DECOYS = 24
 WORTH = 15.0  # times as likely as a decoy
 LEAST = -4.6  # fit of a word that is taken for recognised
@@ -87,20 +84,36 @@ class Listener:
         return found
 
 
+class Phonetics(Protocol):
+    """Library that knows how words of a language are said."""
+
+    def voice(self, name: str) -> bool:
+        """Choose a language, such as `en-us`; False when it is not there."""
+        ...
+
+    def phonemes(self, text: str) -> str:
+        """Return the pronunciation of a text, in letters of the phonetic alphabet."""
+        ...
+
+
 class Ear:
     """The recogniser, loaded once; its dictionary has only the words of the sensors, and decoys.
+
+    Args:
+        wanted: the words of the sensors, one by one.
+        phonetics: gives the library for words that no dictionary has, or None when it is not installed.
 
     Raises:
         ImportError: it is not installed.
     """
 
-    def __init__(self, wanted: Sequence[str], speech: Speech) -> None:
+    def __init__(self, wanted: Sequence[str], phonetics: Callable[[], Phonetics | None]) -> None:
         import soxr  # noqa: F401  # the microphone needs it
         from pocketsphinx import Decoder, get_model_path
 
         model = Path(get_model_path()) / "en-us"
         self._decoder: Decoder = Decoder(hmm=str(model / "en-us"), dict=None, lm=None, samprate=RATE, loglevel="FATAL")
-        self._sounds = Pronunciations(model / "cmudict-en-us.dict", [*wanted, *_POOL], speech.library())
+        self._sounds = Pronunciations(model / "cmudict-en-us.dict", [*wanted, *_POOL], phonetics())
         self._tokens: dict[str, str] = {}
 
     def listener(self, name: str, words: Sequence[str]) -> tuple[Listener, list[str], list[tuple[str, str]]]:
@@ -207,105 +220,6 @@ def split(sound: Signal) -> list[Signal]:
     return [sound[max(0, a * frame - _EDGE) : (b + 1) * frame + _EDGE] for a, b in found]
 
 
-class Hearing:
-    """Recognises what people say for the sensors that listen for words."""
-
-    def __init__(self, talk: Talk, speech: Speech, tell: Tell, sensors: Sequence[DeviceUse]) -> None:
-        wanted = [str(word) for s in sensors for word in s.settings.get("words") or ()]
-        self._talk = talk
-        self._tell = tell
-        self._ear: Ear | None = None
-        self._listeners: list[tuple[tuple[str, ...], Listener]] = []
-        self._heard: dict[int, Signal] = {}
-        if wanted:
-            try:
-                self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech)
-            except ImportError as error:
-                text = N_(
-                    "Words are not recognised: the package {package} is not installed. "
-                    "Type them in the run panel: Send a value.",
-                    package=error.name or "pocketsphinx",
-                )
-                self._tell(Notice("error", text))
-
-    def listen(self, stream: str, words: Sequence[str]) -> Listener | None:
-        """Listen for a sensor's words; None when nothing can be recognised."""
-        if self._ear is None:
-            return None
-        listener, deaf, same = self._ear.listener(f"s{len(self._listeners)}", words)
-        if deaf:
-            told = N_(
-                "{words} cannot be heard: only English words are recognised. Type it in the run panel: Send a value.",
-                words=", ".join(f"“{text}”" for text in deaf[:MOST_TOLD]),
-            )
-            self._tell(Notice("error", told, stream))
-        for one, other in same:
-            told = N_("“{other}” sounds like “{one}”: it is heard as “{one}”.", other=other, one=one)
-            self._tell(Notice("note", told, stream))
-        self._listeners.append((tuple(words), listener))
-        return listener
-
-    def words(self, listener: Listener) -> list[tuple[str, float]]:
-        """Return the words that a sensor recognises in the utterances that end at this step."""
-        found = []
-        for utterance in self._talk.over:
-            assert self._ear is not None
-            words = self._ear.recognise(listener, self._sound(utterance))
-            found += words
-            for said in utterance.said if words else ():
-                said.heard = True
-        return found
-
-    def notes(self) -> list[Notice]:
-        """Return notes on speech in which no sensor recognised a word; call it after the sensors were read."""
-        self._heard.clear()
-        return [
-            Notice("note", self._unheard(said, utterance), row=f"Scene!{said.action.row}" if said.action.row else "")
-            for utterance in self._talk.over if utterance.is_last
-            for said in utterance.said if not said.heard
-        ]  # fmt: skip
-
-    def _sound(self, utterance: Utterance) -> Signal:
-        if id(utterance) not in self._heard:
-            self._heard[id(utterance)] = self._talk.microphone(utterance)
-        return self._heard[id(utterance)]
-
-    def _unheard(self, said: PendingSpeech, utterance: Utterance) -> str:
-        template = N_("{thing} says “{words}”: the robot has not understood it.")
-        if not self._listeners:
-            template = N_("{thing} says “{words}”: no sensor of this workbook listens for words.")
-        elif said.cut:
-            template = N_("{thing} says “{words}”: the robot does not hear while it speaks.")
-        elif not any(words_in(said.text, words) for words, _ in self._listeners):
-            template = N_("{thing} says “{words}”: no sensor of this workbook listens for that.")
-        elif not said.text.isascii():
-            template = N_("{thing} says “{words}”: the robot has not understood it; it knows only English words.")
-        elif utterance.noise >= 0.05:
-            template = N_("{thing} says “{words}”: the robot has not understood it. The noise is {noise}.")
-        return N_(template, thing=said.action.thing, words=said.text, noise=f"{utterance.noise:.0%}")
-
-
-def words_in(text: str, words: tuple[str, ...]) -> list[str]:
-    """Return those of the words (or phrases) that occur in a text, in the text's order.
-
-    >>> words_in("Yes, okay! Yesterday…", ("no", "okay", "yes"))
-    ['yes', 'okay']
-    """
-    said = _spoken(text)
-    places = []
-    for word in words:
-        place = said.find(_spoken(word))
-        if place < 0 and not word.isascii():  # languages that write without spaces
-            place = text.casefold().find(word.casefold())
-        if place >= 0 and word:
-            places.append((place, word))
-    return [word for _, word in sorted(places, key=lambda p: p[0])]
-
-
-def _spoken(text: str) -> str:
-    return " " + " ".join(re.findall(r"\w+", text.casefold())) + " "
-
-
 def pieces(text: str) -> list[str]:
     """Return the single words of a phrase, as a dictionary has them.
 
@@ -333,7 +247,7 @@ class Pronunciations:
         speech: for words that are not in it; None when there is none.
     """
 
-    def __init__(self, dictionary: Path, words: Iterable[str], speech: Espeak | None) -> None:
+    def __init__(self, dictionary: Path, words: Iterable[str], speech: Phonetics | None) -> None:
         wanted = set(words)
         self._known: dict[str, list[str]] = {}
         self._speech = speech

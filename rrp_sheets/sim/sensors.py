@@ -15,12 +15,13 @@ from rrp_sheets.model.exchange import DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.sim.body import STEPS_A_SECOND, Body, Pose, Vector
-from rrp_sheets.sim.camera import Eye, Pixels
+from rrp_sheets.sim.body import STEPS_A_SECOND, Body
+from rrp_sheets.sim.camera import Eye
 from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.faces import Faces
-from rrp_sheets.sim.hearing import Hearing
+from rrp_sheets.sim.pinhole import Pixels, Pose, Vector
 from rrp_sheets.sim.stage import Stage
+from rrp_sheets.sim.talk import Hearing
 from rrp_sheets.sim.vision import Detector, Spot
 from rrp_sheets.texts import N_
 

@@ -1,30 +1,30 @@
-"""Speech of people: a voice for each, audio that is kept as .wav, and its way to the robot's microphone.
+"""Speech of people: a voice for each, audio that is kept as .wav, its way to the robot's microphone, and what is heard.
 
 The microphone hears everybody at once, quieter from farther away, with the noise of the room, and nothing while the
 robot itself speaks and a moment longer; a sound that it plays is noise. Where an utterance begins and ends is taken
-from the audio of those who speak; what is said in it is for the recogniser (`hearing`) to find out.
+from the audio of those who speak; what is said in it is for the recogniser (`Ear`) to find out.
 """
 
 from __future__ import annotations
 
 import math
+import re
 import zlib
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rrp_sheets.model.exchange import Notice, SceneAction
+from rrp_sheets.model.exchange import DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
+from rrp_sheets.sim.hearing import RATE, Ear, Listener, Signal, pieces
 from rrp_sheets.sim.sounds import Audio
 from rrp_sheets.sim.stage import Stage
-from rrp_sheets.sim.voice import Espeak, Speech, keep
+from rrp_sheets.sim.voice import Espeak, Speech, Tell, keep
 from rrp_sheets.texts import N_
 
-Signal = NDArray[np.float32]
-RATE = 16_000  # samples a second, of the microphone
+MOST_TOLD = 5  # words that cannot be recognised, in one message
 AFTER_US = 250_000  # the robot hears again so long after it has spoken
 LONGEST_US = 10_000_000  # of audio that is recognised at once; longer speech comes in parts
 PAD = RATE // 5  # samples of noise before and after an utterance, for the recogniser
@@ -106,9 +106,7 @@ class Utterance:
 class Talk:
     """Lets people speak, and gives the sound at the robot's microphone. Without a folder it keeps no files."""
 
-    def __init__(
-        self, stage: Stage, speech: Speech, out: Path | None, tell: Callable[[Notice], None], seed: int
-    ) -> None:
+    def __init__(self, stage: Stage, speech: Speech, out: Path | None, tell: Tell, seed: int) -> None:
         self._stage, self._speech, self._out, self._tell, self._seed = stage, speech, out, tell, seed
         self._busy: dict[str, int] = {}  # until when everybody speaks
         self._waiting: list[tuple[int, SceneAction]] = []
@@ -236,3 +234,102 @@ def noise(count: int, level: float, seed: tuple[int, int]) -> Signal:
     room = np.fft.irfft(tones, count) if count > 1 else np.zeros(count)
     room /= max(float(room.std()), 1e-12)
     return np.asarray(room * (SELF_NOISE + NOISE * level), np.float32)
+
+
+class Hearing:
+    """Recognises what people say for the sensors that listen for words."""
+
+    def __init__(self, talk: Talk, speech: Speech, tell: Tell, sensors: Sequence[DeviceUse]) -> None:
+        wanted = [str(word) for s in sensors for word in s.settings.get("words") or ()]
+        self._talk = talk
+        self._tell = tell
+        self._ear: Ear | None = None
+        self._listeners: list[tuple[tuple[str, ...], Listener]] = []
+        self._heard: dict[int, Signal] = {}
+        if wanted:
+            try:
+                self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech.library)
+            except ImportError as error:
+                text = N_(
+                    "Words are not recognised: the package {package} is not installed. "
+                    "Type them in the run panel: Send a value.",
+                    package=error.name or "pocketsphinx",
+                )
+                self._tell(Notice("error", text))
+
+    def listen(self, stream: str, words: Sequence[str]) -> Listener | None:
+        """Listen for a sensor's words; None when nothing can be recognised."""
+        if self._ear is None:
+            return None
+        listener, deaf, same = self._ear.listener(f"s{len(self._listeners)}", words)
+        if deaf:
+            told = N_(
+                "{words} cannot be heard: only English words are recognised. Type it in the run panel: Send a value.",
+                words=", ".join(f"“{text}”" for text in deaf[:MOST_TOLD]),
+            )
+            self._tell(Notice("error", told, stream))
+        for one, other in same:
+            told = N_("“{other}” sounds like “{one}”: it is heard as “{one}”.", other=other, one=one)
+            self._tell(Notice("note", told, stream))
+        self._listeners.append((tuple(words), listener))
+        return listener
+
+    def words(self, listener: Listener) -> list[tuple[str, float]]:
+        """Return the words that a sensor recognises in the utterances that end at this step."""
+        found = []
+        for utterance in self._talk.over:
+            assert self._ear is not None
+            words = self._ear.recognise(listener, self._sound(utterance))
+            found += words
+            for said in utterance.said if words else ():
+                said.heard = True
+        return found
+
+    def notes(self) -> list[Notice]:
+        """Return notes on speech in which no sensor recognised a word; call it after the sensors were read."""
+        self._heard.clear()
+        return [
+            Notice("note", self._unheard(said, utterance), row=f"Scene!{said.action.row}" if said.action.row else "")
+            for utterance in self._talk.over if utterance.is_last
+            for said in utterance.said if not said.heard
+        ]  # fmt: skip
+
+    def _sound(self, utterance: Utterance) -> Signal:
+        if id(utterance) not in self._heard:
+            self._heard[id(utterance)] = self._talk.microphone(utterance)
+        return self._heard[id(utterance)]
+
+    def _unheard(self, said: PendingSpeech, utterance: Utterance) -> str:
+        template = N_("{thing} says “{words}”: the robot has not understood it.")
+        if not self._listeners:
+            template = N_("{thing} says “{words}”: no sensor of this workbook listens for words.")
+        elif said.cut:
+            template = N_("{thing} says “{words}”: the robot does not hear while it speaks.")
+        elif not any(words_in(said.text, words) for words, _ in self._listeners):
+            template = N_("{thing} says “{words}”: no sensor of this workbook listens for that.")
+        elif not said.text.isascii():
+            template = N_("{thing} says “{words}”: the robot has not understood it; it knows only English words.")
+        elif utterance.noise >= 0.05:
+            template = N_("{thing} says “{words}”: the robot has not understood it. The noise is {noise}.")
+        return N_(template, thing=said.action.thing, words=said.text, noise=f"{utterance.noise:.0%}")
+
+
+def words_in(text: str, words: tuple[str, ...]) -> list[str]:
+    """Return those of the words (or phrases) that occur in a text, in the text's order.
+
+    >>> words_in("Yes, okay! Yesterday…", ("no", "okay", "yes"))
+    ['yes', 'okay']
+    """
+    said = _spoken(text)
+    places = []
+    for word in words:
+        place = said.find(_spoken(word))
+        if place < 0 and not word.isascii():  # languages that write without spaces
+            place = text.casefold().find(word.casefold())
+        if place >= 0 and word:
+            places.append((place, word))
+    return [word for _, word in sorted(places, key=lambda p: p[0])]
+
+
+def _spoken(text: str) -> str:
+    return " " + " ".join(re.findall(r"\w+", text.casefold())) + " "

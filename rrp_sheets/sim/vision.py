@@ -10,8 +10,7 @@ from typing import Any
 
 import cv2
 
-from rrp_sheets.sim.camera import Lens, Pixels
-from rrp_sheets.sim.colours import RGB
+from rrp_sheets.sim.pinhole import Lens, Pixels
 
 Band = tuple[int, int]
 HUES: Mapping[str, tuple[Band, ...]] = {
@@ -61,7 +60,7 @@ class Detector:
         found = [(colour, spot) for colour in HUES if (spot := self.ball(colour))]
         return max(found, key=lambda f: f[1].width, default=None)
 
-    def spot(self, colour: RGB, threshold: float) -> Spot | None:
+    def spot(self, colour: tuple[float, float, float], threshold: float) -> Spot | None:
         """The largest spot whose hue is within `threshold` degrees of the colour's."""
         hue = round(colorsys.rgb_to_hsv(*colour)[0] * 180)
         off = max(1, round(threshold / 2))

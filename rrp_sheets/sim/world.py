@@ -20,20 +20,20 @@ from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, STEPS_A_SECOND, Body
-from rrp_sheets.sim.camera import Eye, Lens, Pixels, jpeg
+from rrp_sheets.sim.camera import Eye, jpeg
 from rrp_sheets.sim.faces import FaceModels, Faces
 from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
-from rrp_sheets.sim.hearing import Hearing
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.people import Heads, Looks
+from rrp_sheets.sim.pinhole import Lens, Pixels
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.recording import Recording
 from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, Signals, tidy
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
-from rrp_sheets.sim.talk import Talk
+from rrp_sheets.sim.talk import Hearing, Talk
 from rrp_sheets.sim.tracker import Detection, Trackers
 from rrp_sheets.sim.voice import Speech, Voice
 from rrp_sheets.texts import N_

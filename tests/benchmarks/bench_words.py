@@ -1,6 +1,6 @@
 """How well the robot recognises the words that it listens for, by voice and noise, and how long that takes.
 
-Measured: the recogniser as a sensor uses it (`sim/hearing.py`), with the words of ten settings, on what espeak-ng says
+Measured: the recogniser as a sensor uses it (`perception/word_recognition.py`), with the words of ten settings, on what espeak-ng says
 with the voices that people have in the scene; the same for words that are in no setting. Right means: that word and no
 other. Not measured: real voices, microphones, rooms and echoes, dialects, emphasis, words within long sentences.
 """
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from rrp_sheets.sim import talk
-from rrp_sheets.sim.hearing import Ear, Listener, pieces
+from rrp_sheets.sim.hearing import RATE, Ear, Listener, pieces
 from rrp_sheets.sim.voice import Speech
 
 SETTINGS = [text.split(", ") for text in (
@@ -67,7 +67,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.speech = Speech(lambda happening: None)
-        self.ear = Ear([p for words in SETTINGS for w in words for p in pieces(w)], self.speech)
+        self.ear = Ear([p for words in SETTINGS for w in words for p in pieces(w)], self.speech.library)
         self.listeners = [self.ear.listener(f"b{n}", words)[0] for n, words in enumerate(SETTINGS)]
         self.seconds = self.audio = 0.0
 
@@ -82,7 +82,7 @@ class Bench:
         began = time.process_time()
         heard = self.ear.recognise(listener, sound)
         self.seconds += time.process_time() - began
-        self.audio += len(sound) / talk.RATE
+        self.audio += len(sound) / RATE
         return heard
 
 
