@@ -13,8 +13,8 @@ from portraits import FACE, Studio
 
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.model.trace_events import FACE_REMEMBERED
+from rrp_sheets.perception.faces import SAME, Faces
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.faces import SAME, Faces
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -21,11 +21,11 @@ from rrp_sheets.cli.recordings import faces_command
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.perception import face_memory, faces
+from rrp_sheets.perception.face_memory import FaceMemory, read_memory, write_memory
+from rrp_sheets.perception.faces import FaceModels, Faces
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs import RunSettings
-from rrp_sheets.sim import face_memory, faces
-from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
-from rrp_sheets.sim.faces import FaceModels, Faces
 from rrp_sheets.sim.people import FACES, Looks
 from rrp_sheets.sim.portraits import drawn, from_file, read_picture
 from rrp_sheets.web.robotmodel import face_picture, robot_model

@@ -13,7 +13,7 @@ from test_killed_server import HEADER
 
 from rrp_sheets import api
 from rrp_sheets.documents.journal import Journal
-from rrp_sheets.sim.face_memory import FaceMemory, read_memory, write_memory
+from rrp_sheets.perception.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.workbook.maker import make_workbook
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="modes of Unix")

@@ -27,12 +27,12 @@ from rrp_sheets.documents.journal import Journal
 from rrp_sheets.engine import file_lock
 from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.perception.face_memory import FaceMemory, kept, write_memory
 from rrp_sheets.recording.deleting import delete, plan
 from rrp_sheets.recording.metadata import facts_of
 from rrp_sheets.recording.participant_search import places_of
 from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
-from rrp_sheets.sim.face_memory import FaceMemory, kept, write_memory
 
 CODE = "P-07"
 FACES = {"stream": "Face", "kind": "sensor", "device": "FaceDetection"}

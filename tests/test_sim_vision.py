@@ -14,9 +14,9 @@ import numpy as np
 from play import check, rows
 
 from rrp_sheets.model.exchange import SceneAction
+from rrp_sheets.perception.pinhole import Lens
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.camera import AHEAD, photograph
-from rrp_sheets.sim.pinhole import Lens
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -74,6 +74,7 @@ def test_a_text_with_a_translation_is_marked(extracted):
         "scene",
         "formulas",
         "graph",
+        "perception",
         "replay",
         "sim",
         "testing",

@@ -263,7 +263,7 @@ def faces_command(folder: Path, forget: str | None, forget_all: bool) -> None:
     They are kept only by workbooks whose Protocol says so (Face memory: kept), as numbers in runs/faces.json. Wipe when
     no run is going: it would write them again.
     """
-    from rrp_sheets.sim import face_memory
+    from rrp_sheets.perception import face_memory
 
     if forget_all:
         click.echo(face_memory.forget_all(folder))

@@ -41,7 +41,7 @@ from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
-    from rrp_sheets.sim.pinhole import Pixels
+    from rrp_sheets.perception.pinhole import Pixels
 
 
 class SimulatedWorld(World):

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from rrp_sheets.perception.pinhole import Pose, Vector
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.trajectory import COUPLED, joint_limits
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.motion import Glide
-from rrp_sheets.sim.pinhole import Pose, Vector
 
 STEPS_A_SECOND = 240  # of the physics
 STEP = 1 / STEPS_A_SECOND  # s

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from rrp_sheets.sim.pinhole import Floats, Lens, Pixels, Pose, Vector
+from rrp_sheets.perception.pinhole import Floats, Lens, Pixels, Pose, Vector
 
 NEAR, FAR = 0.03, 12.0  # m
 AHEAD, ASIDE = (-1.5, -0.6, 2.6), (0.1, -1.8, 2.5)

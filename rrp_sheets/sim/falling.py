@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.model.exchange import Notice
+from rrp_sheets.perception.pinhole import Vector
 from rrp_sheets.sim.arbitration import Arbiter, Tell
 from rrp_sheets.sim.body import Body
-from rrp_sheets.sim.pinhole import Vector
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.texts import N_
 

@@ -23,10 +23,10 @@ from PIL import GifImagePlugin, Image, ImageDraw, ImageFont
 from rrp_sheets.model.exchange import Command, Notice, SceneAction
 from rrp_sheets.model.run_files import FILM, STRIP
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.perception.pinhole import Pixels
 from rrp_sheets.resources import vendored
 from rrp_sheets.sim.camera import FilmCamera, Shot
 from rrp_sheets.sim.motion import Point
-from rrp_sheets.sim.pinhole import Pixels
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.stage import FRONT
 from rrp_sheets.texts import N_

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from rrp_sheets.perception.pinhole import Vector
 from rrp_sheets.sim.body import HALT_TIME
-from rrp_sheets.sim.pinhole import Vector
 
 STEP_TIME = 0.36  # s
 STRIDE, ASIDE, TURN = 0.034, 0.030, 0.40  # m, m, rad: how far a foot is put from beside the other one

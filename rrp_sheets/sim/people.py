@@ -20,9 +20,9 @@ import numpy as np
 
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
+from rrp_sheets.perception.faces import FaceModels
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.face_traits import AROUND, BACK, FRONT, HAIR, HEAD, NOSE, RINGS
-from rrp_sheets.sim.faces import FaceModels
 from rrp_sheets.sim.portraits import Portrait, drawn, from_file
 from rrp_sheets.sim.shapes import CompoundShape, ellipsoid, turned
 

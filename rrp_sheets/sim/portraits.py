@@ -15,10 +15,10 @@ from PIL import Image as Pillow
 from PIL import UnidentifiedImageError
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.perception.faces import DetectedFace, FaceModels, Features
+from rrp_sheets.perception.pinhole import Pixels
 from rrp_sheets.sim.colours import RGB
 from rrp_sheets.sim.face_traits import PEOPLE, Traits, outline
-from rrp_sheets.sim.faces import DetectedFace, FaceModels, Features
-from rrp_sheets.sim.pinhole import Pixels
 from rrp_sheets.texts import N_
 
 FORMATS = ("PNG", "JPEG")

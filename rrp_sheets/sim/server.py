@@ -34,7 +34,7 @@ from rrp_sheets.workers.liveness import SharedCell
 from rrp_sheets.workers.transport import MessageReader, encode
 
 if TYPE_CHECKING:
-    from rrp_sheets.sim.pinhole import Pixels
+    from rrp_sheets.perception.pinhole import Pixels
     from rrp_sheets.sim.world import SimWorld
 
 

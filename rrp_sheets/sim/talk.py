@@ -18,7 +18,7 @@ import numpy as np
 
 from rrp_sheets.model.exchange import DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.sim.hearing import RATE, Ear, Listener, Signal, pieces
+from rrp_sheets.perception.word_recognition import RATE, Ear, Listener, Signal, pieces
 from rrp_sheets.sim.sounds import Audio
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.voice import Espeak, Speech, Tell, keep

@@ -16,8 +16,8 @@ import numpy as np
 from rrp_sheets.model.exchange import Command
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.perception.pinhole import Pose, Vector
 from rrp_sheets.sim.body import EASY, STEP, Body
-from rrp_sheets.sim.pinhole import Pose, Vector
 from rrp_sheets.sim.stance import Stance
 
 BESIDE = 0.12  # m, of the target to the other side: so far the arm that points keeps pointing, across the body

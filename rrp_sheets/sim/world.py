@@ -16,17 +16,17 @@ import numpy as np
 
 from rrp_sheets.model.exchange import Arrivals, Command, Notice, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.values import Value
+from rrp_sheets.perception.faces import FaceModels, Faces
+from rrp_sheets.perception.pinhole import Lens, Pixels
 from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.arbitration import Arbiter
 from rrp_sheets.sim.body import EASY, STEP, STEPS_A_SECOND, Body
 from rrp_sheets.sim.camera import Eye, jpeg
-from rrp_sheets.sim.faces import FaceModels, Faces
 from rrp_sheets.sim.falling import Falling
 from rrp_sheets.sim.film import STALE_US, Film
 from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.people import Heads, Looks
-from rrp_sheets.sim.pinhole import Lens, Pixels
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.recording import Recording

@@ -1,7 +1,7 @@
 """How well the robot's camera finds balls and faces, how well it recognises faces, and how fast it goes meanwhile.
 
 Measured: pictures rendered from the head camera of a robot that stands still; balls of 6 cm at 320×240, faces at 640×480,
-eight drawn and two photographed ones, by YuNet and SFace with the thresholds of `sim/faces.py`. The truth is where the
+eight drawn and two photographed ones, by YuNet and SFace with the thresholds of `perception/faces.py`. The truth is where the
 simulator has put the thing, which image processing does not know. Everybody is known from a portrait, as somebody whom
 the Scene sheet names; recognised means: more alike than the threshold, and the right one.
 
@@ -22,8 +22,8 @@ from onecore import go, one_core
 from portraits import FACE, Studio
 
 from rrp_sheets.model.exchange import SceneAction
+from rrp_sheets.perception.faces import SAME
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.faces import SAME
 from rrp_sheets.sim.people import FACES
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld

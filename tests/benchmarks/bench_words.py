@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import pytest
 
+from rrp_sheets.perception.word_recognition import RATE, Ear, Listener, pieces
 from rrp_sheets.sim import talk
-from rrp_sheets.sim.hearing import RATE, Ear, Listener, pieces
 from rrp_sheets.sim.voice import Speech
 
 SETTINGS = [text.split(", ") for text in (

@@ -7,11 +7,11 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from rrp_sheets.model.exchange import DeviceUse
+from rrp_sheets.perception.face_memory import FaceMemory
+from rrp_sheets.perception.faces import Features
+from rrp_sheets.perception.pinhole import Pixels
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.face_memory import FaceMemory
-from rrp_sheets.sim.faces import Features
 from rrp_sheets.sim.people import FACES, Heads, body
-from rrp_sheets.sim.pinhole import Pixels
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.shapes import CLOTHES, CompoundShape

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
+from rrp_sheets.perception.pinhole import Vector
 from rrp_sheets.robots.gestures import Gesture as Keyframes
 from rrp_sheets.robots.gestures import Keyframe
 from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.keyframes import Motion
-from rrp_sheets.sim.pinhole import Vector
 from rrp_sheets.sim.tracker import Detection, Pointing
 from rrp_sheets.texts import N_, sentences
 

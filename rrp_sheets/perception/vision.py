@@ -10,7 +10,7 @@ from typing import Any
 
 import cv2
 
-from rrp_sheets.sim.pinhole import Lens, Pixels
+from rrp_sheets.perception.pinhole import Lens, Pixels
 
 Band = tuple[int, int]
 HUES: Mapping[str, tuple[Band, ...]] = {

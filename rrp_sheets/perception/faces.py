@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
-from rrp_sheets.sim.face_memory import FaceMemory, RememberedPerson, read_memory, write_memory
-from rrp_sheets.sim.pinhole import Lens, Pixels, Pose, Vector
+from rrp_sheets.perception.face_memory import FaceMemory, RememberedPerson, read_memory, write_memory
+from rrp_sheets.perception.pinhole import Lens, Pixels, Pose, Vector
 from rrp_sheets.texts import N_
 
 SAME, UNLIKE = 0.58, 0.54

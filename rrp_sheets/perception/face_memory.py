@@ -18,7 +18,7 @@ from rrp_sheets.private import folder_above, opener
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
-    from rrp_sheets.sim.faces import Features
+    from rrp_sheets.perception.faces import Features
 
 NUMBERS = 128  # of a face
 MOST_PERSONS = 500  # kept in a file
