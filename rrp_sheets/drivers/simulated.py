@@ -48,17 +48,13 @@ class SimulatedWorld(World):
     """A robot simulated in a process of its own. Every method waits for the answer, or raises RunBroken.
 
     Args:
-        robot: its catalogue.
         sensors: the sensors in use; their values arrive in this order.
-        actuators: the actuators in use.
-        scene: what happens in the world.
         dones: done streams, which report the end of commands, each with its actuator stream.
         out: the folder of the run, for `say-001.wav`, …, `film.gif` and `strip.png`; None writes nothing.
-        beside: the folder of the workbook, for its sounds.
         faces: the file that keeps remembered faces beyond the run; None keeps none.
         requests: the connection to a simulator that a supervisor has started; None starts one here.
         ending: waits until the supervisor has reported how that simulator ended, and returns it as a sentence.
-        seed, frame_rate, film, record, camera, title: as in `Spec`.
+        seed, frame_rate, film, record, camera, title, beside: as in `Spec`.
 
     Raises:
         MissingPart: when the simulator is not installed.

@@ -38,12 +38,6 @@ _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are 
 class Engine(ABC):
     """The rows of a plan, wired. Subclasses say at which instants they settle.
 
-    Args:
-        plan: what runs.
-        observer: told of every event and error, in order.
-        seed: of everything random in the rows.
-        cell: where the engine is, for a watchdog.
-
     Attributes:
         streams: by id; each knows its latest value and how many it has had.
         errors: how often each row's formula has failed, by row ref.

@@ -20,11 +20,7 @@ LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
 class FrameRunner:
     """A run in frames, one after the other, and what people do between them.
 
-    Args:
-        world: started here.
-        wire: makes the engine, once the world has started.
-        paced: wait so that the run is not faster than real time.
-        control: what people want while it goes on.
+    It starts the world and then wires the engine; a run that is paced waits, so that it is not faster than real time.
     """
 
     def __init__(

@@ -43,11 +43,7 @@ class Edit:
 
 
 class Editor:
-    """Reads an edited workbook beside the frames, and lets the run go on with it.
-
-    Attributes:
-        checked: the workbook that is used now.
-    """
+    """Reads an edited workbook beside the frames, and lets the run go on with it; `checked` is what it uses now."""
 
     def __init__(self, engine: Engine, control: CommandQueue) -> None:
         self._engine = engine

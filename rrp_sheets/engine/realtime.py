@@ -26,12 +26,7 @@ _Item = TypeVar("_Item")
 
 
 class RealtimeAdapter(LiveWorld):
-    """The simulated robot for the event loop.
-
-    Args:
-        world: started here, moved on by a thread, and stopped here.
-        rate: how often it is moved on, in steps a second.
-    """
+    """The simulated robot for the event loop: a thread moves its world on, `rate` steps a second."""
 
     def __init__(self, world: World, rate: int) -> None:
         self._world = world
@@ -281,9 +276,6 @@ class FramePacer:
     Args:
         factor: 1 real time, 2 twice as fast; 0 as fast as the machine can.
         now: the wall clock, in seconds.
-
-    Attributes:
-        paused: whether no frame is due until it goes on.
     """
 
     def __init__(self, factor: float, now: Now = time.monotonic) -> None:

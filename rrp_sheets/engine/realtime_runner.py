@@ -291,11 +291,7 @@ def run_with_timeout(seconds: float, calls: Iterable[tuple[str, Callable[[], Non
 
 
 class ActuatorThread:
-    """An actuator on a thread of its own: the engine gives it commands and goes on at once.
-
-    Attributes:
-        resting: set when it is to rest; then no further command is carried out.
-    """
+    """An actuator on a thread of its own: the engine gives it commands and goes on at once."""
 
     def __init__(self, name: str, actuator: Actuator, queue: EventQueue) -> None:
         self.name = name

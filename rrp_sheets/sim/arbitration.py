@@ -57,7 +57,6 @@ class Arbiter:
 
     Args:
         dones: the actuator streams whose commands report their end, with the stream that gets the reports.
-        tell: receives the notices.
     """
 
     def __init__(self, dones: Mapping[str, str], tell: Tell) -> None:

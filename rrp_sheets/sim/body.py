@@ -248,6 +248,7 @@ class Eyes:
         red, green, blue = (round(c * self.brightness, 4) for c in self.colour)
         return red, green, blue
 
-    def show(self) -> None:
-        """Apply colour and brightness to the robot's model."""
+    def show(self, colour: RGB | None = None) -> None:
+        """Apply a new colour, if there is one, and the brightness to the robot's model."""
+        self.colour = colour or self.colour
         self._body.shine(*self.shining)

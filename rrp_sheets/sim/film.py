@@ -257,9 +257,7 @@ class FilmFile:
 
     A palette serves until a picture has other colours: the background then stays the same to the pixel and costs
     nothing.
-
-    Args:
-        path: of the file, which is made with the first picture.
+    The file is made with the first picture.
     """
 
     def __init__(self, path: Path) -> None:

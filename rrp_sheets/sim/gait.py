@@ -80,12 +80,7 @@ class Standing:
 
 
 class Gait:
-    """Steps towards a goal, which may change at any time.
-
-    Args:
-        legs: their geometry.
-        standing: how the robot stands.
-        start: the middle between the feet, which stand beside each other.
+    """Steps towards a goal, which may change at any time; at the start the feet stand beside each other.
 
     Attributes:
         middle: between the feet, at the end of the last step.

@@ -17,14 +17,12 @@ class Motion:
     go on from where they are, with the speed that they have.
 
     Args:
-        body: whose joints.
         frames: with rising times in s.
         returns: whether the joints go back to where they were, or were being sent.
         share: of the joints' top velocity that may be used.
         peak: rad/s: no joint is faster.
 
     Attributes:
-        joints: those that it moves.
         going: whether it has begun and is not over.
         home: where the joints were, or were being sent, when it began.
         clamped: the angles that could not be taken; known when it begins to move.

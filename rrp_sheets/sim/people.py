@@ -50,16 +50,7 @@ def is_seated(face: float, posture: str) -> bool:
 
 
 def body(bullet: Any, figure: CompoundShape, clothes: RGB, skin: RGB, face: float, posture: str = "") -> None:
-    """Add a body to a figure.
-
-    Args:
-        bullet: the physics.
-        figure: takes its parts.
-        clothes: the colour of the shirt.
-        skin: of the hands and the neck.
-        face: the height of the middle of the face, m.
-        posture: `seated` or `standing`; empty as the height tells.
-    """
+    """Add a body to a figure, `seated`, `standing`, or as the height of the middle of the face (m) tells."""
     trousers = TROUSERS[int(100 * clothes[0]) % len(TROUSERS)]
     if is_seated(face, posture):
         _sit(bullet, figure, (clothes, trousers, skin), face - NECK)

@@ -24,12 +24,7 @@ AROUND = 20  # faces around a shape that is turned on a lathe
 
 @dataclass(frozen=True)
 class Solid(ABC):
-    """A shape in the world. Lengths in m.
-
-    Attributes:
-        name: of the thing it belongs to.
-        middle: of the shape.
-    """
+    """A shape in the world, with the name of the thing that it belongs to. Lengths in m."""
 
     name: str
     middle: tuple[float, float, float]

@@ -323,13 +323,7 @@ class Guide:
 
 
 class Resting:
-    """Computes where the torso rests on the floor while the joints move.
-
-    Args:
-        bullet: the physics.
-        body: the robot.
-        place, lean, yaw: of the torso now.
-    """
+    """Computes where the torso, whose place, lean and yaw are given, rests on the floor while the joints move."""
 
     def __init__(self, bullet: Any, body: Body, place: Vector, lean: float, yaw: float) -> None:
         self._b, self._body = bullet, body

@@ -122,7 +122,6 @@ class Speech:
     """The speech library that the robot and the persons share, loaded when somebody first speaks.
 
     Args:
-        tell: receives the notices.
         halted: whether the robot is to rest, so that no speech is wanted any more.
     """
 
@@ -145,12 +144,7 @@ class Speech:
 
 @dataclass
 class Sounding:
-    """Sentence or sound that is played for a command.
-
-    Attributes:
-        text: the sentence; the name of a sound.
-        spoken: whether it is a sentence.
-    """
+    """Sentence, or sound by its name, that is played for a command."""
 
     text: str
     order: Command

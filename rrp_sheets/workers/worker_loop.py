@@ -27,14 +27,7 @@ MOST_MEMORY = 3 << 29
 
 
 def begin(link: int, grace: float, still: float, memory: bool) -> socket.socket:
-    """Set up a process that has just been started; return its connection.
-
-    Args:
-        link: the number of the connection.
-        grace: see `Task`, as the others.
-        still: seconds of the wall clock in which it may then use no processor time.
-        memory: whether it may take all memory.
-    """
+    """Set up a process that has just been started; return its connection, which has the number `link`. See `Task`."""
     connection = socket.socket(fileno=link)
     end_with_starter(connection, grace, still)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program

@@ -220,9 +220,6 @@ class RestartingWorker:
     """Worker process that is kept and used again; from any thread, one request at a time. Close it at the end.
 
     It starts at the first request, and again when it has ended, or needed too much memory or time.
-
-    Args:
-        start: starts the process.
     """
 
     def __init__(self, start: Callable[[], WorkerProcess] = WorkerProcess) -> None:

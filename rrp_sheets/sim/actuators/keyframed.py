@@ -49,16 +49,10 @@ class Keyframed(SimActuator):
         arrived: Callable[[int], bool | None] = lambda us: True,
         during: Callable[[Motion], None] = lambda motion: None,
     ) -> None:
-        """Make a motion.
+        """Make a motion; by its name, `what`, a repeated command is recognised.
 
-        Args:
-            order: the command.
-            us: now.
-            what: name of the motion, by which a repeated command is recognised.
-            motion: made for this command.
-            home: whether the joints go back to where they were when it is broken off.
-            arrived: called after the motion's end, until it returns whether the command was completed.
-            during: called at every step of the motion.
+        When it is broken off, the joints stay or go back `home`. `during` is called at every step, and after the end
+        of the motion `arrived`, until it returns whether the command was completed.
         """
 
         def begin(order: Command, us: int) -> None:

@@ -78,8 +78,7 @@ class EyeLedColor(SimActuator):
         if colour is None:
             self.wrong(order, N_("a colour, for example {example}", example=EXAMPLE))
             return
-        self.parts.eyes.colour = colour
-        self.parts.eyes.show()
+        self.parts.eyes.show(colour)
         self.parts.arbiter.at_once(order)
 
 
@@ -94,8 +93,7 @@ class EyeColor(SimActuator):
                       example=EXAMPLE)  # fmt: skip
             self.fail(order, text)
             return
-        self.parts.eyes.colour = colour
-        self.parts.eyes.show()
+        self.parts.eyes.show(colour)
         self.parts.arbiter.at_once(order)
 
 
@@ -108,9 +106,6 @@ class EyeBrightness(SimActuator):
         if number is None:
             self.wrong(order, N_("a number from 0 to 1"))
             return
-        colour = parse_colour(self.settings.get("colour"))
-        if colour is not None:
-            self.parts.eyes.colour = colour
         self.parts.eyes.brightness = self.clamp(order, N_("Brightness"), number, (0.0, 1.0))
-        self.parts.eyes.show()
+        self.parts.eyes.show(parse_colour(self.settings.get("colour")))
         self.parts.arbiter.at_once(order)
