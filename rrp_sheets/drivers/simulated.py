@@ -12,30 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.engine.ports import World
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import (
-    DONE,
-    Arrivals,
-    Command,
-    DeviceUse,
-    SceneAction,
-    State,
-    WorldSnapshot,
-    commanded,
-)
+from rrp_sheets.model.exchange import DONE, Arrivals, Command, DeviceUse, SceneAction, State, WorldSnapshot, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.sim.process import (
-    LOOK_EVERY,
-    REMEDY_DIED,
-    REQUESTS,
-    OpenFailure,
-    Picture,
-    Simulator,
-    Spec,
-    require,
-)
+from rrp_sheets.sim.process import LOOK_EVERY, REMEDY_DIED, REQUESTS, OpenFailure, Picture, Simulator, Spec, require
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
