@@ -21,6 +21,7 @@ from rrp_sheets.cli.recordings import faces_command
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
+from rrp_sheets.model.names import key
 from rrp_sheets.perception import face_memory, faces
 from rrp_sheets.perception.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.perception.faces import FaceModels, Faces
@@ -246,11 +247,13 @@ def test_whom_the_scene_knows_is_not_kept(tmp_path: Path) -> None:
 def test_people_of_a_scene_look_different() -> None:
     names = ["Child", "Mia", "Therapist", "Child 2", "Ken", "Visitor", "Ann", "Parent"]
     scene = [SceneAction(n, who, "appear", {"at": (1, 0, 0.6)}, kind="person") for n, who in enumerate(names)]
-    faces = Looks(scene).faces()
+    looks = Looks(scene)
+    faces = {key(action.thing): looks.face(looks.number(action)) for action in scene}
     assert sorted(faces.values()) == list(range(FACES))
     assert faces["child"] < 3 and faces["child2"] < 3 and faces["therapist"] >= 3
     seen = [SceneAction(n, "Person", "seen", {"id": n + 1, "name": "", "seconds": 2}) for n in range(3)]
-    assert len(set(Looks(seen).faces().values())) == 3
+    looks = Looks(seen)
+    assert len({looks.face(looks.number(action)) for action in seen}) == 3
     assert [(k.number, k.name) for k in Looks([mia(name="Mia", id=7)]).known] == [(7, "Mia")]
     again = Looks(scene)
     assert [again.number(action) for action in scene] == [again.number(action) for action in scene]

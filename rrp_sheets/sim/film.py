@@ -339,12 +339,7 @@ def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
 
 
 class FilmWriter:
-    """Writes `film.gif` and `strip.png` into a run's folder, shot by shot, on a thread.
-
-    Args:
-        folder: of the run.
-        title: shown on the strip.
-    """
+    """Writes `film.gif` and `strip.png`, which shows a title, into a run's folder, shot by shot, on a thread."""
 
     def __init__(self, folder: Path, title: str) -> None:
         self._film, self._strip = folder / FILM, folder / STRIP
@@ -358,12 +353,7 @@ class FilmWriter:
         self._thread.start()
 
     def add(self, shots: Sequence[Shot], *, thinned: bool) -> None:
-        """Write the last of these shots; when they were thinned, the film keeps only these.
-
-        Args:
-            shots: all so far.
-            thinned: whether there were more before.
-        """
+        """Write the last of all shots so far; when they were thinned, the film keeps only these."""
         now = list(shots)
         if thinned:
             self._work.put(partial(self._file.keep, now))

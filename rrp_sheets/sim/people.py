@@ -279,10 +279,6 @@ class Looks:
         """Return the drawn face of the person with that number."""
         return self._faces.get(number, number - 1) % FACES
 
-    def faces(self) -> dict[str, int]:
-        """Return the drawn face of each person, by the key of the thing."""
-        return {name: self.face(number) for name, number in self._numbers.items()}
-
     def _choose(self, thing: str, number: int) -> int:
         name = key(thing)
         order: Sequence[int] = range(FACES)
