@@ -1,1 +1,1 @@
-"""What is done with whole files: bundles, printed protocols, drawn changes, edited copies, poses, queries."""
+"""Services on whole files: bundles, printed protocols, drawn changes, edited copies, poses, queries."""
