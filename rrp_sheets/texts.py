@@ -105,7 +105,7 @@ def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
 # ---- several in one
 _JOINED = {
     "": N_("{before}, {after}"), "and": N_("{before} and {after}"), "and of": N_("{before} and of {after}"),
-    "or": N_("{before} or {after}"), ", then": N_("{before}, then {after}"),
+    "or": N_("{before} or {after}"), ", then": N_("{before}, then {after}"), "→": N_("{before} → {after}"),
 }  # fmt: skip
 _COUNTED = {
     "error": (N_("{n} error"), N_("{n} errors")), "warning": (N_("{n} warning"), N_("{n} warnings")),
@@ -119,12 +119,12 @@ def sentences(*parts: str) -> str:
 
 
 def listed(things: Sequence[str], joiner: str = "") -> str:
-    """Return `a, b and c`; without joiner `a, b, c`; with one that begins with a comma `a, then b, then c`.
+    """Return `a, b and c`; without joiner `a, b, c`; with `, then` or `→` it stands between all: `a → b → c`.
 
     >>> listed(["a", "b", "c"], "and")
     'a, b and c'
     """
-    if not joiner or joiner.startswith(",") or len(things) < 2:
+    if joiner in ("", ", then", "→") or len(things) < 2:
         return _chain(things, _JOINED[joiner])
     return _chain([_chain(things[:-1], _JOINED[""]), things[-1]], _JOINED[joiner])
 

@@ -13,6 +13,7 @@ from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import Edit, InsertRows, SetCell
 
@@ -58,8 +59,8 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
         known = offered.get(code) or {name: None for names in offered.values() for name in names}
         if not offered.get(code) or (wanted and f"{code}:{wanted}" not in known):
             raise SheetsError(
-                f"No finding here has the fix “{code}:{wanted}”.".replace(":”", "”"),
-                f"There are: {', '.join(known)}." if known else "There is nothing to choose.",
+                N_("No finding here has the fix “{fix}”.", fix=f"{code}:{wanted}" if wanted else code),
+                N_("There are: {names}.", names=", ".join(known)) if known else N_("There is nothing to choose."),
             )
     return changes, checked
 
@@ -115,7 +116,9 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cel
                 edits.append(InsertRows(one.sheet, one.before))
                 edits += [SetCell(one.sheet, one.before, column, text) for column, text in one.cells]
                 new = " | ".join(text for _, text in one.cells)
-                changes.append(CellChange(f"{one.sheet} row {one.before}", None, new, d.code, fix.title))
+                changes.append(
+                    CellChange(N_("{sheet} row {row}", sheet=one.sheet, row=one.before), None, new, d.code, fix.title)
+                )
                 moved += 1
                 continue
             at = one.address

@@ -171,15 +171,15 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
     """Set the remedy for an accumulate row: its output is called `total`, and counting needs no formula."""
     if step.connector.name != "accumulate":
         return
-    name, what = (str(problem.details.get(detail, "")) for detail in ("name", "what"))
+    name = key(str(problem.details.get("name", "")))
     formula = key(step.row.formula.text.strip("= ()"))
     if formula in ("count", "counter") and problem.code in ("FORM003", "FORM004"):
         problem.advise(N_("Leave the Formula blank: that counts."))
     elif formula == "count" and problem.code == "FORM006":
         problem.details["usage"] = N_("nothing: with a blank Formula the row counts")
-    elif problem.code == "FORM003" and what.casefold() == "the function count without brackets":
+    elif problem.code == "FORM003" and name == "count":  # without brackets
         problem.advise(N_("Write total, which is the count so far; or leave the Formula blank: that counts."))
-    elif problem.code == "FORM004" and step.row.output and key(name) == key(step.row.output.text):
+    elif problem.code == "FORM004" and step.row.output and name == key(step.row.output.text):
         problem.advise(N_("Did you mean total? In this row that is the total so far."), "total")
 
 

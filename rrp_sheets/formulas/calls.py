@@ -125,7 +125,7 @@ class Calls(ABC):
     def new_name(self, target: ast.expr) -> str:
         """Bind a name after “for”, which must not be in use."""
         if not isinstance(target, ast.Name) or target.id.startswith("_") or "__" in target.id:
-            self.refuse(target, "This after “for”", N_("Write a new name after “for”."))
+            self.refuse(target, N_("This after “for”"), N_("Write a new name after “for”."))
         name, k = unicodedata.normalize("NFKC", target.id), key(target.id)
         scope = self.scope
         taken = k in scope.inputs or k in scope.helpers or k in scope.constants or scope.table(name) is not None
@@ -214,7 +214,7 @@ class Calls(ABC):
             if function
             else function_here(key(method.attr)) or ADVICE
         )
-        self.refuse(method, f"“.{method.attr}( )”", advice)
+        self.refuse(method, N_("“.{name}( )”", name=method.attr), advice)
 
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
         advice = function_here(key(name))

@@ -22,7 +22,7 @@ from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.formulas.operations import NUMBERS, ORDER, arithmetic, at_place, compare, field, formatted, same
 from rrp_sheets.formulas.pick import Picker
-from rrp_sheets.formulas.problems import FormulaProblem, kind_of, problem_of
+from rrp_sheets.formulas.problems import FormulaProblem, no_condition, problem_of, wrong_kind
 from rrp_sheets.formulas.scope import HelperDef
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Record, Value
@@ -144,14 +144,13 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if isinstance(node.op, ast.Not):
             return not self._truth(value)
         if type(value) not in NUMBERS:
-            raise FormulaProblem("FORM102", needed=N_("a number")) if value is None else FormulaProblem(
-                "FORM103", what=N_("This needs a number, but gets {kind}", kind=kind_of(value)))  # fmt: skip
+            raise wrong_kind(N_("a number"), value)
         return -value if isinstance(node.op, ast.USub) else +value
 
     def _truth(self, value: Value) -> bool:
         if type(value) in NUMBERS or value is None:
             return bool(value)
-        raise FormulaProblem("FORM108", what=kind_of(value), example="= or <")
+        raise no_condition(value)
 
     def on_boolop(self, node: Any) -> bool:
         """Evaluate `and` or `or` to TRUE or FALSE, only as far as needed."""
@@ -374,7 +373,7 @@ class Binder:
 def _written(node: ast.expr) -> str:
     """Return an argument of PICK as a text, which seeds its draws; a table by its name alone."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
-        return N_("the table {name}", name=node.value.name)
+        return f"the table {node.value.name}"
     # The text seeds the draws, so it must be the same in every Python: 3.13 adds the context that our own nodes lack,
     # and leaves out what is empty.
     for inner in ast.walk(node):

@@ -121,7 +121,7 @@ def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """Set the remedy where a stream's or table's name is spelt as in the sheet, with a space for instance."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
     if problem.code == "FORM018" and names and "example" in problem.details:
-        problem.advise(N_("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3])))
+        problem.advise(N_("Write the name of the row's input instead: {names}.", names=hints.any_of(names[:3])))
     if problem.code not in ("FORM001", "FORM003"):
         return
     lower = text.casefold()
@@ -336,10 +336,10 @@ class _Parser(Values):
             remedy = N_("Write for a, b in … without brackets.")
             self.refuse(N_("A bracket after “for”"), remedy, self.now.start, self.now.end)
         if self.now.kind != "name" or self.word or self.now.text.casefold() in CONSTANTS:
-            self.refuse("This after “for”", N_("Write a new name after “for”."), self.now.start, self.now.end)
+            self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), self.now.start, self.now.end)
         token = self.step()
         if self.word in ("[", ".", "("):
-            self.refuse("This after “for”", N_("Write a new name after “for”."), token.start, self.now.end)
+            self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), token.start, self.now.end)
         return self.at(ast.Name(token.text, ast.Store()), token.start, token.end)
 
     def read_inner(self, tokens: list[Token]) -> ast.expr:

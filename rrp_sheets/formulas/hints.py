@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple, NoReturn
 
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
@@ -16,7 +18,10 @@ KEYWORDS = frozenset((
     "assert", "raise", "return", "global", "nonlocal", "while", "async", "as", "except", "finally", "pass", "break",
     "continue", "elif",
 ))  # fmt: skip
-_REFUSED_WORDS = {"lambda": "A lambda", "await": "“await”", "yield": "“yield”", "async": "“async”"}
+_REFUSED_WORDS = {
+    "lambda": N_("A lambda"),
+    **{word: N_("“{text}”", text=word) for word in ("await", "yield", "async")},
+}
 _TIMES = frozenset(("s", "ms", "sec", "min", "h"))
 _UNITS = frozenset(("m", "cm", "mm", "km", "kg", "g", "hz", "deg", "degree", "degrees", "rad"))
 _CELL = re.compile(r"\$?[A-Za-z]{1,3}\$?[1-9]\d{0,6}")
@@ -54,10 +59,15 @@ def cell(name: str) -> bool:
 def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
     """Return the problem FORM018: a cell where a stream's name belongs."""
     if names:
-        remedy = N_("Write the name of the row's input instead: {names}.", names=" or ".join(names[:3]))
+        remedy = N_("Write the name of the row's input instead: {names}.", names=any_of(names[:3]))
         return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
     remedy = N_("Write the name of one of the row's inputs instead, such as {example}.", example="redBall")
     return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy, example="redBall")
+
+
+def any_of(names: Sequence[str]) -> str:
+    """Return `a or b or c`."""
+    return reduce(lambda before, after: N_("{before} or {after}", before=before, after=after), names)
 
 
 def number(token: Token) -> int | float:
@@ -203,7 +213,7 @@ def leftover(tokens: list[Token], i: int) -> NoReturn:
         raise syntax(now, N_("two texts stand side by side"), N_("Write & between them to join them."))
     if now.kind == "name":
         raise _odd_word(before, now)
-    shown = N_("a text") if now.kind in ("text", "texts") else f"“{_near(now)}”"
+    shown = N_("a text") if now.kind in ("text", "texts") else N_("“{text}”", text=_near(now))
     raise syntax(
         now,
         N_("there is no sign before {shown}", shown=shown),

@@ -309,7 +309,7 @@ class Values(ABC):
     def unclosed(self, start: Token, closer: str) -> NoReturn:
         """Raise the problem of a token that stands where a closing bracket belongs."""
         if self.word == "for":
-            self.refuse("A generator", N_("Write the brackets [ ] around it."), self.now.start, self.now.end)
+            self.refuse(N_("A generator"), N_("Write the brackets [ ] around it."), self.now.start, self.now.end)
         if self.now.kind == "end":
             self.fail(N_("a closing bracket is missing"), N_("Add the closing bracket {closer}.", closer=closer), start)
         hints.leftover(self.tokens, self.i)

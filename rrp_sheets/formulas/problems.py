@@ -84,6 +84,14 @@ def wrong_kind(needed: str, value: Value) -> FormulaProblem:
     )
 
 
+_COMPARISONS = N_("{before} or {after}", before="=", after="<")
+
+
+def no_condition(value: Value) -> FormulaProblem:
+    """Return the problem that `value` is neither TRUE or FALSE nor a number."""
+    return FormulaProblem("FORM108", what=kind_of(value), example=_COMPARISONS)
+
+
 _MOST_TOLD = 10  # problems of one formula
 
 

@@ -97,7 +97,8 @@ class _Resolver(Calls):
             if not value.isprintable() and any(
                 unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in value
             ):
-                self.refuse(node, "A character that cannot be shown", "Leave out what begins with a backslash.")
+                remedy = N_("Leave out what begins with a backslash.")
+                self.refuse(node, N_("A character that cannot be shown"), remedy)
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             if not abs(value) <= LARGEST_NUMBER:
                 raise FormulaProblem("FORM008", node.col_offset, number=f"{value:.3g}")
@@ -108,14 +109,14 @@ class _Resolver(Calls):
     # ---- operators
     def on_binop(self, node: ast.BinOp, depth: int) -> ast.expr:
         if not isinstance(node.op, _OPERATORS):
-            self.refuse(node, "This operator")
+            self.refuse(node, N_("This operator"))
         node.left = self.visit_at(node.left, depth)
         node.right = self.visit_at(node.right, depth)
         return node
 
     def on_unaryop(self, node: ast.UnaryOp, depth: int) -> ast.expr:
         if not isinstance(node.op, _SIGNS):
-            self.refuse(node, "This sign")
+            self.refuse(node, N_("This sign"))
         node.operand = self.visit_at(node.operand, depth)
         return node
 
@@ -130,9 +131,10 @@ class _Resolver(Calls):
     def on_compare(self, node: ast.Compare, depth: int) -> ast.expr:
         for op, right in zip(node.ops, node.comparators, strict=True):
             if not isinstance(op, _COMPARISONS):
-                self.refuse(node, "This comparison")
+                self.refuse(node, N_("This comparison"))
             if isinstance(op, (ast.Is, ast.IsNot)) and not (isinstance(right, ast.Constant) and right.value is None):
-                self.refuse(node, "“is”", "Write = to ask whether two things are equal.")
+                remedy = N_("Write = to ask whether two things are equal.")
+                self.refuse(node, N_("“{text}”", text="is"), remedy)
         node.left = self.visit_at(node.left, depth)
         node.comparators = self.visit_all(node.comparators, depth)
         return node
@@ -186,7 +188,7 @@ class _Resolver(Calls):
             if guess
             else N_("Its columns are {names}.", names=", ".join(names))
             if names
-            else "None of its columns has a name: write one into its first row."
+            else N_("None of its columns has a name: write one into its first row.")
         )
         if name.strip().isdecimal():
             remedy = N_("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)
@@ -203,7 +205,7 @@ class _Resolver(Calls):
     # ---- fields
     def on_attribute(self, node: ast.Attribute, depth: int) -> ast.expr:
         if node.attr.startswith("_") or node.attr.endswith("_"):
-            self.refuse(node, f"“.{node.attr}”")
+            self.refuse(node, N_("“.{name}”", name=node.attr))
         if isinstance(node.value, ast.Name) and key(node.value.id) not in self.local:
             table = self.scope.table(node.value.id)
             if table is not None:

@@ -64,7 +64,7 @@ def try_formula(text: str, inputs: Mapping[str, Any], interpreter: GuardedInterp
     """
     try:
         if len(inputs) > _MOST_INPUTS:
-            raise FormulaProblem("FORM022", reason=f"there are more than {_MOST_INPUTS} inputs")
+            raise FormulaProblem("FORM022", reason=N_("there are more than {most} inputs", most=_MOST_INPUTS))
         left = [MOST_LEAVES]
         values = {name: _value(value, name, left, 0) for name, value in inputs.items()}
         kinds = {name: _KINDS.get(type(v), "") for name, v in values.items()}
@@ -87,14 +87,14 @@ def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Ans
     try:
         request = json.loads(line, parse_constant=_no_constant)
     except ValueError as error:
-        return _no_request(str(error) if type(error) is ValueError else "it is not JSON")
+        return _no_request(error.args[0] if type(error) is ValueError else N_("it is not JSON"))
     except RecursionError:
         return _no_request(N_("it is nested too deeply"))
     if not isinstance(request, dict) or not isinstance(request.get("formula"), str):
-        return _no_request('it is no object with a text as its "formula"')
+        return _no_request(N_('it is no object with a text as its "formula"'))
     inputs = request.get("inputs", {})
     if not isinstance(inputs, dict):
-        return _no_request('its "inputs" are no object')
+        return _no_request(N_('its "inputs" are no object'))
     return try_formula(request["formula"], inputs, interpreter)
 
 
@@ -124,15 +124,15 @@ def _no_request(reason: str) -> Answer:
 
 
 def _no_constant(name: str) -> None:
-    raise ValueError(f"{name} is no value")
+    raise ValueError(N_("{name} is no value", name=name))
 
 
 def _value(value: Any, name: str, left: list[int], depth: int) -> Value:
     """Return a value from JSON as formulas know it; raises FormulaProblem when it is too large or unfit."""
     left[0] -= 1
     if left[0] < 0:
-        raise FormulaProblem("FORM022", reason=f"the inputs have more than {MOST_LEAVES} values")
-    reason = f"the input {name} is nested too deeply" if depth > _DEEPEST else _unfit(value, name)
+        raise FormulaProblem("FORM022", reason=N_("the inputs have more than {most} values", most=MOST_LEAVES))
+    reason = N_("the input {name} is nested too deeply", name=name) if depth > _DEEPEST else _unfit(value, name)
     if reason:
         raise FormulaProblem("FORM022", reason=reason)
     if isinstance(value, (list, tuple)):
@@ -148,15 +148,16 @@ def _unfit(value: Any, name: str) -> str:
         return ""
     if isinstance(value, str):
         if len(value) > LONGEST_TEXT:
-            return f"the input {name} has more than {LONGEST_TEXT} characters"
+            return N_("the input {name} has more than {most} characters", name=name, most=LONGEST_TEXT)
         broken = any("\ud800" <= c <= "\udfff" for c in value)
-        return f"the input {name} has a character that is none" if broken else ""
+        return N_("the input {name} has a character that is none", name=name) if broken else ""
     if isinstance(value, (int, float)):
         fits = -LARGEST_NUMBER <= value <= LARGEST_NUMBER
-        return "" if fits else f"the input {name} is beyond the numbers of formulas, which go up to 1e15"
+        return "" if fits else N_("the input {name} is beyond the numbers of formulas, which go up to 1e15", name=name)
     if isinstance(value, (list, tuple)):
-        return "" if len(value) <= LONGEST_LIST else f"the input {name} has more than {LONGEST_LIST} places"
+        fits = len(value) <= LONGEST_LIST
+        return "" if fits else N_("the input {name} has more than {most} places", name=name, most=LONGEST_LIST)
     if isinstance(value, Mapping) and all(isinstance(k, str) for k in value):
         single = len({key(k) for k in value}) == len(value)
-        return "" if single else f"the input {name} has two fields of one name"
-    return f"the input {name} is no value that formulas know"
+        return "" if single else N_("the input {name} has two fields of one name", name=name)
+    return N_("the input {name} is no value that formulas know", name=name)

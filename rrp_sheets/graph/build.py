@@ -20,7 +20,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
 from rrp_sheets.robots import Robot
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 
 __all__ = ["StreamKind", "build_graph"]
 
@@ -246,10 +246,15 @@ def _tell_circles(
         part = graph.subgraph(members)
         start = min(part, key=lambda i: steps[i].number)
         path = [start] if part.has_edge(start, start) else [edge[0] for edge in nx.find_cycle(part, start)]
-        words = [f"{streams[steps[i].output].name or 'unnamed'} ({steps[i].row.output.address})" for i in path]
+        words = [_named(streams[steps[i].output], steps[i]) for i in path]
         remedy = _remedy(steps[start], streams) if path == [start] else _BREAK
-        report.add("GRAPH010", steps[start].row.output.address, path=" → ".join([*words, words[0]]), remedy=remedy)
+        report.add("GRAPH010", steps[start].row.output.address, path=listed([*words, words[0]], "→"), remedy=remedy)
     return {i for members in circles for i in members}
+
+
+def _named(stream: Stream, step: Step) -> str:
+    cell = step.row.output.address
+    return f"{stream.name} ({cell})" if stream.name else N_("unnamed ({cell})", cell=str(cell))
 
 
 def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:

@@ -17,7 +17,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Address, Cell, Device, Workbook
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.robots.media_files import is_plain
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook.schema import DEVICES
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
@@ -138,7 +138,7 @@ class DeviceTable:
             remedy = N_("It has no settings: leave the cell blank.")
         others = self.robot.others_with(found, k)[:2]
         if others:
-            each = " ".join(f"{one.name}: {one.type.help}" for one in (found, *others))
+            each = sentences(*(N_("{name}: {help}", name=f.name, help=_help(f)) for f in (found, *others)))
             remedy = N_("{each} Use that device, or leave the cell blank.", each=each)
         here = device.address
         fixes = [_use(here, o.name) for o in others if here]
@@ -207,6 +207,10 @@ def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
 def describe(device: DeviceType) -> str:
     """Return `a sensor` or `an actuator`."""
     return N_("a sensor") if device.kind == "sensor" else N_("an actuator")
+
+
+def _help(found: FoundDevice) -> str:
+    return N_(found.type.help, msgctxt=f"{found.type.name}.help")
 
 
 def _use(cell: Address, device: str) -> Fix:
@@ -350,10 +354,13 @@ def _one_of(text: str, names: Sequence[str]) -> str:
 
 def _number(setting: Setting, text: str) -> tuple[Value, str]:
     low, high = setting.lower, setting.upper
-    wants = N_("a number ({unit})", unit=setting.unit) if setting.unit else N_("a number")
+    unit = N_(setting.unit, msgctxt="value")
+    wants = N_("a number ({unit})", unit=unit) if unit else N_("a number")
     if low is not None and high is not None:
-        unit = f" ({setting.unit})" if setting.unit else ""
-        wants = N_("a number from {low:g} to {high:g}{unit}", low=low, high=high, unit=unit)
+        wants = N_(
+            "a number from {low:g} to {high:g} ({unit})" if unit else "a number from {low:g} to {high:g}",
+            low=low, high=high, unit=unit,
+        )  # fmt: skip
     bare = text.strip().removesuffix(setting.unit).strip() if setting.unit else text.strip()
     if not _NUMBER.fullmatch(bare):
         pointed = bare.replace(",", ".")

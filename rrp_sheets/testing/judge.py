@@ -323,7 +323,7 @@ def _bare(text: str) -> str:
 
 def _kind_hint(value: Value, wanted: Value) -> str:
     if isinstance(value, str) and not isinstance(wanted, str) and _bare(value) == show(wanted, 60):
-        return f'It is a text; write "{value}" in quotes to expect it.'
+        return N_('It is a text; write "{value}" in quotes to expect it.', value=value)
     if isinstance(wanted, str) and _number(value) and wanted == show(value):
         return N_("It is a number; write {wanted} without quotes to expect it.", wanted=wanted)
     if isinstance(wanted, str) and _number(value) and _DECIMAL_COMMA.fullmatch(wanted):

@@ -55,24 +55,30 @@ def fault_lines(result: CaseResult) -> list[str]:
     for fault in result.faults:
         first.setdefault(fault.row, (fault.message, fault.us))
         counts[fault.row] = counts.get(fault.row, 0) + 1
-    return [
-        f"{row} could not be worked out at {seconds(us)}{_more(counts[row] - 1)}: {message}"
-        for row, (message, us) in first.items()
-    ]
+    return [_fault(row, seconds(us), message, counts[row] - 1) for row, (message, us) in first.items()]
 
 
-def _more(count: int) -> str:
-    return f" and {count} more {'time' if count == 1 else 'times'}" if count else ""
+def _fault(row: str, ms: str, message: str, more: int) -> str:
+    if not more:
+        return N_("{row} could not be worked out at {ms}: {message}", row=row, ms=ms, message=message)
+    return N_(
+        "{row} could not be worked out at {ms} and {n} more time: {message}"
+        if more == 1
+        else "{row} could not be worked out at {ms} and {n} more times: {message}",
+        row=row, ms=ms, n=more, message=message,
+    )  # fmt: skip
 
 
 def counted(result: CaseResult) -> str:
     """`12 rows hold`, `2 of 14 rows do not hold`, `1 of 10 rows does not hold`, `nothing is expected`."""
     if result.idle:
-        return "nothing is expected, so nothing is tested"
+        return N_("nothing is expected, so nothing is tested")
     failed, every = len(result.failed_rows) + len(result.broken), len(result.rows) + len(result.broken)
+    if failed > 1:
+        return N_("{failed} of {n} rows do not hold", failed=failed, n=every)
     if failed:
-        return f"{failed} of {every} {'row' if every == 1 else 'rows'} {'does' if failed == 1 else 'do'} not hold"
-    return f"{every} {'row holds' if every == 1 else 'rows hold'}"
+        return N_("1 of {n} row does not hold" if every == 1 else "1 of {n} rows does not hold", n=every)
+    return N_("{n} row holds" if every == 1 else "{n} rows hold", n=every)
 
 
 def as_dict(report: TestReport) -> dict[str, Any]:

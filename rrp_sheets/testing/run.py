@@ -18,6 +18,7 @@ from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.testing.judge import judge, seconds
 from rrp_sheets.testing.results import TOLERANCE, CaseResult, Event, Fault, Frames, RowResult
+from rrp_sheets.texts import N_, sentences
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def run_tests(checked: Checked, stopped: Callable[[], bool] = lambda: False) -> 
         SheetsError: when the workbook has errors.
     """
     if checked.report.errors:
-        raise SheetsError("This workbook has errors, so its tests cannot run.", "See `rrp-sheets check`.")
+        raise SheetsError(N_("This workbook has errors, so its tests cannot run."), N_("See `rrp-sheets check`."))
     cases = tuple(_cases(checked, stopped))
     return TestReport(checked, cases, stopped())
 
@@ -85,9 +86,9 @@ def _explained(result: RowResult, player: Player) -> RowResult:
         return result
     row, hints = result.row, list(result.hints)
     if row.why_silent:
-        hints.append(f"Nothing ever comes there: {row.why_silent}.")
+        hints.append(N_("Nothing ever comes there: {why}.", why=row.why_silent))
     if player.ended_by and row.time_us > player.ended_us:
-        hints.append(f"{player.ended_by} had ended the run at {seconds(player.ended_us)}.")
+        hints.append(N_("{row} had ended the run at {ms}.", row=player.ended_by, ms=seconds(player.ended_us)))
     return RowResult(row, False, result.event, result.got, tuple(hints))
 
 
@@ -146,17 +147,18 @@ class Player(RunObserver):
                 engine.settle(now, self._arrivals(now, sends[sent:due]))
             except RunBroken as error:  # the rows drown in values: it began with what was sent last
                 begun = sends[due - 1] if due else self.case.rows[0]
-                self.broken[begun.row] = f"{error.message} It was at {engine.row}. {error.remedy}"
+                self.broken[begun.row] = sentences(error.message, N_("It was at {row}.", row=engine.row), error.remedy)
                 self.ended_us, self.ended_by = now, engine.row
                 engine.close()
                 return
             self.faults += [Fault(now, h.row, h.text) for h in engine.take_happenings() if h.kind == "error"]
             sent = due
             if len(self.events) > MOST_EVENTS:
-                self.broken[self.case.rows[0].row] = (
-                    f"More than {MOST_EVENTS:,} values had come by {seconds(now)}, so the test was broken off. Let the "
-                    "last row stand at an earlier time, or what comes again and again come less often."
-                )
+                self.broken[self.case.rows[0].row] = N_(
+                    "More than {most:,} values had come by {ms}, so the test was broken off. Let the "
+                    "last row stand at an earlier time, or what comes again and again come less often.",
+                    most=MOST_EVENTS, ms=seconds(now),
+                )  # fmt: skip
                 stop = True
             else:
                 stop = stopped()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, LONGEST_LIST, LONGEST_TEXT, MOST_LEAVES
-from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
+from rrp_sheets.formulas.problems import FormulaProblem, no_condition, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.texts import N_
@@ -94,7 +94,7 @@ def truth(value: Value) -> bool:
     """The value as a condition: TRUE, FALSE, a number or blank."""
     if value is None or isinstance(value, (int, float)):
         return bool(value)
-    raise FormulaProblem("FORM108", what=kind_of(value), example="= or <")
+    raise no_condition(value)
 
 
 def whole(value: Value) -> int:

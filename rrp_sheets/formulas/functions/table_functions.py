@@ -11,7 +11,7 @@ from rrp_sheets.formulas.operations import same
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, capital
 
 _NO_DEFAULT = object()
 
@@ -90,8 +90,8 @@ def _find(what: Value, where: Value, charge: Charge) -> int | None:
 def _named(what: Value) -> str:
     if isinstance(what, (str, int, float)):
         text = shown(what)
-        return f"“{text if len(text) <= 40 else text[:39] + '…'}”"
-    return kind_of(what).capitalize()
+        return N_("“{text}”", text=text if len(text) <= 40 else text[:39] + "…")
+    return capital(kind_of(what))
 
 
 def members_of(values: list[Value]) -> list[Value] | tuple[Value, ...]:
