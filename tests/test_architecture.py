@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / ".github" / "ARCHITECTURE.md"
 ENTRY = re.compile(r"\d+\. (?P<begins>\*[^*]+\* )?`(?P<path>[^`]+)` (?P<names>.*?): ")
-MOST = {"Key press": 31, "Formula": 41, "Ball": 23, "Stop": 28}
+MOST = {"Key press": 31, "Formula": 40, "Ball": 23, "Stop": 28}
 """The files of each journey; who makes one shorter lowers it here."""
 
 

@@ -18,7 +18,7 @@ from test_mistakes import base, markdown_of, mistakes
 from rrp_sheets import texts
 from rrp_sheets.cli.main import main
 from rrp_sheets.diagnostics import CODES, Diagnostic, Report
-from rrp_sheets.diagnostics.page import completed, load_page
+from rrp_sheets.diagnostics.catalogue import completed, load_page
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.stamp import Stamp

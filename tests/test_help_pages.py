@@ -17,8 +17,7 @@ from test_hostile_files import REFUSED
 from rrp_sheets import api
 from rrp_sheets.cli.formula import formula_command
 from rrp_sheets.diagnostics import CODES, Severity
-from rrp_sheets.diagnostics.catalogue import PAGES
-from rrp_sheets.diagnostics.page import completed, load_page, parse_page
+from rrp_sheets.diagnostics.catalogue import PAGES, completed, load_page, parse_page
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan

@@ -14,8 +14,7 @@ from rrp_sheets.documents import Document
 from rrp_sheets.documents.grid import CellText
 from rrp_sheets.documents.journal import Journal
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.testing.partly import in_order
-from rrp_sheets.testing.run import run_tests
+from rrp_sheets.testing.run import in_order, run_tests
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.testing import results as module
 from rrp_sheets.web.testing import tester as process

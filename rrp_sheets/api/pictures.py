@@ -94,7 +94,7 @@ def marbles(
     from rrp_sheets.model.stamp import Stamp
     from rrp_sheets.recording.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.render.marble_diagram import chosen
-    from rrp_sheets.testing.case_marbles import scores
+    from rrp_sheets.testing.output import scores
 
     checked, report = None, None
     if is_trace(Path(path)):
@@ -117,6 +117,6 @@ def draw_marbles(scores: Sequence[MarbleDiagram], target: Path | str) -> list[st
 
 def draw_tests(report: TestReport, target: Path | str) -> list[str]:
     """Draw marble diagrams of a workbook's tests into a file; return what the picture lacks, in words."""
-    from rrp_sheets.testing.case_marbles import scores
+    from rrp_sheets.testing.output import scores
 
     return draw_marbles([s for case in report.cases for s in scores(report.checked, case)], target)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import ConnectorContext, first_with_latest
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, first_with_latest
 from rrp_sheets.model.values import Failure, Value, show
 from rrp_sheets.texts import N_
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import ConnectorContext
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:

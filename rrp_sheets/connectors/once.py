@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, Parameter
-from rrp_sheets.connectors.wiring import ConnectorContext, batch_per_instant
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, batch_per_instant
 from rrp_sheets.model.values import Failure, Value, identity
 
 if TYPE_CHECKING:

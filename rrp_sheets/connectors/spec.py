@@ -1,16 +1,22 @@
-"""The description of a connector for checks, drawings, help and engines."""
+"""The description of a connector for checks, drawings, help and engines, and what it is built with.
+
+Engines implement :class:`Clock`. Everything that needs several inputs or time *settles*: it collects what arrives in
+one instant and acts once, at its place in the topological order, after everything before it has settled. So a diamond
+emits once and consistently, and a timer that is due sees the values of its own instant.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
+
+from rrp_sheets.model.values import Failure, Value
 
 if TYPE_CHECKING:
     from reactivex import Observable
-
-    from rrp_sheets.connectors.wiring import ConnectorContext
+    from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
 class Parameter(Enum):
@@ -60,3 +66,119 @@ class Connector:
     extra: tuple[str, ...] = ()
     example: Sequence[str] = ()
     sentences: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+
+Taker = Callable[[Value], None]
+
+
+class Clock(Protocol):
+    """The run's one clock, in whole microseconds from the start, and its schedule of actions."""
+
+    us: int
+
+    def push(self, due_us: int, rank: int, action: Callable[[], None]) -> None:
+        """Schedule an action, ordered by (time, rank, sequence); the first frame at or after the time runs it."""
+        ...
+
+
+@dataclass
+class ConnectorContext:
+    """Everything that a connector needs to build the observable of one row.
+
+    Attributes:
+        inputs: the observables of its input streams, in order.
+        clock: the engine's clock.
+        rank: the row's place in the topological order.
+        evaluate: the row's formula over what the connector adds to the names in scope (`Connector.extra`) and its
+            inputs' values, in order; gives a Failure on an error. None without formula.
+        period_us: of a connector with a period. It may be edited while the run goes on: read it when a period begins.
+        fail: reports an error with the values that it came from; the event is dropped.
+        names: the inputs' shown names.
+        edited: called when the period was edited; set by connectors that have already scheduled their next action.
+    """
+
+    inputs: Sequence[Observable[Value]]
+    clock: Clock
+    rank: int
+    evaluate: Callable[..., Value] | None = None
+    period_us: int = 0
+    fail: Callable[[Failure, tuple[Value, ...]], None] = lambda failure, values: None
+    names: tuple[str, ...] = ()
+    edited: Callable[[], None] = lambda: None
+
+
+def batch_per_instant(
+    wiring: ConnectorContext, flush: Callable[[list[tuple[int, Value]], Callable[[Value], None]], None]
+) -> Observable[Value]:
+    """Return an observable that collects the inputs' values and calls `flush` once per instant, at the row's rank.
+
+    `flush` gets the arrivals as (input number, value), in the order of their arrival, and a function to emit with.
+    """
+    from reactivex import Observable
+    from reactivex.disposable import CompositeDisposable
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
+        arrived: list[tuple[int, Value]] = []
+        clock, rank, emit = wiring.clock, wiring.rank, observer.on_next
+
+        def run() -> None:
+            batch = arrived[:]
+            arrived.clear()
+            flush(batch, emit)
+
+        def taker(number: int) -> Taker:
+            def take(value: Value) -> None:
+                if not arrived:
+                    clock.push(clock.us, rank, run)
+                arrived.append((number, value))
+
+            return take
+
+        return CompositeDisposable([s.subscribe(taker(i)) for i, s in enumerate(wiring.inputs)])
+
+    return Observable(subscribe)
+
+
+def by_input(batch: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
+    """Return the arrivals of one instant by input order, then by arrival."""
+    return sorted(batch, key=lambda item: item[0])
+
+
+def first_with_latest(
+    wiring: ConnectorContext, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
+) -> Observable[Value]:
+    """Return an observable that calls `use` with each value of the first input and the others' latest values.
+
+    Values of this instant count as latest. Nothing passes before each further input has had a value.
+    """
+    count = len(wiring.inputs)
+    latest: list[Value] = [None] * count
+    seen = [False] * count
+    seen[0] = True
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        for number, value in batch:
+            if number:
+                latest[number], seen[number] = value, True
+        if not all(seen):
+            return
+        for number, value in batch:
+            if number == 0:
+                use((value, *latest[1:]), emit)
+
+    return batch_per_instant(wiring, flush)
+
+
+def evaluated(wiring: ConnectorContext) -> Observable[Value]:
+    """Return the observable of the formula's results for the first input's values, at the row's place in the order."""
+    evaluate, fail = wiring.evaluate, wiring.fail
+    assert evaluate is not None
+
+    def use(values: tuple[Value, ...], emit: Callable[[Value], None]) -> None:
+        result = evaluate(*values)
+        if type(result) is Failure:
+            fail(result, values)
+        else:
+            emit(result)
+
+    return first_with_latest(wiring, use)

@@ -9,8 +9,7 @@ from hashlib import blake2s
 from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
-from rrp_sheets.diagnostics.fix import Fix
-from rrp_sheets.diagnostics.proposals import proposed
+from rrp_sheets.diagnostics.fix import Fix, proposed
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address

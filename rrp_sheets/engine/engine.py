@@ -15,7 +15,7 @@ from reactivex import Observable, never
 from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 from reactivex.disposable import CompositeDisposable, Disposable
 
-from rrp_sheets.connectors.wiring import ConnectorContext
+from rrp_sheets.connectors.spec import ConnectorContext
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
 from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, FrameClock, Heartbeat
 from rrp_sheets.engine.plan import Plan

@@ -10,8 +10,7 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import Fix, Put
-from rrp_sheets.diagnostics.proposals import meant
+from rrp_sheets.diagnostics.fix import Fix, Put, meant
 from rrp_sheets.graph.device_table import DeviceTable
 from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.names import Names

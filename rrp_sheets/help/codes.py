@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
-from rrp_sheets.diagnostics.catalogue import TOPICS
-from rrp_sheets.diagnostics.page import CodePage, completed, load_page
+from rrp_sheets.diagnostics.catalogue import TOPICS, CodePage, completed, load_page
 from rrp_sheets.help.layout import entries, heading, paragraph, titled
 from rrp_sheets.help.workbooks import checked, grids
 

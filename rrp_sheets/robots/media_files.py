@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from rrp_sheets.diagnostics.proposals import meant
+from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import nearest

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from rrp_sheets.checks.facts import RECORD, AbstractValue
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.reasoning import known_of
-from rrp_sheets.diagnostics.proposals import meant
+from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.formulas import Table
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key, nearest

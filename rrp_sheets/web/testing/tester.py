@@ -66,8 +66,7 @@ def run_workbook_tests(path: str, within: float) -> dict[str, Any]:
         path: of the workbook.
         within: seconds of CPU time, after which the current test is aborted and no further one is started.
     """
-    from rrp_sheets.testing.partly import in_order
-    from rrp_sheets.testing.run import run_tests
+    from rrp_sheets.testing.run import in_order, run_tests
     from rrp_sheets.workbook import read
 
     part = in_order(read(Path(path)))
