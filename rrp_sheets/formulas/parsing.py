@@ -1,16 +1,16 @@
-"""The parser's rules for values: numbers, texts, names, brackets, fields, places, calls and signs behind a value."""
+"""The parser: by recursive descent from tokens to the nodes of Python's own syntax tree."""
 
 from __future__ import annotations
 
 import ast
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NoReturn, TypeVar
 
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.limits import DEEPEST
-from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.nodes import Join
+from rrp_sheets.formulas.problems import FormulaProblem, together
 from rrp_sheets.formulas.tokens import Hole, Token
 from rrp_sheets.model.names import OPERATOR_WORDS
 from rrp_sheets.texts import N_
@@ -20,6 +20,32 @@ CONSTANTS = {"true": True, "false": False, "none": None, "blank": None}
 _AS_FUNCTION = frozenset(("if", "and", "or", "not"))
 _STARTS = frozenset("([{-+$.") | {"**", "++", "--"}
 _TREE_DEPTH = 2 * DEEPEST  # of nested rules; brackets count on their own
+_COMPARE: dict[str, type[ast.cmpop]] = {
+    "=": ast.Eq, "==": ast.Eq, "<>": ast.NotEq, "!=": ast.NotEq, "≠": ast.NotEq, "<": ast.Lt, "<=": ast.LtE,
+    "≤": ast.LtE, ">": ast.Gt, ">=": ast.GtE, "≥": ast.GtE, "in": ast.In, "is": ast.Is, "not": ast.NotIn,
+}  # fmt: skip
+_SHEET_EQUALS = ("=", "<>")
+_TERM: dict[str, type[ast.operator]] = {"*": ast.Mult, "/": ast.Div, "//": ast.FloorDiv, "%": ast.Mod}
+
+
+def parse(tokens: list[Token], typed: str) -> ast.expr:
+    """Return the expression's tree; raises FormulaProblem FORM001, FORM002, FORM003 or FORM018."""
+    tree, problems = parse_all(tokens, typed)
+    if problems:
+        raise together(problems)
+    return tree
+
+
+def parse_all(tokens: list[Token], typed: str) -> tuple[ast.expr, list[FormulaProblem]]:
+    """Return the expression's tree, and the problems that did not stop the parser; raises FormulaProblem at any other.
+
+    What could not be read within brackets is an `unread` node in the tree.
+    """
+    parser = _Parser(tokens, typed)
+    try:
+        return parser.whole(), parser.problems
+    except FormulaProblem as problem:
+        raise together([*parser.problems, problem]) from None
 
 
 def unread(node: ast.expr) -> ast.expr:
@@ -33,9 +59,7 @@ def operator_of(token: Token) -> str:
     return token.text if token.kind == "sign" or (token.kind == "name" and token.text in OPERATOR_WORDS) else ""
 
 
-class Values(ABC):
-    """The part of the parser that reads single values, and what stands in brackets or directly behind them."""
-
+class _Parser:
     def __init__(self, tokens: list[Token], typed: str, depth: int = 0) -> None:
         self.tokens = tokens
         self.typed = typed
@@ -62,8 +86,7 @@ class Values(ABC):
 
     def fail(self, reason: str, remedy: str, at: Token | None = None) -> NoReturn:
         """Raise FORM001 at a token."""
-        at = at or self.now
-        raise FormulaProblem("FORM001", at.start, max(at.end - at.start, 1), reason=reason, remedy=remedy)
+        raise hints.syntax(at or self.now, reason, remedy)
 
     def refuse(self, what: str, remedy: str, start: int, end: int) -> NoReturn:
         """Raise FORM003 for a part of the typed text."""
@@ -92,21 +115,180 @@ class Values(ABC):
         self.depth -= 1
         return node
 
-    @abstractmethod
+    # ---- rules, loosest first
+    def whole(self) -> ast.expr:
+        node = self.expression()
+        if self.now.kind == "sign" and self.now.text in (",", ";"):
+            hints.bare_separator(self.tokens, self.i)
+        if self.now.kind != "end":
+            hints.leftover(self.tokens, self.i)
+        return node
+
     def expression(self) -> ast.expr:
-        """Read any value, with all operators."""
+        return self.deeper(self._conditional)
 
-    @abstractmethod
+    def _conditional(self) -> ast.expr:
+        body = self.condition()
+        if self.word != "if":
+            return body
+        start = self.step()
+        test = self.condition()
+        if self.word != "else":
+            self.fail(N_("an if without else"), N_('Write: IF(distance < 1; "near"; "far").'), start)
+        self.step()
+        return self.between(ast.IfExp(test, body, orelse := self.expression()), body, orelse)
+
     def condition(self) -> ast.expr:
-        """Read a value without a conditional around it."""
+        return self._logic("or", ast.Or, lambda: self._logic("and", ast.And, self._not))
 
-    @abstractmethod
+    def _logic(self, word: str, op: type[ast.boolop], rule: Callable[[], ast.expr]) -> ast.expr:
+        first = rule()
+        if self.word != word:
+            return first
+        values = [first]
+        while self.word == word:
+            self.step()
+            values.append(rule())
+        return self.between(ast.BoolOp(op(), values), first, values[-1])
+
+    def _not(self) -> ast.expr:
+        if self.word != "not":
+            return self._comparison()
+        start = self.step()
+        bracket = self.word == "("
+        operand = self.deeper(self._not)
+        end = operand.end_col_offset or 0
+        if bracket and not getattr(operand, "bracketed", False):
+            self.note(N_("“not” before a bracket and more"), N_("Write not (a = b), or (not a) = b."), start.start, end)
+        return self.at(ast.UnaryOp(ast.Not(), operand), start.start, end)
+
+    def _comparison(self) -> ast.expr:
+        left = self._join()
+        if self.word not in _COMPARE:
+            return left
+        ops: list[ast.cmpop] = []
+        others: list[ast.expr] = []
+        sheet = False
+        while self.word in _COMPARE:
+            sign = self.step()
+            kind = _COMPARE[sign.text]
+            if sign.text == "not":
+                if self.word != "in":
+                    self.fail(N_("there is a “not” that does not belong there"), N_("Write and not, or <>."), sign)
+                self.step()
+            elif sign.text == "is" and self.word == "not":
+                self.step()
+                kind = ast.IsNot
+            elif self.word in ("=", "=="):
+                self.fail(N_("two signs = stand apart"), N_("Write x = 3 or x == 3."), sign)
+            sheet = sheet or sign.text in _SHEET_EQUALS
+            ops.append(kind())
+            others.append(self._join())
+        node = self.between(ast.Compare(left, ops, others), left, others[-1])
+        if sheet and len(ops) > 1:
+            self.note(N_("A chain of comparisons with = or <>"), N_("Write AND(a = b; b = c), or (a = b) = c."),
+                        node.col_offset, node.end_col_offset or 0)  # fmt: skip
+        if sheet and hints.truth_beside_number(left, others[0]):
+            remedy = N_("Compare it with TRUE or FALSE, or take it as it is.")
+            self.note(N_("TRUE or FALSE compared with a number"), remedy, node.col_offset, node.end_col_offset or 0)
+        node.sheet = sheet  # type: ignore[attr-defined]
+        return node
+
+    def _join(self) -> ast.expr:
+        first = self._sum()
+        if self.word != "&":
+            return first
+        join = Join()
+        join.values = [first]
+        while self.word == "&":
+            self.step()
+            join.values.append(self._sum())
+        return self.between(join, first, join.values[-1])
+
+    def _sum(self) -> ast.expr:
+        left = self._term()
+        while self.word in ("+", "-"):
+            op = ast.Add() if self.step().text == "+" else ast.Sub()
+            left = self.between(ast.BinOp(left, op, right := self._term()), left, right)
+        return left
+
+    def _term(self) -> ast.expr:
+        left = self._signed()
+        while self.word in _TERM:
+            op = _TERM[self.step().text]()
+            left = self.between(ast.BinOp(left, op, right := self._signed()), left, right)
+        return left
+
+    def _signed(self) -> ast.expr:
+        if self.word not in ("-", "+"):
+            return self._power()
+        sign = self.step()
+        operand = self.deeper(self._signed)
+        end = operand.end_col_offset or 0
+        if sign.text == "-" and _is_power(operand):
+            self.note(N_("A minus before a power without brackets"), N_("Write -(x^2) or (-x)^2."), sign.start, end)
+        return self.at(ast.UnaryOp(ast.USub() if sign.text == "-" else ast.UAdd(), operand), sign.start, end)
+
+    def _power(self) -> ast.expr:
+        base = self.postfix()
+        if self.word not in ("^", "**"):
+            return base
+        self.step()
+        exponent = self.deeper(self._signed)
+        if _is_power(exponent):
+            self.note(N_("A power of a power without brackets"), N_("Write (2^3)^2 or 2^(3^2)."),
+                        base.col_offset, exponent.end_col_offset or 0)  # fmt: skip
+        return self.between(ast.BinOp(base, ast.Pow(), exponent), base, exponent)
+
+    # ---- lists
     def list_(self) -> ast.expr:
-        """Read a list or a list comprehension, which begins with [."""
+        start = self.step()
+        members = self.members("]", start) if self.word != "]" else []
+        if self.word == "for":
+            self.brackets += 1
+            loops = self._loops(start)
+            self.brackets -= 1
+            return self.at(ast.ListComp(members[0], loops), start.start, self.step().end)
+        return self.at(ast.List(members, ast.Load()), start.start, self.step().end)
 
-    @abstractmethod
+    def _loops(self, start: Token) -> list[ast.comprehension]:
+        loops: list[ast.comprehension] = []
+        while self.word == "for":
+            self.step()
+            targets = [self._target()]
+            while self.word == ",":
+                self.step()
+                targets.append(self._target())
+            if self.word != "in":
+                self.fail(N_("“in” is missing behind “for”"), N_("Write for example [n * 2 for n in numbers]."))
+            self.step()
+            target = targets[0] if len(targets) == 1 else self.between(
+                ast.Tuple(list(targets), ast.Store()), targets[0], targets[-1])  # fmt: skip
+            loop = ast.comprehension(target, self.condition(), [], 0)
+            while self.word == "if":
+                self.step()
+                loop.ifs.append(self.condition())
+            loops.append(loop)
+        if self.word != "]":
+            self.unclosed(start, "]")
+        return loops
+
+    def _target(self) -> ast.expr:
+        if self.word == "(":
+            remedy = N_("Write for a, b in … without brackets.")
+            self.refuse(N_("A bracket after “for”"), remedy, self.now.start, self.now.end)
+        if self.now.kind != "name" or self.word or self.now.text.casefold() in CONSTANTS:
+            self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), self.now.start, self.now.end)
+        token = self.step()
+        if self.word in ("[", ".", "("):
+            self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), token.start, self.now.end)
+        return self.at(ast.Name(token.text, ast.Store()), token.start, token.end)
+
     def read_inner(self, tokens: list[Token]) -> ast.expr:
-        """Read the value of a hole in a text from the tokens of the hole."""
+        inner = _Parser(tokens, self.typed, self.depth)
+        inner.brackets = self.brackets
+        inner.problems = self.problems
+        return inner.whole()
 
     # ---- what stands behind a value
     def postfix(self) -> ast.expr:
@@ -330,6 +512,11 @@ class Values(ABC):
             text = self.at(ast.Constant(hole.format), hole.start, hole.end)
             spec = self.at(ast.JoinedStr([text]), hole.start, hole.end)
         return self.at(ast.FormattedValue(value, -1, spec), hole.start, hole.end)
+
+
+def _is_power(node: ast.expr) -> bool:
+    """Return whether a node is a power without brackets around it."""
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and not getattr(node, "bracketed", False)
 
 
 def _is_number(node: ast.expr) -> bool:

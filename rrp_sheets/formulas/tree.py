@@ -9,14 +9,13 @@ from __future__ import annotations
 import ast
 import re
 import unicodedata
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from typing import Any, NoReturn
 
 from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.functions.define import arguments
-from rrp_sheets.formulas.hints import cell, cell_reference
+from rrp_sheets.formulas.hints import AMBIGUOUS, cell, cell_reference, function_here, name_here
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
 from rrp_sheets.formulas.nodes import Join, Pick
 from rrp_sheets.formulas.parsing import unread
@@ -27,27 +26,84 @@ from rrp_sheets.model.names import argument_name, key, nearest
 from rrp_sheets.model.values import RecordType
 from rrp_sheets.texts import N_
 
+_SPEC = re.compile(r"[<>^]?[+ -]?0?\d{0,2},?(\.\d{1,2})?[defgs%]?")
+_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
+_SIGNS = (ast.UAdd, ast.USub, ast.Not)
+_COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.In, ast.NotIn, ast.Is, ast.IsNot)
+_TABLE_ARGUMENT = {"INDEX": 0, "XLOOKUP": 2, "FIRST": 0, "LAST": 0}
+"""Functions that give a row of the table which is their argument at that place."""
 _DECIMAL_COMMA = re.compile(r"(?<![\w.])\d+,\d+")
-ADVICE = N_("Formulas are built of inputs, numbers, texts, operators and the library's functions.")
+_ADVICE = N_("Formulas are built of inputs, numbers, texts, operators and the library's functions.")
+_RESERVED = frozenset((
+    "print", "open", "eval", "exec", "dir", "id", "type", "object", "input", "vars", "globals", "locals", "getattr",
+    "setattr", "hasattr", "compile", "exit", "quit", "repr", "self", "true", "false", "none", "blank", "null",
+))  # fmt: skip
 
 
-class Calls(ABC):
-    """The part of the resolver that looks names up in the scope."""
+def resolve(tree: ast.expr, scope: Scope, typed: str, problems: Iterable[FormulaProblem] = ()) -> ast.expr:
+    """Check a tree against the allow-list and bind its names.
 
+    Args:
+        tree: as it was read.
+        scope: the names.
+        typed: the formula's text.
+        problems: those that were found while it was read.
+
+    Raises:
+        FormulaProblem: the first violation or problem, with the others that do not follow from it.
+    """
+    resolver = _Resolver(scope, typed)
+    resolved = resolver.visit_at(tree, 0)
+    if found := [*problems, *resolver.problems]:
+        raise together(found)
+    table = _table_of(resolved)
+    if table is not None:
+        raise FormulaProblem("FORM020", tree.col_offset, len(table.name), table=table.name)
+    return resolved
+
+
+class _Resolver:
     def __init__(self, scope: Scope, typed: str) -> None:
         self.scope = scope
         self.typed = typed
         self.local: dict[str, str] = {}  # names bound by list comprehensions around, by key
         self.problems: list[FormulaProblem] = []  # after which looking went on
+        self.count = 0
+        self._visited: list[ast.expr] = []
 
-    @abstractmethod
     def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
-        """Check and bind a node and what is in it."""
+        self.count += 1
+        if depth > DEEPEST or self.count > MOST_NODES:
+            raise FormulaProblem(
+                "FORM002",
+                node.col_offset,
+                reason=N_("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
+            )
+        if hasattr(node, "unread"):
+            return node
+        self._visited.append(node)
+        names = dict(self.local)
+        method = _METHODS.get(type(node))
+        try:
+            if method is None:
+                self.refuse(node, N_("This"))
+            return method(self, node, depth + 1)
+        except FormulaProblem as problem:
+            if problem.code == "FORM002":  # of a formula that is too large nothing else is said
+                raise
+            self.local = names
+            self.problems.append(problem)
+            for arg in node.args if isinstance(node, ast.Call) else ():  # they may be right or wrong by themselves
+                if not any(arg is one for one in self._visited):
+                    self.visit_at(arg, depth + 1)
+            return unread(ast.copy_location(ast.Constant(None), node))
 
-    def refuse(self, node: ast.AST, what: str, remedy: str = ADVICE, **details: object) -> NoReturn:
+    def visit_all(self, nodes: list[ast.expr], depth: int) -> list[ast.expr]:
+        return [self.visit_at(n, depth) for n in nodes]
+
+    def refuse(self, node: ast.expr, what: str, remedy: str = _ADVICE, **details: object) -> NoReturn:
         """Raise FORM003 at a node."""
-        start = getattr(node, "col_offset", 0)
-        raise FormulaProblem("FORM003", start, _length(node), what=what, remedy=remedy, **details)
+        raise FormulaProblem("FORM003", node.col_offset, _width(node), what=what, remedy=remedy, **details)
 
     # ---- names
     def on_name(self, node: ast.Name, depth: int) -> ast.expr:
@@ -58,7 +114,7 @@ class Calls(ABC):
             return node
         if name.startswith("_") or "__" in name:
             raise FormulaProblem(
-                "FORM004", node.col_offset, _length(node), name=name, remedy=N_("Names start with a letter.")
+                "FORM004", node.col_offset, _width(node), name=name, remedy=N_("Names start with a letter.")
             )
         if k in scope.inputs:
             node.id = scope.inputs[k].name
@@ -66,7 +122,7 @@ class Calls(ABC):
         helper = scope.helpers.get(k)
         if helper is not None:
             if helper.parameters:
-                raise FormulaProblem("FORM006", node.col_offset, _length(node), name=helper.shown, gets=N_("none"),
+                raise FormulaProblem("FORM006", node.col_offset, _width(node), name=helper.shown, gets=N_("none"),
                                      takes=arguments(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
             return _bind_helper(node, helper, [])
         if k in scope.constants:
@@ -90,7 +146,7 @@ class Calls(ABC):
             )
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
-        raise FormulaProblem("FORM004", node.col_offset, _length(node), name=name, **self._propose(name))
+        raise FormulaProblem("FORM004", node.col_offset, _width(node), name=name, **self._propose(name))
 
     def _mine(self) -> list[str]:
         return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
@@ -191,7 +247,7 @@ class Calls(ABC):
                 if not self._is_known(left):
                     what = N_("{left}= inside the brackets", left=left)
                     remedy = N_("Write the value alone. ({left} is no input here.)", left=left)
-                    problem = FormulaProblem("FORM003", arg.col_offset, _length(arg), what=what, remedy=remedy)
+                    problem = FormulaProblem("FORM003", arg.col_offset, _width(arg), what=what, remedy=remedy)
                     self.problems.append(problem)
                     unread(arg)
         return [self.visit_at(a, depth) for a in node.args]
@@ -212,7 +268,7 @@ class Calls(ABC):
         args = self._arguments(node, depth)
         if len(args) != len(helper.parameters) and not unclear:
             takes, usage = arguments(len(helper.parameters)), _usage(helper)
-            raise FormulaProblem("FORM006", node.col_offset, _length(node.func), name=helper.shown, takes=takes,
+            raise FormulaProblem("FORM006", node.col_offset, _width(node.func), name=helper.shown, takes=takes,
                                  gets=_given(len(args)), usage=usage)  # fmt: skip
         return _bind_helper(node, helper, args)
 
@@ -221,7 +277,7 @@ class Calls(ABC):
         advice = (
             N_("Write {name}(…) instead.", name=function.name)
             if function
-            else function_here(key(method.attr)) or ADVICE
+            else function_here(key(method.attr)) or _ADVICE
         )
         self.refuse(method, N_("“.{name}( )”", name=method.attr), advice)
 
@@ -235,183 +291,6 @@ class Calls(ABC):
             guess = self.scope.propose(name, known)
         told = meant(guess, advice or N_("See `rrp-sheets help functions`."))
         return FormulaProblem("FORM005", node.col_offset, len(name), name=name, **told)
-
-
-def plain(value: object) -> ast.Constant:
-    """Return a constant node for a value that is no literal of Python: a table, or a column of one."""
-    node = ast.Constant(None)
-    node.value = value  # type: ignore[assignment]
-    return node
-
-
-def _bind_function(node: ast.expr, function: Function, args: list[ast.expr]) -> ast.expr:
-    call = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
-    call.bound = function.call  # type: ignore[attr-defined]
-    call.charges = function.charges  # type: ignore[attr-defined]
-    return call
-
-
-def _bind_helper(node: ast.expr, helper: HelperDef, args: list[ast.expr]) -> ast.expr:
-    call = ast.copy_location(ast.Call(ast.Name(helper.shown), args, []), node)
-    call.helper = helper  # type: ignore[attr-defined]
-    return call
-
-
-def _length(node: ast.AST) -> int:
-    start = getattr(node, "col_offset", 0)
-    return max((getattr(node, "end_col_offset", None) or start + 1) - start, 1)
-
-
-def _given(n: int) -> str:
-    return N_("none") if n == 0 else str(n)
-
-
-def _usage(helper: HelperDef) -> str:
-    return f"{helper.shown}({'; '.join(p.name for p in helper.parameters)})" if helper.parameters else helper.shown
-
-
-_RESERVED = frozenset((
-    "print", "open", "eval", "exec", "dir", "id", "type", "object", "input", "vars", "globals", "locals", "getattr",
-    "setattr", "hasattr", "compile", "exit", "quit", "repr", "self", "true", "false", "none", "blank", "null",
-))  # fmt: skip
-
-
-AMBIGUOUS = {  # where spreadsheets and Python disagree: never guess
-    "log": N_("Write LN(…) for the natural logarithm, or LOG10(…)."),
-    "atan2": N_("Write ANGLE(x; y): the direction of a point, x ahead and y to the left."),
-}
-"""By key: names that mean different things, with the remedy."""
-
-_INSTEAD = {
-    "vlookup": "XLOOKUP(what; Table[Column]; Table)", "hlookup": "XLOOKUP(what; Table[Column]; Table)",
-    "lookup": "XLOOKUP(what; Table[Column]; Table)", "ifna": "IFERROR(value; otherwise)",
-    "rand": "PICK([1; 2; 3])", "randbetween": "PICK([1; 2; 3])", "random": "PICK([1; 2; 3])", "choice": "PICK(list)",
-    "randint": "PICK([1; 2; 3])", "choose": "INDEX([first; second]; place)", "filter": "[x for x in list if x > 0]",
-    "map": "[x * 2 for x in list]", "print": N_("the text alone"), "format": 'f"{distance:.1f}"',
-    "isnull": "ISBLANK(value)", "isempty": "ISBLANK(value)", "isnone": "ISBLANK(value)", "isna": "ISERROR(value)",
-    "float": "VALUE(text)", "tonumber": "VALUE(text)", "tostring": "STR(number)", "length": "LEN(text)",
-    "replace": "SUBSTITUTE(text; old; new)", "split": "TEXTSPLIT(text; between)", "contains": '"ball" in text',
-    "indexof": "FIND(what; text)", "strip": "TRIM(text)", "capitalize": "PROPER(text)", "factorial": "PRODUCT(1; 2; 3)",
-    "square": "x^2", "sqr": N_("SQRT(x) for the root, or x^2"), "cbrt": "x^(1/3)", "norm": "HYPOT(x; y)",
-    "dist": "DISTANCE(x1; y1; x2; y2)", "limit": "CLAMP(value; low; high)", "clip": "CLAMP(value; low; high)",
-    "bool": "value <> 0", "columns": N_("the number of columns"), "indirect": N_("the stream's name"),
-    "offset": "INDEX(table; n)",
-}  # fmt: skip
-_GERMAN_FRENCH = {
-    "wenn": "IF", "und": "AND", "oder": "OR", "nicht": "NOT", "summe": "SUM", "mittelwert": "AVERAGE",
-    "runden": "ROUND", "ganzzahl": "INT", "rest": "MOD", "wurzel": "SQRT", "länge": "LEN", "links": "LEFT",
-    "rechts": "RIGHT", "teil": "MID",
-    "wennfehler": "IFERROR", "istleer": "ISBLANK", "verketten": "CONCAT", "anzahl": "COUNT", "zeilen": "ROWS",
-    "xverweis": "XLOOKUP", "sverweis": "XLOOKUP", "vergleich": "MATCH", "gross": "UPPER", "klein": "LOWER",
-    "glätten": "TRIM", "wechseln": "SUBSTITUTE", "bogenmass": "RADIANS", "grad": "DEGREES", "potenz": "POWER",
-    "si": "IF", "et": "AND", "ou": "OR", "non": "NOT", "somme": "SUM", "moyenne": "AVERAGE", "arrondi": "ROUND",
-    "ent": "INT", "racine": "SQRT", "nbcar": "LEN", "gauche": "LEFT", "droite": "RIGHT", "stxt": "MID",
-    "sierreur": "IFERROR", "estvide": "ISBLANK", "concatener": "CONCAT", "nb": "COUNT", "lignes": "ROWS",
-    "recherchex": "XLOOKUP", "recherchev": "XLOOKUP", "equiv": "MATCH", "majuscule": "UPPER", "minuscule": "LOWER",
-    "wahr": "TRUE", "falsch": "FALSE", "vrai": "TRUE", "faux": "FALSE",
-    "supprespace": "TRIM", "substitue": "SUBSTITUTE", "puissance": "POWER",
-}  # fmt: skip
-_CLOCK = frozenset(("now", "today", "time", "timevalue", "date", "hour", "minute", "second", "clock"))
-_REFUSED = {
-    "repr": N_("Write STR(…) for a number as a text."),
-    "eval": N_("A formula cannot hold another one as a text: write it into a helper."),
-    "zip": N_("Use a table, or INDEX with a place."),
-}
-_NAMES = {
-    "null": "BLANK", "nil": "BLANK", "undefined": "BLANK", "empty": "BLANK", "nothing": "BLANK", "wahr": "TRUE",
-    "falsch": "FALSE", "vrai": "TRUE", "faux": "FALSE", "yes": "TRUE", "on": "TRUE", "off": "FALSE", "π": "pi",
-}  # fmt: skip
-
-
-def function_here(name: str) -> str | None:
-    """Return what to write instead of calling a function that is not here, or None when nothing is known.
-
-    >>> function_here("wenn"), function_here("vlookup")
-    ('Write IF: functions have their English names.', 'Write XLOOKUP(what; Table[Column]; Table).')
-    """
-    if name in _GERMAN_FRENCH:
-        return N_("Write {value}: functions have their English names.", value=_GERMAN_FRENCH[name])
-    if name in _INSTEAD:
-        return N_("Write {usage}.", usage=_INSTEAD[name])
-    if name in _CLOCK:
-        return N_("Use the connector timestamp: it gives the time with every event.")
-    return _REFUSED.get(name)
-
-
-def name_here(name: str) -> str | None:
-    """Return what to write instead of a name that means something elsewhere, or None when nothing is known.
-
-    >>> name_here("null")
-    'Write BLANK.'
-    """
-    return N_("Write {value}.", value=_NAMES[name]) if name in _NAMES else None
-
-
-_SPEC = re.compile(r"[<>^]?[+ -]?0?\d{0,2},?(\.\d{1,2})?[defgs%]?")
-_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
-_SIGNS = (ast.UAdd, ast.USub, ast.Not)
-_COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.In, ast.NotIn, ast.Is, ast.IsNot)
-_TABLE_ARGUMENT = {"INDEX": 0, "XLOOKUP": 2, "FIRST": 0, "LAST": 0}
-"""Functions that give a row of the table which is their argument at that place."""
-
-
-def resolve(tree: ast.expr, scope: Scope, typed: str, problems: Iterable[FormulaProblem] = ()) -> ast.expr:
-    """Check a tree against the allow-list and bind its names.
-
-    Args:
-        tree: as it was read.
-        scope: the names.
-        typed: the formula's text.
-        problems: those that were found while it was read.
-
-    Raises:
-        FormulaProblem: the first violation or problem, with the others that do not follow from it.
-    """
-    resolver = _Resolver(scope, typed)
-    resolved = resolver.visit_at(tree, 0)
-    if found := [*problems, *resolver.problems]:
-        raise together(found)
-    table = _table_of(resolved)
-    if table is not None:
-        raise FormulaProblem("FORM020", tree.col_offset, len(table.name), table=table.name)
-    return resolved
-
-
-class _Resolver(Calls):
-    def __init__(self, scope: Scope, typed: str) -> None:
-        super().__init__(scope, typed)
-        self.count = 0
-        self._visited: list[ast.expr] = []
-
-    def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
-        self.count += 1
-        if depth > DEEPEST or self.count > MOST_NODES:
-            raise FormulaProblem(
-                "FORM002",
-                node.col_offset,
-                reason=N_("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
-            )
-        if hasattr(node, "unread"):
-            return node
-        self._visited.append(node)
-        names = dict(self.local)
-        method = _METHODS.get(type(node))
-        try:
-            if method is None:
-                self.refuse(node, N_("This"))
-            return method(self, node, depth + 1)
-        except FormulaProblem as problem:
-            if problem.code == "FORM002":  # of a formula that is too large nothing else is said
-                raise
-            self.local = names
-            self.problems.append(problem)
-            for arg in node.args if isinstance(node, ast.Call) else ():  # they may be right or wrong by themselves
-                if not any(arg is one for one in self._visited):
-                    self.visit_at(arg, depth + 1)
-            return unread(ast.copy_location(ast.Constant(None), node))
-
-    def visit_all(self, nodes: list[ast.expr], depth: int) -> list[ast.expr]:
-        return [self.visit_at(n, depth) for n in nodes]
 
     # ---- plain values
     def on_constant(self, node: ast.Constant, depth: int) -> ast.expr:
@@ -443,11 +322,7 @@ class _Resolver(Calls):
         node.operand = self.visit_at(node.operand, depth)
         return node
 
-    def on_boolop(self, node: ast.BoolOp, depth: int) -> ast.expr:
-        node.values = self.visit_all(node.values, depth)
-        return node
-
-    def on_join(self, node: Join, depth: int) -> ast.expr:
+    def on_values(self, node: ast.BoolOp | ast.JoinedStr | Join, depth: int) -> ast.expr:
         node.values = self.visit_all(node.values, depth)
         return node
 
@@ -578,10 +453,6 @@ class _Resolver(Calls):
         return table.type if table else None
 
     # ---- texts with values in them
-    def on_joinedstr(self, node: ast.JoinedStr, depth: int) -> ast.expr:
-        node.values = self.visit_all(node.values, depth)
-        return node
-
     def on_formattedvalue(self, node: ast.FormattedValue, depth: int) -> ast.expr:
         if node.conversion != -1:
             remedy = N_("Write the value alone, or with a format such as {distance:.1f}.")
@@ -600,16 +471,44 @@ def _table_of(node: ast.expr | None) -> Table | None:
     return value if isinstance(value, Table) else None
 
 
+def plain(value: object) -> ast.Constant:
+    """Return a constant node for a value that is no literal of Python: a table, or a column of one."""
+    node = ast.Constant(None)
+    node.value = value  # type: ignore[assignment]
+    return node
+
+
+def _bind_function(node: ast.expr, function: Function, args: list[ast.expr]) -> ast.expr:
+    call = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
+    call.bound = function.call  # type: ignore[attr-defined]
+    call.charges = function.charges  # type: ignore[attr-defined]
+    return call
+
+
+def _bind_helper(node: ast.expr, helper: HelperDef, args: list[ast.expr]) -> ast.expr:
+    call = ast.copy_location(ast.Call(ast.Name(helper.shown), args, []), node)
+    call.helper = helper  # type: ignore[attr-defined]
+    return call
+
+
 def _width(node: ast.expr) -> int:
     return max((node.end_col_offset or 0) - node.col_offset, 1)
 
 
+def _given(n: int) -> str:
+    return N_("none") if n == 0 else str(n)
+
+
+def _usage(helper: HelperDef) -> str:
+    return f"{helper.shown}({'; '.join(p.name for p in helper.parameters)})" if helper.parameters else helper.shown
+
+
 _METHODS: dict[type, Callable[[_Resolver, Any, int], ast.expr]] = {
     ast.Constant: _Resolver.on_constant, ast.Name: _Resolver.on_name, ast.BinOp: _Resolver.on_binop,
-    ast.UnaryOp: _Resolver.on_unaryop, ast.BoolOp: _Resolver.on_boolop, Join: _Resolver.on_join,
+    ast.UnaryOp: _Resolver.on_unaryop, ast.BoolOp: _Resolver.on_values, Join: _Resolver.on_values,
     ast.Compare: _Resolver.on_compare, ast.IfExp: _Resolver.on_ifexp, ast.List: _Resolver.on_list,
     ast.Tuple: _Resolver.on_list, ast.ListComp: _Resolver.on_listcomp, ast.Subscript: _Resolver.on_subscript,
     ast.Slice: _Resolver.on_slice, ast.Attribute: _Resolver.on_attribute, ast.Call: _Resolver.on_call,
-    ast.JoinedStr: _Resolver.on_joinedstr, ast.FormattedValue: _Resolver.on_formattedvalue,
+    ast.JoinedStr: _Resolver.on_values, ast.FormattedValue: _Resolver.on_formattedvalue,
 }  # fmt: skip
 """The allow-list: nodes of any other kind are refused."""
