@@ -6,6 +6,7 @@ import ast
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import reduce
 
 from rrp_sheets.checks.facts import (
     ANY,
@@ -69,6 +70,11 @@ def _of(tree: ast.AST | None, env: _Env) -> AbstractValue:
     return known
 
 
+def _always(kind: str) -> Callable[[ast.AST, _Env], AbstractValue]:
+    known = AbstractValue(kind)
+    return lambda node, env: known
+
+
 def _constant(node: ast.Constant, env: _Env) -> AbstractValue:
     return UNKNOWN if isinstance(node.value, Table) else exactly(node.value)
 
@@ -128,20 +134,8 @@ def _iferror(node: IfError, env: _Env) -> AbstractValue:
     return either(_of(node.value, env), _of(node.otherwise, env))
 
 
-def _truth(node: ast.AST, env: _Env) -> AbstractValue:
-    return AbstractValue(TRUTH)
-
-
 def _switch(node: Switch, env: _Env) -> AbstractValue:
-    found = [_of(r, env) for r in (*node.results, node.otherwise) if r is not None]
-    result = found[0] if found else UNKNOWN
-    for known in found[1:]:
-        result = either(result, known)
-    return result
-
-
-def _text(node: ast.JoinedStr | Join, env: _Env) -> AbstractValue:
-    return AbstractValue(TEXT)
+    return reduce(either, [_of(r, env) for r in (*node.results, node.otherwise) if r is not None])
 
 
 def _list(node: ast.List | ast.Tuple, env: _Env) -> AbstractValue:
@@ -149,10 +143,6 @@ def _list(node: ast.List | ast.Tuple, env: _Env) -> AbstractValue:
     if all(m.choices is not None and len(m.choices) == 1 for m in members):
         return AbstractValue(LIST, choices=([m.choices[0] for m in members if m.choices],), members=members)
     return AbstractValue(LIST, members=members)
-
-
-def _listcomp(node: ast.ListComp, env: _Env) -> AbstractValue:
-    return AbstractValue(LIST)
 
 
 def _unary(node: ast.UnaryOp, env: _Env) -> AbstractValue:
@@ -166,9 +156,7 @@ def _unary(node: ast.UnaryOp, env: _Env) -> AbstractValue:
 
 def _binop(node: ast.BinOp, env: _Env) -> AbstractValue:
     left, right = _of(node.left, env), _of(node.right, env)
-    if isinstance(node.op, ast.Add) and {left.kind, right.kind} & {TEXT, LIST}:
-        return AbstractValue(left.kind if left.kind in (TEXT, LIST) else right.kind)
-    if isinstance(node.op, ast.Mult) and {left.kind, right.kind} & {TEXT, LIST}:
+    if isinstance(node.op, (ast.Add, ast.Mult)) and {left.kind, right.kind} & {TEXT, LIST}:
         return AbstractValue(left.kind if left.kind in (TEXT, LIST) else right.kind)
     if isinstance(node.op, ast.Add) and NUMBER not in (left.kind, right.kind):
         return UNKNOWN  # two texts, as far as is known
@@ -194,11 +182,7 @@ def _bounds(op: ast.operator, left: AbstractValue, right: AbstractValue) -> tupl
 def _pick(node: Pick, env: _Env) -> AbstractValue:
     if len(node.members) == 1:
         return _among(node.members[0], env)
-    found = [_of(m, env) for m in node.members]
-    result = found[0]
-    for known in found[1:]:
-        result = either(result, known)
-    return result
+    return reduce(either, [_of(m, env) for m in node.members])
 
 
 def _among(node: ast.AST, env: _Env) -> AbstractValue:
@@ -262,9 +246,9 @@ _SPECIAL: dict[str, Callable[[ast.Call, _Env], AbstractValue]] = {
 }  # fmt: skip
 _NODES: dict[type, Callable[..., AbstractValue]] = {
     ast.Constant: _constant, ast.Name: _name, ast.Attribute: _attribute, ast.Subscript: _subscript, ast.IfExp: _ifexp,
-    IfError: _iferror, ast.Compare: _truth, ast.BoolOp: _truth, ast.JoinedStr: _text, Join: _text,
-    Switch: _switch, ast.List: _list,
-    ast.Tuple: _list, ast.ListComp: _listcomp, ast.UnaryOp: _unary, ast.BinOp: _binop, ast.Call: _call, Pick: _pick,
+    IfError: _iferror, Switch: _switch, ast.List: _list, ast.Tuple: _list, ast.UnaryOp: _unary, ast.BinOp: _binop,
+    ast.Call: _call, Pick: _pick, ast.Compare: _always(TRUTH), ast.BoolOp: _always(TRUTH), ast.JoinedStr: _always(TEXT),
+    Join: _always(TEXT), ast.ListComp: _always(LIST),
 }  # fmt: skip
 
 

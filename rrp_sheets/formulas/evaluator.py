@@ -15,14 +15,14 @@ from typing import Any
 
 from asteval import Interpreter
 
-from rrp_sheets.formulas.functions.define import bounded, listing, shown, weighed
+from rrp_sheets.formulas.functions.define import bounded, listing, shown, truth, weighed
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.functions.table_functions import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
 from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
 from rrp_sheets.formulas.operations import NUMBERS, ORDER, arithmetic, at_place, compare, field, formatted, same
 from rrp_sheets.formulas.pick import Picker
-from rrp_sheets.formulas.problems import FormulaProblem, no_condition, problem_of, wrong_kind
+from rrp_sheets.formulas.problems import FormulaProblem, problem_of, wrong_kind
 from rrp_sheets.formulas.scope import HelperDef
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Failure, Record, Value
@@ -142,20 +142,15 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """Evaluate `-x`, `+x` or `not x`."""
         value = self.run(node.operand)
         if isinstance(node.op, ast.Not):
-            return not self._truth(value)
+            return not truth(value)
         if type(value) not in NUMBERS:
             raise wrong_kind(N_("a number"), value)
         return -value if isinstance(node.op, ast.USub) else +value
 
-    def _truth(self, value: Value) -> bool:
-        if type(value) in NUMBERS or value is None:
-            return bool(value)
-        raise no_condition(value)
-
     def on_boolop(self, node: Any) -> bool:
         """Evaluate `and` or `or` to TRUE or FALSE, only as far as needed."""
         wanted = isinstance(node.op, ast.Or)
-        return next((wanted for v in node.values if self._truth(self.run(v)) is wanted), not wanted)
+        return next((wanted for v in node.values if truth(self.run(v)) is wanted), not wanted)
 
     def on_compare(self, node: Any) -> bool:
         """Evaluate comparisons, chained ones too (`0 < x < 10` means between)."""
@@ -179,7 +174,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
     # ---- choices
     def on_ifexp(self, node: Any) -> Value:
         """Evaluate the conditional expression, which IF is too."""
-        return self.run(node.body if self._truth(self.run(node.test)) else node.orelse)
+        return self.run(node.body if truth(self.run(node.test)) else node.orelse)
 
     def on_iferror(self, node: Any) -> Value:
         """Evaluate IFERROR and ISERROR; running out of steps is not caught."""
@@ -196,7 +191,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         value = None if node.value is None else self.run(node.value)
         for case, result in zip(node.cases, node.results, strict=True):
             found = self.run(case)
-            if self._truth(found) if node.value is None else same(value, found, self.charge):
+            if truth(found) if node.value is None else same(value, found, self.charge):
                 return self.run(result)
         if node.otherwise is None:
             raise FormulaProblem("FORM113")
@@ -260,7 +255,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         for member in listing(self.run(loop.iter)):
             self.steps -= 1
             self._assign(loop.target, member)
-            if all(self._truth(self.run(i)) for i in loop.ifs):
+            if all(truth(self.run(i)) for i in loop.ifs):
                 self._loop(comprehension, level + 1, found)
 
     def _assign(self, target: Any, member: Value) -> None:

@@ -130,6 +130,11 @@ ORDER: dict[type, Callable[[Any, Any], bool]] = {
 NUMBERS = frozenset((int, float, bool))
 
 
+def is_number(value: Value) -> bool:
+    """Return whether a value is a number; TRUE and FALSE are none."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
 def same(left: Value, right: Value, charge: Charge = free) -> bool:
     """Return whether two values are equal; texts are compared without regard to capitals.
 

@@ -12,7 +12,7 @@ from rrp_sheets.checks.test_cells import Expectation
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
-from rrp_sheets.formulas.operations import same
+from rrp_sheets.formulas.operations import is_number, same
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.testing.results import TOLERANCE, Event, Fault, Frames, RowResult
 from rrp_sheets.texts import N_, listed
@@ -301,7 +301,7 @@ def equal(value: Value, wanted: Value, *, exact: bool = False) -> bool:
     >>> equal(0.1 + 0.2, 0.3), equal("hello ", "Hello"), equal("1", 1), equal([1.0, "a"], (1, "A"))
     (True, True, False, True)
     """
-    if _number(value) and _number(wanted):
+    if is_number(value) and is_number(wanted):
         return value == wanted or math.isclose(value, wanted, rel_tol=RELATIVE, abs_tol=NEAR_ZERO)
     if isinstance(value, str) and isinstance(wanted, str):
         return same(value, wanted) if exact else same(_bare(value), _bare(wanted))
@@ -313,10 +313,6 @@ def equal(value: Value, wanted: Value, *, exact: bool = False) -> bool:
     return same(value, wanted)
 
 
-def _number(value: Value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
 def _bare(text: str) -> str:
     return " ".join(text.split())
 
@@ -324,9 +320,9 @@ def _bare(text: str) -> str:
 def _kind_hint(value: Value, wanted: Value) -> str:
     if isinstance(value, str) and not isinstance(wanted, str) and _bare(value) == show(wanted, 60):
         return N_('It is a text; write "{value}" in quotes to expect it.', value=value)
-    if isinstance(wanted, str) and _number(value) and wanted == show(value):
+    if isinstance(wanted, str) and is_number(value) and wanted == show(value):
         return N_("It is a number; write {wanted} without quotes to expect it.", wanted=wanted)
-    if isinstance(wanted, str) and _number(value) and _DECIMAL_COMMA.fullmatch(wanted):
+    if isinstance(wanted, str) and is_number(value) and _DECIMAL_COMMA.fullmatch(wanted):
         return N_("Numbers are written with a point: {value}.", value=wanted.replace(",", "."))
     if isinstance(value, Record):
         return N_("It is a record; write for example any, or field=value.")
@@ -338,7 +334,7 @@ def _about(expectation: Expectation) -> Holds:
     assert isinstance(wanted, float)
 
     def holds(value: Value) -> str:
-        if not _number(value):
+        if not is_number(value):
             return N_("It is no number.")
         slack = abs(wanted) * RELATIVE + NEAR_ZERO
         return "" if abs(value - wanted) <= within + slack else "different"
@@ -354,7 +350,7 @@ def _condition(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
         result = evaluate(value)
         if type(result) is Failure:
             return N_("The condition cannot be worked out for it: {reason}", reason=result.message)
-        return "" if (result is True or (_number(result) and result != 0)) else "different"
+        return "" if (result is True or (is_number(result) and result != 0)) else "different"
 
     return holds
 

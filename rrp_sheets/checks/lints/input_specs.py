@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, AbstractValue, Fact, kind_of_value
 from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import understand
@@ -131,7 +132,7 @@ def _colour(value: Value, stream: Stream, material: Material) -> str:
     if isinstance(value, Record):
         return "" if isinstance(value.values.get("colour"), str) else N_("a record without a colour")
     if isinstance(value, (list, tuple)):
-        fine = len(value) == 3 and all(_is_number(v) and 0 <= v <= 1 for v in value)
+        fine = len(value) == 3 and all(is_number(v) and 0 <= v <= 1 for v in value)
         return "" if fine else N_("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
     return _named(value, Setting("Colour", "colour"), material.robot)
 
@@ -178,11 +179,7 @@ def _angles(value: Value, stream: Stream, material: Material) -> str:
             if len(values) != 1
             else N_("one angle for {count} joints", count=count)
         )
-    return "" if all(_is_number(v) for v in values) else N_("{value}, which are not all numbers", value=show(value))
-
-
-def _is_number(value: Value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return "" if all(is_number(v) for v in values) else N_("{value}, which are not all numbers", value=show(value))
 
 
 def _joints(stream: Stream, robot: Robot) -> tuple[str, ...]:
@@ -253,7 +250,7 @@ def _limited(stream: Stream, fact: Fact, robot: Robot) -> list[tuple[str, list[f
         values = (
             _sure_values(fact) if len(names) == 1 and not lists else [v[place] for v in lists if len(v) == len(names)]
         )
-        found.append((name, [v for v in values if _is_number(v)], joint.lower, joint.upper, joint.unit))
+        found.append((name, [v for v in values if is_number(v)], joint.lower, joint.upper, joint.unit))
     if {"HeadYaw", "HeadPitch"} <= set(names):
         found += _pitches(names, lists, robot)
     return found
@@ -271,7 +268,7 @@ def _pitches(
     found: list[tuple[str, list[float], float, float, str]] = []
     yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
     for values in lists:
-        if len(values) == len(names) and _is_number(values[yaw]) and _is_number(values[pitch]):
+        if len(values) == len(names) and is_number(values[yaw]) and is_number(values[pitch]):
             low, high = joint_limits(robot, "HeadPitch", float(values[yaw]))
             name = N_("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
             found.append((name, [values[pitch]], low, high, "rad"))
@@ -282,8 +279,8 @@ def _sure_values(fact: Fact) -> list[float]:
     """Return numbers that will surely be sent: a formula's possible results, or the example and the nearest bound."""
     known = fact.known
     if known.choices is not None:
-        return [c for c in known.choices if _is_number(c)]
-    values = [fact.example] if fact.has_example and fact.sure and _is_number(fact.example) else []
+        return [c for c in known.choices if is_number(c)]
+    values = [fact.example] if fact.has_example and fact.sure and is_number(fact.example) else []
     return [*values, *_far_end(known)]
 
 

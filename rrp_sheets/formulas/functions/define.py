@@ -194,7 +194,7 @@ def bounded(value: Value) -> Value:
         reason = N_("it is not a number" if math.isnan(value) else "numbers go up to 1e15")
         raise FormulaProblem("FORM105", reason=reason)
     if kind is str and len(value) > LONGEST_TEXT:
-        raise FormulaProblem("FORM105", reason=N_("texts have at most {most} characters", most=LONGEST_TEXT))
+        raise too_long()
     if (kind is list or kind is tuple) and len(value) > LONGEST_LIST:
         raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
     return value

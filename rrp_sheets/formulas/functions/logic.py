@@ -6,6 +6,7 @@ import ast
 
 from rrp_sheets.formulas.functions.define import MANY, Function, define, truth
 from rrp_sheets.formulas.nodes import IfError, Switch
+from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.texts import N_
@@ -36,10 +37,6 @@ def istext(value: Value) -> bool:
     (True, False)
     """
     return isinstance(value, str)
-
-
-def _is_number(value: Value) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def islogical(value: Value) -> bool:
@@ -82,7 +79,7 @@ def _iferror(args: list[ast.expr]) -> ast.expr:
 def _isnumber(args: list[ast.expr]) -> ast.expr:
     # spreadsheets ask ISNUMBER(SEARCH("ball"; text)), and the SEARCH fails where there is none
     call = ast.copy_location(ast.Call(ast.Name("ISNUMBER"), args, []), args[0])
-    call.bound, call.charges = _is_number, False  # type: ignore[attr-defined]
+    call.bound, call.charges = is_number, False  # type: ignore[attr-defined]
     node = IfError()
     node.value, node.otherwise = call, ast.copy_location(ast.Constant(False), args[0])
     return node

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from decimal import ROUND_DOWN, ROUND_HALF_UP, ROUND_UP, Decimal, localcontext
 
-from rrp_sheets.formulas.functions.define import define, number, whole
+from rrp_sheets.formulas.functions.define import bounded, define, number, whole
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
@@ -205,14 +205,8 @@ def quotient(value: Value, divisor: Value) -> int:
     """
     if number(divisor) == 0:
         raise FormulaProblem("FORM101")
-    return math.trunc(in_bounds(number(value) / number(divisor)))
-
-
-def in_bounds(n: Number) -> Number:
-    """The number if it is not too large; raises FormulaProblem FORM105."""
-    if not -LARGEST_NUMBER <= n <= LARGEST_NUMBER:
-        raise FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
-    return n
+    times: Number = bounded(number(value) / number(divisor))
+    return math.trunc(times)
 
 
 def iseven(value: Value) -> bool:

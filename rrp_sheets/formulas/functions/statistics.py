@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rrp_sheets.formulas.functions.define import define, flat, number
-from rrp_sheets.formulas.functions.maths import Number, in_bounds
+from rrp_sheets.formulas.functions.define import bounded, define, flat, number
+from rrp_sheets.formulas.functions.maths import Number
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Value
 from rrp_sheets.texts import N_
@@ -98,7 +98,7 @@ def product(*values: Value) -> Number:
     """
     result: Number = 1
     for v in flat(values):
-        result = in_bounds(result * number(v))
+        result = bounded(result * number(v))
     return result
 
 
