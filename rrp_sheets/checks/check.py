@@ -49,8 +49,6 @@ class Checked:
     Attributes:
         formulas: by the row's ref (`Tracking!4`); missing where there is none or where it is wrong.
         scene: understood actions; None without a Scene sheet.
-        run: what the Protocol says about running.
-        tests: the test sheets, understood.
         facts: what is known about streams before the run, by stream id; of what a `subscribe` row sends, by its ref.
         cues: the streams that rows of the scene wait for.
         scope: makes the scope of a formula outside of the rows, with the workbook's helpers and tables.
@@ -72,10 +70,7 @@ class Checked:
 def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) -> Checked:
     """Check a workbook, adding to the report that reading it began.
 
-    Args:
-        workbook: as it was read.
-        report: takes what is found.
-        lints: whether warnings about rows that work, and which fixes are safe, are wanted as well.
+    Without `lints`, nothing warns of rows that work, and no fix is judged whether it is safe.
     """
     robot = robot_of(workbook, report)
     graph = build_graph(workbook, robot, connectors(), report)
@@ -135,14 +130,7 @@ def _robot(workbook: Workbook, report: Report) -> Robot:
 def find_cues(
     rows: Sequence[SceneRow], scene: Sequence[SceneAction], graph: Graph, report: Report
 ) -> tuple[tuple[SceneAction, ...], tuple[Stream, ...]]:
-    """Return the actions with the ids of the streams that they wait for, and those streams.
-
-    Args:
-        rows: as they stand in the sheet.
-        scene: what was understood of them, with the names of streams as they are typed.
-        graph: of the workbook.
-        report: takes the names that are of no stream.
-    """
+    """Return the actions with the ids of the streams that they wait for, and those streams."""
     cells = {row.time.address.row: row.time for row in rows}
     known: dict[str, Stream] | None = None
     propose = Proposals()
@@ -183,14 +171,7 @@ def _name(text: str) -> str:
 
 
 def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report: Report) -> None:
-    """Report words that cannot be recognised, phrases with doubtful commas, and sound files that cannot be played.
-
-    Args:
-        workbook: as it was read.
-        robot: whose devices it uses.
-        folder: where the workbook's files are.
-        report: takes the findings.
-    """
+    """Report words that cannot be recognised, phrases with doubtful commas, and sound files that cannot be played."""
     for device in workbook.devices:
         found = robot.find(device.device.text)
         for k, cell in device.settings.items() if found else ():

@@ -23,7 +23,7 @@ MOST_ROUTES = 16
 MOST_FILTERS = 20  # of one route; the earlier ones are forgotten
 MOST_NODES = 60  # of an expression that is followed through several rows
 MOST_COMBINATIONS = 64
-_SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout"})
+SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout"})
 _LATER = frozenset({"sample", "delay", "timeout"})
 MOST_CASES = 12
 _OPPOSITE: dict[type, type] = {
@@ -186,7 +186,7 @@ class Paths:
     def _follow(self, step: Step) -> None:
         """Record the expression that a row's output stands for."""
         name, formula = step.connector.name, self._formulas.get(step.ref)
-        if name in _SAME_VALUE:
+        if name in SAME_VALUE:
             self._terms[step.output] = self._term(step.inputs[0])
         elif name in ("map", "combineLatest") and formula is not None:
             term = self._substituted(formula.tree, step, formula)

@@ -121,7 +121,7 @@ class Examples:
                 continue
             arrived = [input_fact.example if i == place else None for i in range(len(facts))]
             values = [0 if n == "total" else input_fact.example for n in step.connector.extra] + arrived
-            result = self._call(formula, values)
+            result = self.value(formula, values)
             if not isinstance(result, Failure):
                 fact = fact if fact.has_example else _with_example(fact, result)
             elif input_fact.sure and not _from_holes(result, [input_fact]):
@@ -144,12 +144,13 @@ class Examples:
         if not all(f.has_example for f in facts):
             return _UNKNOWN, None
         values = [f.example for f in facts]
-        result = self._call(formula, values)
+        result = self.value(formula, values)
         if not isinstance(result, Failure) or not all(f.sure for f in facts) or _from_holes(result, facts):
             return result, None
         return result, Trouble(result, tuple(zip(formula.names, values, strict=True)))
 
-    def _call(self, formula: Formula, values: Sequence[Value]) -> Value:
+    def value(self, formula: Formula, values: Sequence[Value]) -> Value:
+        """Return what a formula gives for these values; a Failure without code when this check's steps are used up."""
         if self._left <= 0:
             return _UNKNOWN
         at = (formula.text, formula.names)
@@ -158,10 +159,6 @@ class Examples:
         result = self._prepared[at](*values)
         self._left -= STEPS - max(self._interpreter.steps, 0)
         return result
-
-    def value(self, formula: Formula, values: Sequence[Value]) -> Value:
-        """Return what a formula gives for these values; a Failure without code when this check's steps are used up."""
-        return self._call(formula, values)
 
 
 _UNKNOWN = Failure("", "")
@@ -180,7 +177,7 @@ def _refuses_blank(examples: Examples, formula: Formula, facts: Sequence[Fact]) 
     """Return whether a filter never lets blank pass: its formula fails on it or does not hold."""
     if not facts[0].may_be_blank or not all(f.has_example for f in facts):
         return False
-    result = examples._call(formula, [None, *(f.example for f in facts[1:])])
+    result = examples.value(formula, [None, *(f.example for f in facts[1:])])
     return isinstance(result, Failure) or not result
 
 
@@ -229,11 +226,9 @@ def _timed(fact: Fact) -> Fact:
 
 
 def _forgetting(step: Step, facts: Sequence[Fact]) -> Fact:
-    return replace(facts[0], known=replace(facts[0].known, blank=True, choices=_and_blank(facts[0].known)))
-
-
-def _and_blank(known: AbstractValue) -> tuple[Value, ...] | None:
-    return None if known.choices is None else (*known.choices, None)
+    known = facts[0].known
+    choices = None if known.choices is None else (*known.choices, None)
+    return replace(facts[0], known=replace(known, blank=True, choices=choices))
 
 
 _PASSES: dict[str, Callable[[Step, Sequence[Fact]], Fact]] = {

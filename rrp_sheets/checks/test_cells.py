@@ -142,7 +142,6 @@ class Sending:
     """The meaning of a test row's Send cell.
 
     Attributes:
-        text: as the cell says it.
         value: when the whole cell is one value or formula.
         fields: values of fields, by the field's name; the others have their example values.
         whole: True when `value` counts, False when it is the example with `fields` changed.
@@ -157,11 +156,7 @@ class Sending:
 def read_send(cell: Cell, record: RecordType | None, scope: Scope, report: Report) -> Sending | None:
     """Return the meaning of a Send cell; None when it is refused, which is reported.
 
-    Args:
-        cell: of the sheet; not blank.
-        record: of the stream, where it is known.
-        scope: of a formula without inputs.
-        report: where findings go.
+    `scope` is that of a formula without inputs.
     """
     text = without_equals(cell.text)
     try:
@@ -249,7 +244,6 @@ class Expectation:
 
     Attributes:
         kind: `any`, `nothing`, `value`, `about` (a number within a distance), `condition`, or `fields`.
-        text: as the cell says it.
         value: of kind `value` (a formula without inputs is worked out first), and the number of kind `about`.
         quoted: whether a text was in quotes, so that spaces at its ends count.
         within: how far a number may be away, for kind `about`.

@@ -62,11 +62,6 @@ class Case:
         """The rows that send, by time; those of one time in the order of the sheet."""
         return sorted((r for r in self.rows if r.sending), key=lambda r: r.time_us)
 
-    @property
-    def expects(self) -> list[CaseRow]:
-        """The rows that expect, in the order of the sheet."""
-        return [r for r in self.rows if r.expectation]
-
 
 @dataclass(frozen=True)
 class _Named:
@@ -128,12 +123,9 @@ class _Names:
     def _of_graph(self, stream: Stream, typed: str) -> _Named:
         why = ""
         if stream.id not in self.used:
-            dead = not stream.active or self._in_a_running_sheet(stream)
+            dead = not stream.active or stream.id.partition("!")[0] in self.running
             why = N_("its rows are switched off, or get nothing" if dead else "its behaviour is not run")
         return _Named(stream.id, stream.name or typed, stream.kind, self.records.get(stream.id), why)
-
-    def _in_a_running_sheet(self, stream: Stream) -> bool:
-        return stream.id.partition("!")[0] in self.running
 
     def _unused(self, name: str) -> _Named | None:
         """Return a device, or the done stream of an actuator, that no row uses; None when the name is of neither."""
@@ -171,14 +163,7 @@ def check_tests(
 ) -> tuple[Case, ...]:
     """Return the tests of a workbook; rows that cannot be understood are reported and left out.
 
-    Args:
-        workbook: with its test sheets.
-        robot: whose devices the workbook uses.
-        graph: its streams.
-        running: keys of the behaviours that run.
-        records: what is known of the values of streams, by id.
-        make: makes the scope of a formula with these inputs, with the workbook's helpers and tables.
-        report: where findings go.
+    `running` are the keys of the behaviours that run; `make` makes the scope of a formula with these inputs.
     """
     if not workbook.tests:
         return ()

@@ -34,9 +34,7 @@ class Connector:
 
     Attributes:
         name: as shown, such as `combineLatest`; any spelling with the same key is accepted, and `synonyms` too.
-        min_inputs: the least number of input streams.
         max_inputs: the most, or None for any number.
-        parameter: what the Formula cell holds.
         icon: SVG elements in a 12 × 12 box, stroke only; `class="f"` marks what is filled.
         help: one or two sentences for users.
         sentence: a template for the plain-language description, with `{input}`, `{inputs}`, `{formula}`, `{period}`,
@@ -87,13 +85,11 @@ class ConnectorContext:
 
     Attributes:
         inputs: the observables of its input streams, in order.
-        clock: the engine's clock.
         rank: the row's place in the topological order.
         evaluate: the row's formula over what the connector adds to the names in scope (`Connector.extra`) and its
             inputs' values, in order; gives a Failure on an error. None without formula.
         period_us: of a connector with a period. It may be edited while the run goes on: read it when a period begins.
         fail: reports an error with the values that it came from; the event is dropped.
-        names: the inputs' shown names.
         edited: called when the period was edited; set by connectors that have already scheduled their next action.
     """
 

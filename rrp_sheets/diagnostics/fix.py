@@ -99,10 +99,7 @@ def surely(wrong: str, guess: str) -> bool:
 def slips(first: str, second: str, most: int = LONGEST) -> int:
     """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
 
-    Args:
-        first: a name in any spelling.
-        second: the other.
-        most: beyond that many they are not counted exactly; it is quicker for names that are not alike.
+    Beyond `most` they are not counted exactly, which is quicker for names that are not alike.
 
     >>> slips("Red bal", "red_ball"), slips("SQTR", "SQRT"), slips("Touch", "Say"), slips("Touch", "Say", most=2) > 2
     (1, 1, 5, True)

@@ -29,7 +29,6 @@ class Formula:
     """A checked formula, ready to be prepared for an interpreter.
 
     Attributes:
-        text: as typed.
         tree: resolved; its columns are places in the text.
         names: of what the evaluator is given, in order: what the connector adds, then the inputs.
     """
@@ -46,9 +45,7 @@ class Formula:
     def prepare(self, interpreter: GuardedInterpreter, picker: Picker | None = None) -> Callable[..., Value]:
         """Return a callable from the inputs' values to the value or a Failure, for this interpreter and its thread.
 
-        Args:
-            interpreter: one per thread.
-            picker: what PICK draws with; without one it takes the first, as `check` does.
+        Without a picker PICK takes the first, as `check` does.
         """
         return interpreter.prepare(self.tree, self.names, picker)
 
@@ -56,11 +53,7 @@ class Formula:
 def compile_formula(text: str, scope: Scope, *, condition: bool = True) -> Formula:
     """Parse and check a formula, in a spreadsheet's spelling or in Python's.
 
-    Args:
-        text: as typed.
-        scope: the names in it.
-        condition: whether a yes or no is wanted; where it is not, `x = 1` is refused: it compares in a spreadsheet and
-            sets in Python.
+    Where no `condition` is wanted, `x = 1` is refused: it compares in a spreadsheet and sets in Python.
 
     Raises:
         FormulaProblem: when it is refused; its column and length are in the text as typed.

@@ -138,10 +138,7 @@ def is_number(value: Value) -> bool:
 def same(left: Value, right: Value, charge: Charge = free) -> bool:
     """Return whether two values are equal; texts are compared without regard to capitals.
 
-    Args:
-        left: a value.
-        right: another.
-        charge: called with the work that it took, in steps.
+    `charge` is called with the work that it took, in steps.
 
     >>> same("Red", "red"), same([1, "A"], [1, "a"]), same(None, 0)
     (True, True, False)

@@ -13,9 +13,7 @@ from rrp_sheets.model.values import Value
 class Picker:
     """The draws of one row's formula in one run; those of its PICKs that draw from one list share its sequence.
 
-    Args:
-        seed: the run's seed.
-        row: the row's ref (`Tracking!4`): rows draw independently of each other.
+    Rows draw independently of each other; `row` is the ref of one (`Tracking!4`).
 
     >>> picker = Picker(7, "Play!3")
     >>> sorted(picker.pick("", ["a", "b", "c"]) for _ in range(3))

@@ -22,7 +22,6 @@ class Input:
     Attributes:
         shown: its name as the sheet has it.
         name: its name in formulas.
-        record: its record type if known.
         kind: `number`, `text` or `truth` when it is known to be nothing else.
     """
 

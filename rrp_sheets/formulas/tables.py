@@ -20,9 +20,7 @@ class Table:
     """A sheet as a list of records. It is read-only and does not travel on streams; its rows may.
 
     Attributes:
-        name: of the sheet.
         type: of a row: a field for each column that has a header.
-        rows: below the header.
     """
 
     name: str

@@ -153,9 +153,7 @@ class Hole:
 def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) -> list[Token]:
     """Return the tokens of a formula, without a leading `=`.
 
-    Args:
-        typed: the cell's text.
-        is_table: whether a name is a table's: what stands in brackets behind it is a column's name as it is.
+    `is_table` tells whether a name is a table's: what stands in brackets behind it is a column's name as it is.
 
     Raises:
         FormulaProblem: FORM001 or FORM003 at a character that nothing can begin with, or a text that does not end.

@@ -43,12 +43,6 @@ _RESERVED = frozenset((
 def resolve(tree: ast.expr, scope: Scope, typed: str, problems: Iterable[FormulaProblem] = ()) -> ast.expr:
     """Check a tree against the allow-list and bind its names.
 
-    Args:
-        tree: as it was read.
-        scope: the names.
-        typed: the formula's text.
-        problems: those that were found while it was read.
-
     Raises:
         FormulaProblem: the first violation or problem, with the others that do not follow from it.
     """

@@ -29,8 +29,6 @@ class Answer:
 
     Attributes:
         outcome: `ok`; `rejected` before it was evaluated; or `error`, found by evaluating it.
-        value: when it is ok.
-        code, message, remedy: when it is not.
         guess: a known name near one that is not known.
         column, length: the place in the formula as typed, counted from 0; -1 when it has none.
         others: what else is wrong with it.

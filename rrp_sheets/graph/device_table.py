@@ -219,11 +219,7 @@ def _use(cell: Address, device: str) -> Fix:
 def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = ()) -> tuple[Value, str]:
     """Return the value of a setting's text and, if it is not understood, what is expected (else an empty text).
 
-    Args:
-        setting: as the catalogue has it.
-        text: what the cell says.
-        robot: whose joints, postures, gestures and zones it may name.
-        mine: names of the workbook's own that it may be: behaviours, gestures.
+    `mine` are names of the workbook's own that it may be: behaviours, gestures.
     """
     if setting.kind == "number":
         return _number(setting, text)

@@ -31,7 +31,6 @@ class Stream:
             `sheetkey!#row` for anonymous ones.
         name: as first spelt; empty for anonymous streams.
         address: the cell where it is first named (for a device that of its Devices row, if any).
-        device: of a sensor or actuator stream.
         settings: the device's settings by key, presets and defaults filled in.
         active: False when only switched-off rows feed it.
         done_of: of a done stream (`Say done`), the id of the actuator stream. It is not an edge from that stream, so
@@ -56,7 +55,6 @@ class Step:
         ref: the row as shown, `Tracking!4`.
         inputs: stream ids, in order (a blank input cell is resolved to the row above).
         output: a stream id; for `subscribe` that of the actuator stream; an anonymous stream's for a blank cell.
-        period_us: of connectors that take a period.
         active: the row is on and all its inputs are fed (of `once` and `timeout`: the first; of a merge: any).
         rank: the place in the topological order of the behaviour; ties by row number.
     """

@@ -69,15 +69,7 @@ class _Wanted:
 def judge(
     case: Case, events: Sequence[Event], faults: Sequence[Fault], frames: Frames, names: Mapping[str, str]
 ) -> tuple[RowResult, ...]:
-    """A result for every row that expects, in the order of the sheet.
-
-    Args:
-        case: the test.
-        events: what came, in order.
-        faults: formulas that failed.
-        frames: of the run.
-        names: of the rows' streams, as shown, by id.
-    """
+    """A result for every row that expects, in the order of the sheet."""
     lanes: dict[str, _Lane] = {}
     for event in events:
         lane = lanes.setdefault(event.stream, _Lane([], [], {}))
@@ -293,10 +285,7 @@ def make_holds(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
 def equal(value: Value, wanted: Value, *, exact: bool = False) -> bool:
     """Return whether two values are equal as in formulas (capitals do not matter), numbers to 1e-9 relative.
 
-    Args:
-        value: that came.
-        wanted: that was expected.
-        exact: whether spaces at the ends of a text count.
+    With `exact`, spaces at the ends of a text count.
 
     >>> equal(0.1 + 0.2, 0.3), equal("hello ", "Hello"), equal("1", 1), equal([1.0, "a"], (1, "A"))
     (True, True, False, True)

@@ -50,9 +50,7 @@ class TestReport:
 def run_tests(checked: Checked, stopped: Callable[[], bool] = lambda: False) -> TestReport:
     """Run every test sheet of a workbook in virtual time, each from a fresh start.
 
-    Args:
-        checked: it must have no errors.
-        stopped: asked after every frame.
+    `stopped` is asked after every frame.
 
     Raises:
         SheetsError: when the workbook has errors.
@@ -229,8 +227,7 @@ class Partly:
 def in_order(reading: Reading) -> Partly:
     """The part of a workbook that has no errors.
 
-    Args:
-        reading: the workbook, and what reading it has found, to which the check's findings are added.
+    The findings of the whole workbook's check are added to those of reading it.
     """
     book = reading.workbook
     checked = check_workbook(book, reading.report, lints=False)

@@ -19,7 +19,6 @@ from rrp_sheets.checks.dataflow import Route
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
 from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.graph import Step
-from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 
 MOST_PAIRS = 5_000
@@ -49,7 +48,7 @@ def lint_conflicts(material: Material) -> None:
     """Report, at each row, the first row before it with which it conflicts."""
     drivers: list[_Driver] = []
     left = MOST_PAIRS
-    told: set[tuple[str, str, str]] = set()
+    told: set[tuple[str, ...]] = set()
     for driver in _drivers(material):
         spoken = False
         for other in drivers:
@@ -68,12 +67,11 @@ def lint_conflicts(material: Material) -> None:
         drivers.append(driver)
 
 
-def _first(told: set[tuple[str, str, str]], one: _Driver, other: _Driver, resource: str) -> bool:
+def _first(told: set[tuple[str, ...]], one: _Driver, other: _Driver, resource: str) -> bool:
     """Record a finding about a resource of two behaviours, and return whether it is the first: one is enough."""
     pair = (*sorted((one.behaviour, other.behaviour)), resource)
-    found = (pair[0], pair[1], pair[2])
-    fresh = found not in told
-    told.add(found)
+    fresh = pair not in told
+    told.add(pair)
     return fresh
 
 
@@ -94,9 +92,8 @@ def _drivers(material: Material) -> Iterator[_Driver]:
             fact = material.fact(step.ref)
             uses = _uses(step, fact, material)
             if uses and fact.known.kind != BLANK:  # blank alone starts nothing
-                yield _Driver(
-                    step, behaviour.key, uses, fact, material.routes.of.get(step.ref), _joints(step, material)
-                )
+                joints = frozenset(material.joints(material.graph.streams[step.output]))
+                yield _Driver(step, behaviour.key, uses, fact, material.routes.of.get(step.ref), joints)
 
 
 def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
@@ -113,13 +110,6 @@ def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
         named = [kind.resources_for({"name": c}) for c in choices if isinstance(c, str) and c]
         return frozenset().union(*named) if named else uses
     return uses
-
-
-def _joints(step: Step, material: Material) -> frozenset[str]:
-    """Return the joints that a row moves, where its actuator has the setting Joint."""
-    named = key(str(material.graph.streams[step.output].settings.get("joint") or ""))
-    robot = material.robot
-    return frozenset((robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ()))
 
 
 def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material) -> str:

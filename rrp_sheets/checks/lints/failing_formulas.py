@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 
+from rrp_sheets.checks.dataflow import SAME_VALUE
 from rrp_sheets.checks.examples import alike
 from rrp_sheets.checks.facts import LIST, RECORD, TEXT
 from rrp_sheets.checks.lints.material import Material, row_of
@@ -17,7 +18,7 @@ from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.texts import N_
 
 _NO_CONDITION = {TEXT: N_("a text"), LIST: N_("a list"), RECORD: N_("a whole record")}
-_SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout", "forgetAfter", "merge"})
+_KEEPING_KIND = SAME_VALUE | {"forgetAfter", "merge"}
 MOST_STREAMS = 100  # that are followed from one merge
 _ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
 
@@ -105,7 +106,7 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
             fails = [_fails(formula, reader, stream, v, material) for v in values]
             if any(fails) and not all(fails):
                 return N_(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
-        if reader.connector.name in _SAME_VALUE and (reader.inputs[0] == stream or reader.connector.any_input):
+        if reader.connector.name in _KEEPING_KIND and (reader.inputs[0] == stream or reader.connector.any_input):
             if reader.output in seen or len(seen) >= MOST_STREAMS:
                 continue
             found = _use(reader.output, values, material, merge, seen)

@@ -31,7 +31,6 @@ class InputSpec:
     Attributes:
         kinds: of values that it accepts; blank is always accepted (it stops the actuator).
         wrong: returns the problem with a value of these kinds, in words, or an empty text.
-        remedy: what to send instead.
         needs: the fields that a record must have.
         lacks: describes a record without them, in words.
     """
@@ -171,7 +170,7 @@ def _duration(value: Value, stream: Stream, material: Material) -> str:
 
 
 def _angles(value: Value, stream: Stream, material: Material) -> str:
-    count = len(_joints(stream, material.robot))
+    count = len(material.joints(stream))
     values = list(value) if isinstance(value, (list, tuple)) else [value]
     if len(values) != count:
         return (
@@ -180,11 +179,6 @@ def _angles(value: Value, stream: Stream, material: Material) -> str:
             else N_("one angle for {count} joints", count=count)
         )
     return "" if all(is_number(v) for v in values) else N_("{value}, which are not all numbers", value=show(value))
-
-
-def _joints(stream: Stream, robot: Robot) -> tuple[str, ...]:
-    named = key(str(stream.settings.get("joint")))
-    return (robot.joints[named].name,) if named in robot.joints else robot.groups.get(named, ())
 
 
 _ANGLE = N_("Send an angle in rad, or a list with one for each joint.")
@@ -223,7 +217,7 @@ def _taker(kind: DeviceType, stream: Stream) -> InputSpec | None:
 def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
     assert stream.device is not None
     address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
-    for what, known, low, high, unit in _limited(stream, fact, material.robot):
+    for what, known, low, high, unit in _limited(stream, fact, material):
         value = _beyond(known, low, high)
         if value is not None:
             end = low if value < low else high  # shown with so many digits that the two look different
@@ -235,24 +229,24 @@ def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
             return
 
 
-def _limited(stream: Stream, fact: Fact, robot: Robot) -> list[tuple[str, list[float], float, float, str]]:
+def _limited(stream: Stream, fact: Fact, material: Material) -> list[tuple[str, list[float], float, float, str]]:
     """Return what has limits: its name, the values that it will surely be given, the limits and their unit."""
     assert stream.device is not None
     if stream.device.type.name == "EyeBrightness":
         return [(N_("the eyes"), _sure_values(fact), 0.0, 1.0, "")]
     if stream.device.type.name != "SetJointPosition":
         return []
-    names = _joints(stream, robot)
+    names = material.joints(stream)
     lists = _lists(fact)
     found = []
     for place, name in enumerate(names):
-        joint = robot.joints[key(name)]
+        joint = material.robot.joints[key(name)]
         values = (
             _sure_values(fact) if len(names) == 1 and not lists else [v[place] for v in lists if len(v) == len(names)]
         )
         found.append((name, [v for v in values if is_number(v)], joint.lower, joint.upper, joint.unit))
     if {"HeadYaw", "HeadPitch"} <= set(names):
-        found += _pitches(names, lists, robot)
+        found += _pitches(names, lists, material.robot)
     return found
 
 

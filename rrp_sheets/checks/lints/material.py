@@ -9,7 +9,7 @@ from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.graph import BehaviourGraph, Graph, Step
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.robots import Robot
@@ -50,6 +50,11 @@ class Material:
     def fact(self, stream: str) -> Fact:
         """Return what is known about a stream or, by its ref, about what a subscribe row sends."""
         return self.compiled.facts.get(stream, Fact())
+
+    def joints(self, stream: Stream) -> tuple[str, ...]:
+        """Return the joints that an actuator with the setting Joint moves."""
+        named = key(str(stream.settings.get("joint")))
+        return (self.robot.joints[named].name,) if named in self.robot.joints else self.robot.groups.get(named, ())
 
     def name(self, stream: str) -> str:
         """Return a stream's name or, for one without a name, the row that gives it."""

@@ -31,7 +31,6 @@ class Function:
         call: the Python function; it raises FormulaProblem for values that it cannot take.
         least, most: how many arguments it takes.
         usage: `CLAMP(number; low; high)`.
-        help: its docstring.
         make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
         charges: whether it takes a keyword `charge`, to be told steps of work beyond the length of its arguments.
     """
