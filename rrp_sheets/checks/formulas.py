@@ -102,7 +102,8 @@ class _Compiler:
     def add(self, step: Step) -> None:
         """Compile a row's formula, and work out the fact about its output."""
         formula = None
-        if step.row.on and step.row.formula and _takes_formula(step) and len(set(step.inputs)) == len(step.inputs):
+        takes = step.connector.parameter in (Parameter.FORMULA, Parameter.OPTIONAL_FORMULA)
+        if step.row.on and step.row.formula and takes and len(set(step.inputs)) == len(step.inputs):
             formula = self._compile(step)
             if formula is not None:
                 self.formulas[step.ref] = formula
@@ -188,10 +189,6 @@ def own_sheets(workbook: Workbook) -> list[str]:
     ours = {"devices", "helpers", "scene", "gestures", "protocol"}
     ours |= {key(b.name) for b in workbook.behaviours} | {key(t.name) for t in workbook.tests}
     return [name for name in workbook.sheets if key(name) not in ours]
-
-
-def _takes_formula(step: Step) -> bool:
-    return step.connector.parameter in (Parameter.FORMULA, Parameter.OPTIONAL_FORMULA)
 
 
 def helper_alone(cell: Cell, scope: Scope, count: int) -> str:

@@ -158,7 +158,10 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
     if now.text in ("*", "**") and (before is None or before.text in ("(", "[", ",", ";")):
         raise refused(now, N_("A star"), N_("Write the list itself: MAX(balls)."))
     if now.text == "{":
-        raise _braces(tokens, i)
+        if any(t.kind == "sign" and t.text == ":" for t in tokens[i:]):  # braces are lists to a spreadsheet
+            remedy = N_("Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP.")
+            raise refused(now, N_("A dictionary"), remedy)
+        raise refused(now, "{ }", _SIGNS["{"])
     if now.text == "$":
         raise cell_reference(now.start, now.text + "".join(t.text for t in tokens[i + 1 : i + 4] if t.kind != "end"))
     if now.text in _SIGNS:
@@ -174,14 +177,6 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
     if before is not None and before.text in ("=", "==") and now.text in ("=", "=="):
         raise syntax(now, N_("two signs = stand apart"), N_("Write x = 3 or x == 3."))
     raise syntax(now, N_("a value is missing before “{near}”", near=_near(now)), N_("Write what belongs there."))
-
-
-def _braces(tokens: list[Token], i: int) -> FormulaProblem:
-    """Return the problem of braces, which are lists to a spreadsheet, and sets or dictionaries to Python."""
-    inner = [t.text for t in tokens[i:] if t.kind == "sign"]
-    if ":" in inner:
-        return refused(tokens[i], N_("A dictionary"), N_("Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP."))
-    return refused(tokens[i], "{ }", _SIGNS["{"])
 
 
 def keyword(tokens: list[Token], i: int) -> NoReturn:

@@ -66,9 +66,7 @@ class _Wanted:
     lane: _Lane
 
 
-def judge(
-    case: Case, events: Sequence[Event], faults: Sequence[Fault], frames: Frames, names: Mapping[str, str]
-) -> tuple[RowResult, ...]:
+def judge(case: Case, events: Sequence[Event], faults: Sequence[Fault], frames: Frames) -> tuple[RowResult, ...]:
     """A result for every row that expects, in the order of the sheet."""
     lanes: dict[str, _Lane] = {}
     for event in events:
@@ -84,12 +82,12 @@ def judge(
             window = lane.between(frame - TOLERANCE, frame + TOLERANCE)
             wanted[place] = _Wanted(row, make_holds(row.expectation, interpreter), window, lane)
     found = _share_out(wanted)
-    results = {place: _judged(mine, found.get(place), faults, frames, names) for place, mine in wanted.items()}
+    results = {place: _judged(mine, found.get(place), faults, frames) for place, mine in wanted.items()}
     _excuse(wanted, found)
     first = since(case, frames)
     for place, row in enumerate(case.rows):
         if row.expectation and place not in wanted:
-            results[place] = _nothing(row, first[place], lanes.get(row.stream), frames, names)
+            results[place] = _nothing(row, first[place], lanes.get(row.stream), frames)
     return tuple(results[place] for place in sorted(results))
 
 
@@ -140,9 +138,7 @@ def _take(place: int, wanted: Mapping[int, _Wanted], asked: set[int], tries: lis
 # ---- words
 
 
-def _judged(
-    mine: _Wanted, event: Event | None, faults: Sequence[Fault], frames: Frames, names: Mapping[str, str]
-) -> RowResult:
+def _judged(mine: _Wanted, event: Event | None, faults: Sequence[Fault], frames: Frames) -> RowResult:
     row, lane = mine.row, mine.lane
     if event is not None:
         return RowResult(row, True, event)
@@ -150,7 +146,7 @@ def _judged(
     hints: list[str] = []
     if near:
         reasons = [mine.holds(e.value) for e in near]
-        got = listed([came(e, names) for e in near[:3]], ", then")
+        got = listed([came(e) for e in near[:3]], ", then")
         if len(near) > 3:
             got = N_("{shown} and {n} more", shown=got, n=len(mine.window) - 3)
         hints += [r for r in dict.fromkeys(reasons) if r not in ("", "different")][:2]
@@ -190,7 +186,7 @@ def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
                 mine.lane.take(instead, place)
 
 
-def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames, names: Mapping[str, str]) -> RowResult:
+def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames) -> RowResult:
     """Judge a row that expects nothing: since the row before, only events that other rows expect may have come."""
     if lane is None:
         return RowResult(row, True)
@@ -201,7 +197,7 @@ def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames,
     if not late:
         return RowResult(row, True)
     events = [lane.events[i] for i in late]
-    got = came(events[0], names)
+    got = came(events[0])
     if len(events) > 1:
         got = N_("{shown} and {n} more", shown=got, n=len(events) - 1)
     return RowResult(row, False, events[0], got)
@@ -228,7 +224,7 @@ def since(case: Case, frames: Frames) -> list[int]:
     return found
 
 
-def came(event: Event, names: Mapping[str, str]) -> str:
+def came(event: Event) -> str:
     """`“Hello” at 2 s from Talk!4`."""
     value, ms = show(event.value, 90), seconds(event.us)
     return N_("{value} at {ms} from {row}" if event.row else "{value} at {ms}", value=value, ms=ms, row=event.row)

@@ -12,7 +12,6 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.engine.value_injector import Sender, ended_now, sensed_now
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind
@@ -75,9 +74,8 @@ def run_case(plan: Plan, case: Case, stopped: Callable[[], bool] = lambda: False
     began = time.perf_counter()
     player = Player(plan, case, plan.checked.run.seed)
     player.play(stopped)
-    names = {s.id: stream_label(s) for s in plan.checked.graph.streams.values()}
-    rows = judge(case, player.events, player.faults, player.frames, names)
-    rows = tuple(_explained(r, player) for r in rows)
+    judged = judge(case, player.events, player.faults, player.frames)
+    rows = tuple(_explained(r, player) for r in judged)
     took = time.perf_counter() - began
     return CaseResult(case, rows, tuple(player.events), tuple(player.faults), player.ended_us, took, player.broken)
 
