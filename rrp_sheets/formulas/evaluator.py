@@ -15,7 +15,7 @@ from typing import Any
 
 from asteval import Interpreter
 
-from rrp_sheets.formulas.functions.define import bounded, listing, shown, truth, weighed
+from rrp_sheets.formulas.functions.define import bounded, listing, shown, too_many, truth, weighed
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.functions.table_functions import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
@@ -249,7 +249,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         if level == len(comprehension.generators):
             found.append(self.run(comprehension.elt))
             if len(found) > LONGEST_LIST:
-                raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
+                raise too_many()
             return
         loop = comprehension.generators[level]
         for member in listing(self.run(loop.iter)):

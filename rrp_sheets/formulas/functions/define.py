@@ -133,6 +133,11 @@ def flat(values: tuple[Value, ...]) -> list[Value]:
     return [v for v in found if v is not None]
 
 
+def too_many() -> FormulaProblem:
+    """The problem that a list becomes too long."""
+    return FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
+
+
 def too_long() -> FormulaProblem:
     """The problem that a text becomes too long."""
     return FormulaProblem("FORM105", reason=N_("texts have at most {most} characters", most=LONGEST_TEXT))
@@ -195,5 +200,5 @@ def bounded(value: Value) -> Value:
     if kind is str and len(value) > LONGEST_TEXT:
         raise too_long()
     if (kind is list or kind is tuple) and len(value) > LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
+        raise too_many()
     return value

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rrp_sheets.formulas.functions.define import bounded, define, flat, listing, number, whole
+from rrp_sheets.formulas.functions.define import bounded, define, flat, listing, number, too_many, whole
 from rrp_sheets.formulas.limits import LONGEST_LIST, Charge, free, letters
 from rrp_sheets.formulas.operations import same
 from rrp_sheets.formulas.problems import FormulaProblem, wrong_kind
@@ -21,7 +21,7 @@ def range_(first: Value, end: Value = None, step: Value = 1) -> list[int]:
         raise FormulaProblem("FORM107", what=N_("A step of 0 never ends"))
     numbers = range(start, stop, whole(step))
     if not -LONGEST_LIST <= (stop - start) // whole(step) <= LONGEST_LIST or len(numbers) > LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
+        raise too_many()
     return list(numbers)
 
 
@@ -32,7 +32,7 @@ def sequence(count: Value, start: Value = 1, step: Value = 1) -> list[int | floa
     ([1, 2, 3], [0, 0.5, 1.0])
     """
     if not 0 <= whole(count) <= LONGEST_LIST:
-        raise FormulaProblem("FORM105", reason=N_("lists have at most {most} places", most=LONGEST_LIST))
+        raise too_many()
     first, by = number(start), number(step)
     return [bounded(first + i * by) if i else first for i in range(whole(count))]
 
