@@ -16,6 +16,7 @@ from rrp_sheets.checks.facts import ANY, NUMBER, UNKNOWN, AbstractValue, Fact, e
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import Formula, HelperDef, Table
 from rrp_sheets.formulas.nodes import Pick
+from rrp_sheets.formulas.operations import same
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.values import Value
 
@@ -420,7 +421,7 @@ def _possible(thing: _Thing, given: Sequence[AbstractValue]) -> bool:
         return False
     first = thing.equal[0] if thing.equal else None
     if thing.equal:
-        if any(not _same(first, e) for e in thing.equal) or any(_same(first, u) for u in thing.unequal):
+        if any(not same(first, e) for e in thing.equal) or any(same(first, u) for u in thing.unequal):
             return False
         if not _fits(thing, first):
             return False
@@ -455,14 +456,6 @@ def _allows(known: AbstractValue, thing: _Thing) -> bool:
 
 
 def _suits(value: Value, thing: _Thing) -> bool:
-    if any(not _same(value, e) for e in thing.equal) or any(_same(value, u) for u in thing.unequal):
+    if any(not same(value, e) for e in thing.equal) or any(same(value, u) for u in thing.unequal):
         return False
     return _fits(thing, value)
-
-
-def _same(a: Value, b: Value) -> bool:
-    if isinstance(a, str) and isinstance(b, str):
-        return a.casefold() == b.casefold()
-    if isinstance(a, str) or isinstance(b, str) or a is None or b is None:
-        return a is b
-    return bool(a == b)

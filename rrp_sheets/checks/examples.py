@@ -22,7 +22,6 @@ from rrp_sheets.checks.facts import (
     either,
     exactly,
     fastest,
-    kind_of_value,
     not_blank,
     slower,
 )
@@ -32,6 +31,7 @@ from rrp_sheets.connectors.timestamp import TIMED
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.limits import STEPS
+from rrp_sheets.formulas.problems import kind_of_value
 from rrp_sheets.graph import Graph, Step
 from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
 
@@ -184,10 +184,9 @@ def _refuses_blank(examples: Examples, formula: Formula, facts: Sequence[Fact]) 
 def _with_example(fact: Fact, value: Value) -> Fact:
     """Return the fact with an example, from which the type of an otherwise unknown record is taken."""
     known = fact.known
-    kind = kind_of_value(value)
     if known.kind == RECORD and known.record is None and isinstance(value, Record):
         known = replace(known, record=value.type)
-    return Fact(known, True, value, fact.sure, kind == ANY, (), fact.rate)
+    return Fact(known, True, value, fact.sure, kind_of_value(value) == ANY, (), fact.rate)
 
 
 def _merged(facts: Sequence[Fact]) -> Fact:

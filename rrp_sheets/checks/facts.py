@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from rrp_sheets.formulas.problems import kind_of_value
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
@@ -74,34 +75,17 @@ def of_field(f: Field) -> AbstractValue:
     return AbstractValue(f.kind, unit=f.unit) if f.kind in (TEXT, TRUTH) else UNKNOWN
 
 
-def kind_of_value(value: Value) -> str:
-    """Name the kind as findings do, such as `number` or `blank`.
-
-    >>> kind_of_value(2), kind_of_value(True), kind_of_value(None)
-    ('number', 'truth', 'blank')
-    """
-    if value is None:
-        return BLANK
-    if isinstance(value, bool):
-        return TRUTH
-    if isinstance(value, (int, float)):
-        return NUMBER
-    if isinstance(value, str):
-        return TEXT
-    return RECORD if isinstance(value, Record) else LIST if isinstance(value, (list, tuple)) else ANY
-
-
 def exactly(value: Value) -> AbstractValue:
     """Return the abstract value of a single known value.
 
     >>> exactly(3).low, exactly("red").choices
     (3.0, ('red',))
     """
-    kind = kind_of_value(value)
-    if kind == NUMBER:
-        return AbstractValue(kind, low=float(value), high=float(value), choices=(value,))
+    known = kind_of_value(value)
+    if known == NUMBER:
+        return AbstractValue(known, low=float(value), high=float(value), choices=(value,))
     record = value.type if isinstance(value, Record) else None
-    return AbstractValue(kind, record, choices=(value,), blank=value is None)
+    return AbstractValue(known, record, choices=(value,), blank=value is None)
 
 
 def number_within(low: float, high: float, unit: str = "") -> AbstractValue:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas.tables import Table
-from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.texts import N_
 
 
@@ -54,25 +54,39 @@ class FormulaProblem(Exception):
         return Failure(self.code, self.message, self.column if self.column >= 0 else column)
 
 
+KINDS = {
+    "blank": N_("blank"), "truth": N_("TRUE or FALSE"), "number": N_("a number"), "text": N_("a text"),
+    "list": N_("a list"), "table": N_("a whole table"), "record": N_("a whole record"),
+}  # fmt: skip
+"""The user's words for the kinds of values."""
+
+
+def kind_of_value(value: Value) -> str:
+    """Return the kind of a value, a key of `KINDS`, or `any` when it is of none.
+
+    >>> kind_of_value(2), kind_of_value(True), kind_of_value(None)
+    ('number', 'truth', 'blank')
+    """
+    if value is None:
+        return "blank"
+    if isinstance(value, bool):
+        return "truth"
+    if isinstance(value, (int, float)):
+        return "number"
+    if isinstance(value, str):
+        return "text"
+    if isinstance(value, (list, tuple)):
+        return "list"
+    return "record" if isinstance(value, Record) else "table" if isinstance(value, Table) else "any"
+
+
 def kind_of(value: Value) -> str:
     """Return the kind of a value in the user's words.
 
     >>> kind_of("hi"), kind_of(2), kind_of(None), kind_of([])
     ('a text', 'a number', 'blank', 'a list')
     """
-    if value is None:
-        return N_("blank")
-    if isinstance(value, bool):
-        return N_("TRUE or FALSE")
-    if isinstance(value, (int, float)):
-        return N_("a number")
-    if isinstance(value, str):
-        return N_("a text")
-    if isinstance(value, (list, tuple)):
-        return N_("a list")
-    if isinstance(value, Table):
-        return N_("a whole table")
-    return N_("a whole record")
+    return KINDS.get(kind_of_value(value), KINDS["record"])
 
 
 def wrong_kind(needed: str, value: Value) -> FormulaProblem:

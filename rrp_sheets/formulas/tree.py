@@ -19,7 +19,7 @@ from rrp_sheets.formulas.hints import AMBIGUOUS, cell, cell_reference, function_
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
 from rrp_sheets.formulas.nodes import Join, Pick
 from rrp_sheets.formulas.parsing import unread
-from rrp_sheets.formulas.problems import FormulaProblem, together
+from rrp_sheets.formulas.problems import KINDS, FormulaProblem, together
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import argument_name, key, nearest
@@ -414,8 +414,7 @@ class _Resolver:
         if record is None:
             found = self.scope.inputs.get(key(owner.id)) if isinstance(owner, ast.Name) else None
             if found is not None and found.kind and key(found.name) not in self.local:
-                kind = {"number": N_("a number"), "text": N_("a text")}.get(found.kind, N_("TRUE or FALSE"))
-                what = N_("{name} is {kind}: it", name=found.name, kind=kind)
+                what = N_("{name} is {kind}: it", name=found.name, kind=KINDS[found.kind])
                 remedy = N_("Write {name} alone.", name=found.name)
                 raise FormulaProblem("FORM021", at.col_offset, len(found.name), what=what, remedy=remedy)
             return

@@ -11,13 +11,13 @@ from rrp_sheets.checks.lints.material import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula
-from rrp_sheets.formulas.problems import kind_of
+from rrp_sheets.formulas.problems import KINDS, kind_of
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.texts import N_
 
-_NO_CONDITION = {TEXT: N_("a text"), LIST: N_("a list"), RECORD: N_("a whole record")}
+_NO_CONDITION = (TEXT, LIST, RECORD)
 _KEEPING_KIND = SAME_VALUE | {"forgetAfter", "merge"}
 MOST_STREAMS = 100  # that are followed from one merge
 _ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
@@ -39,11 +39,10 @@ def _no_condition(step: Step, formula: Formula, material: Material) -> bool:
         return False
     names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
     kind = known_of(formula.tree, names).kind
-    what = _NO_CONDITION.get(kind, "")
-    if what:
+    if kind in _NO_CONDITION:
         example = f'{formula.text.strip()[:40]} = "…"' if kind == TEXT else "distance < 0.5"
-        material.report.add("LINT011", step.row.formula.address, what=what, example=example)
-    return bool(what)
+        material.report.add("LINT011", step.row.formula.address, what=KINDS[kind], example=example)
+    return kind in _NO_CONDITION
 
 
 def _trouble(step: Step, material: Material) -> None:

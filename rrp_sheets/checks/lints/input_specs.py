@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, TRUTH, AbstractValue, Fact, kind_of_value
+from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, AbstractValue, Fact
 from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.formulas.operations import is_number
-from rrp_sheets.formulas.problems import kind_of
+from rrp_sheets.formulas.problems import KINDS, kind_of, kind_of_value
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.graph.device_table import understand
 from rrp_sheets.model.durations import parse_duration
@@ -17,11 +17,6 @@ from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.robots import DeviceType, Robot, Setting
 from rrp_sheets.robots.trajectory import joint_limits
 from rrp_sheets.texts import N_, sentences
-
-_WORDS = {
-    NUMBER: N_("a number"), TEXT: N_("a text"), TRUTH: N_("TRUE or FALSE"), LIST: N_("a list"),
-    RECORD: N_("a whole record"),
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +83,7 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Mater
         found = ((_wrong(c, stream, taker, material), c) for c in known.choices if c is not None)
         return next((f for f in found if f[0]), ("", None))
     if known.kind not in (ANY, *taker.kinds):
-        return _WORDS.get(known.kind, N_("something else")), None
+        return KINDS.get(known.kind, N_("something else")), None
     if known.kind == RECORD and known.record is not None and not taker.needs <= set(known.record.keys):
         return taker.lacks, None
     sure = known.kind == ANY and fact.has_example and fact.sure and not fact.holes
