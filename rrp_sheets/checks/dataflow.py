@@ -185,7 +185,6 @@ class Paths:
         return self._terms.get(stream) or ast.Name(_symbol(stream))
 
     def _follow(self, step: Step) -> None:
-        """Record the expression that a row's output stands for."""
         name, formula = step.connector.name, self._formulas.get(step.ref)
         if name in SAME_VALUE:
             self._terms[step.output] = self._term(step.inputs[0])

@@ -96,7 +96,6 @@ class _Resolver:
         return [self.visit_at(n, depth) for n in nodes]
 
     def refuse(self, node: ast.expr, what: str, remedy: str = _ADVICE, **details: object) -> NoReturn:
-        """Raise FORM003 at a node."""
         raise FormulaProblem("FORM003", node.col_offset, _width(node), what=what, remedy=remedy, **details)
 
     # ---- names

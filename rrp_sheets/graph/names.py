@@ -245,5 +245,4 @@ class Names:
 
 
 def _letters(text: str) -> str:
-    """Return the letters and digits of a text, casefolded."""
     return "".join(filter(str.isalnum, text)).casefold()

@@ -170,7 +170,6 @@ def _expected(row: RowResult) -> str:
 
 
 def _clean(text: str) -> str:
-    """Without the characters that XML cannot hold."""
     return _NO_XML.sub("\ufffd", text)
 
 

@@ -186,7 +186,6 @@ class Player(RunObserver):
         return arrivals
 
     def _value(self, row: CaseRow, now: int) -> Value:
-        """Return the value that a row sends."""
         assert row.sending is not None
         return self._sender.value(row.sending, self._base(row.stream, now), row.name)
 

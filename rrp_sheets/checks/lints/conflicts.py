@@ -140,7 +140,6 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material)
 
 
 def _same_value(one: _Driver, other: _Driver) -> bool:
-    """Return whether two rows can only send the same value."""
     first, second = one.fact.known.choices, other.fact.known.choices
     return first is not None and first == second and len(first) == 1
 

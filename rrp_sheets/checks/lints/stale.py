@@ -76,7 +76,6 @@ def _pace(stream: str, material: Material, paces: dict[str, Pace]) -> Pace:
 
 
 def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
-    """Return the pace of a row's output."""
     name, first = step.connector.name, inputs[0]
     if name == "filter":
         return replace(first, filters=first.filters | {step.ref})
@@ -234,7 +233,6 @@ def _only_sent(step: Step, material: Material) -> bool:
 
 
 def _free(name: str, step: Step, material: Material) -> str:
-    """Return a name that no stream of the workbook has."""
     sheet = key(step.row.output.address.sheet)
     streams: Mapping[str, object] = material.graph.streams
     taken, wanted, n = name, name, 2
