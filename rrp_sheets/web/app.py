@@ -13,6 +13,7 @@ from werkzeug.exceptions import HTTPException
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs.check_worker import CheckWorker
+from rrp_sheets.texts import N_
 from rrp_sheets.web import security, statics
 from rrp_sheets.web.models import MessagePage, RefusedPage, show
 from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink
@@ -41,28 +42,32 @@ BLUEPRINTS = (
     comparison.blueprint, printing.blueprint, help.blueprint,
 )  # fmt: skip
 """Those of the views; with `--lan` that of `login` too."""
-_NEW_LINK = (
+_NEW_LINK = N_(
     "Go to the window where rrp-sheets serve runs and press Enter. Open the new link that it prints. If there is no "
     "such window, restart the server."
 )
+_NOT_NOW = N_("This cannot be done now")
 _REFUSALS = {
-    400: ("This address does not lead here", "The page was asked for under a name that is not this computer’s own.",
-          "Use the address that rrp-sheets serve has printed."),
-    403: ("This browser needs a link first", "Only a browser that was opened with a link can see these workbooks.",
-          _NEW_LINK),
-    405: ("This cannot be done here", "This address does not take what was sent to it.", "Go back."),
+    400: (N_("This address does not lead here"),
+          N_("The page was asked for under a name that is not this computer’s own."),
+          N_("Use the address that rrp-sheets serve has printed.")),
+    403: (N_("This browser needs a link first"),
+          N_("Only a browser that was opened with a link can see these workbooks."), _NEW_LINK),
+    405: (N_("This cannot be done here"), N_("This address does not take what was sent to it."), N_("Go back.")),
 }  # fmt: skip
 _USED = (
-    "This link was already used", "A link opens one browser, and it ends with a restart of the server.",
+    N_("This link was already used"), N_("A link opens one browser, and it ends with a restart of the server."),
     _NEW_LINK,
 )  # fmt: skip
 _MESSAGES = {
-    404: ("There is nothing here", "What was here was renamed, moved or deleted, or the address is mistyped.",
-          "Go to the shelf and open it from there."),
-    413: ("That is too much at once", "The server takes up to 8 MB, and workbooks up to 5 MB. Nothing was changed.",
-          "Make it smaller: pictures in a workbook take most of the room."),
-    500: ("A fault of this program", "The page could not be made, and the fault is not yours. Nothing was changed.",
-          "The terminal where the server runs tells more. Please report it with the last lines there."),
+    404: (N_("There is nothing here"), N_("What was here was renamed, moved or deleted, or the address is mistyped."),
+          N_("Go to the shelf and open it from there.")),
+    413: (N_("That is too much at once"),
+          N_("The server takes up to 8 MB, and workbooks up to 5 MB. Nothing was changed."),
+          N_("Make it smaller: pictures in a workbook take most of the room.")),
+    500: (N_("A fault of this program"),
+          N_("The page could not be made, and the fault is not yours. Nothing was changed."),
+          N_("The terminal where the server runs tells more. Please report it with the last lines there.")),
 }  # fmt: skip
 
 
@@ -101,20 +106,24 @@ def create_app(
 
 
 def _show_refusal(error: SheetsError) -> tuple[str, int]:
-    return show(MessagePage("This cannot be shown", error.message, error.remedy, reload=True)), 422
+    return show(MessagePage(N_("This cannot be shown"), error.message, error.remedy, reload=True)), 422
 
 
 def _show_system_error(error: OSError) -> tuple[str, int]:
     if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EROFS):
-        why = f"The computer where the server runs cannot write: {error.strerror}."
-        room = "Let it be written there" if error.errno == errno.EROFS else "Make room there"
-        return show(MessagePage("This cannot be done now", why, f"{room}, and try it again.", reload=True)), 507
+        why = N_("The computer where the server runs cannot write: {why}.", why=error.strerror)
+        remedy = N_(
+            "Let it be written there, and try it again."
+            if error.errno == errno.EROFS
+            else "Make room there, and try it again."
+        )
+        return show(MessagePage(_NOT_NOW, why, remedy, reload=True)), 507
     path = Path(error.filename) if isinstance(error.filename, str) else None
     if path is None or not path.is_relative_to(services().repository.folder):
         raise error
     # a workbook or a run that another program has replaced or locked meanwhile
-    why = f"“{printable(path.name)}” cannot be used as it is now: {error.strerror}."
-    return show(MessagePage("This cannot be done now", why, "Look at the folder, and try it again.", reload=True)), 422
+    why = N_("“{name}” cannot be used as it is now: {why}.", name=printable(path.name), why=error.strerror)
+    return show(MessagePage(_NOT_NOW, why, N_("Look at the folder, and try it again."), reload=True)), 422
 
 
 def _show_http_error(error: HTTPException) -> tuple[str, int]:

@@ -22,6 +22,7 @@ from rrp_sheets.render.contents import contents
 from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_sheet import BALL_COLOURS
 from rrp_sheets.scene.scene_words import KINDS, verb_names
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.workbook.schema import FIELDS
 
@@ -50,12 +51,12 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
         "sensors": _devices(analysis, firsts, "sensor", StreamKind.SENSOR),
         "actuators": _devices(analysis, firsts, "actuator", StreamKind.ACTUATOR),
         "dones": [
-            {"text": f"{s.name} done", "kind": "done", "help": f"when a command of {s.name} has ended"}
+            {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
             for s in named if s.kind is StreamKind.ACTUATOR
         ],
         "helpers": [_helper(h) for h in analysis.workbook.helpers if h.name],
         "tables": [
-            {"text": argument_name(s), "help": "your table"} for s in analysis.workbook.sheets
+            {"text": argument_name(s), "help": N_("your table")} for s in analysis.workbook.sheets
             if key(s) in analysis.workbook.tables
         ],
         "devices": [
@@ -70,7 +71,7 @@ def _fixed() -> dict[str, Any]:
     functions = {f.name: f for f in library()}
     return {
         "connectors": [
-            {"text": c.name, "help": c.help + (" (advanced)" if c.advanced else "")}
+            {"text": c.name, "help": N_("{help} (advanced)", help=c.help) if c.advanced else c.help}
             for c in dict.fromkeys(connectors())
         ],
         "periods": [key(c.name) for c in dict.fromkeys(connectors()) if c.parameter is Parameter.PERIOD],
@@ -97,7 +98,7 @@ def _fixed() -> dict[str, Any]:
 def _helper(helper: Helper) -> Word:
     name = argument_name(helper.name.text)
     usage = f"{name}({', '.join(i.text for i in helper.inputs)})" if helper.inputs else name
-    text = f"your helper: {helper.formula.text[:60]}"
+    text = N_("your helper: {formula}", formula=helper.formula.text[:60])
     return {"text": name, "name": helper.name.text, "help": text, "label": usage}
 
 
@@ -111,7 +112,7 @@ def _argument(stream: Stream, analysis: Analysis) -> Word:
 
 def _example(stream: Stream, analysis: Analysis) -> str:
     example = analysis.stream_examples.get(stream.id, "")
-    return f"for example {example}" if example else ""
+    return N_("for example {example}", example=example) if example else ""
 
 
 def _record(record: RecordType) -> dict[str, Any]:
@@ -132,7 +133,7 @@ def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str, wanted: S
             {
                 "text": n,
                 "kind": wanted.value,
-                "help": f"of your Devices: {declared[key(n)]}",
+                "help": N_("of your Devices: {device}", device=declared[key(n)]),
                 "device": declared[key(n)],
             }
             for n in mine
@@ -166,15 +167,16 @@ def _thing(found: FoundDevice) -> tuple[str, frozenset[tuple[str, Value]]]:
 def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
     first, found = firsts.get(key(name), name), robot.find(name)
     if key(first) != key(name):
-        return f"the same as {first}"
+        return N_("the same as {name}", name=first)
     return found.type.help if found else ""
 
 
 CellWord = dict[str, str]
 _EXPECTS = (
-    ("any", "any value"), ("nothing", "no value since the row before"),
-    ("nothing or blank", "no value but blanks, which stop an actuator"), ("≈0.5", "about this number, as it rounds"),
-    (">0.5", "a condition; also <, <>, AND(value > 1; value < 2)"), ("blank", "a blank"),
+    ("any", N_("any value")), ("nothing", N_("no value since the row before")),
+    ("nothing or blank", N_("no value but blanks, which stop an actuator")),
+    ("≈0.5", N_("about this number, as it rounds")),
+    (">0.5", N_("a condition; also <, <>, AND(value > 1; value < 2)")), ("blank", N_("a blank")),
 )  # fmt: skip
 
 
@@ -234,11 +236,12 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[CellWor
 def _about(joint: Joint) -> CellWord:
     """Describe the limits of a joint's angle, for a Gestures sheet."""
     if not joint.unit:
-        limits = f"{joint.lower:g} (closed) to {joint.upper:g} (open)"
+        limits = N_("{low:g} (closed) to {high:g} (open).", low=joint.lower, high=joint.upper)
     else:
         low, high = (f"{a:.2f} ({math.degrees(a):.0f}°)" for a in (joint.lower, joint.upper))
-        limits = f"{low} to {high} rad; 30° is fine"
-    return {"name": joint.name, "help": f"{limits}. Blank: it is on its way to the next keyframe that has it."}
+        limits = N_("{low} to {high} rad; 30° is fine.", low=low, high=high)
+    blank = N_("Blank: it is on its way to the next keyframe that has it.")
+    return {"name": joint.name, "help": sentences(limits, blank)}
 
 
 def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
@@ -282,7 +285,8 @@ def in_browser(text: str) -> str:
     >>> in_browser("Make room, or name another folder with --out.")
     'Make room.'
     """
-    return _HELP.sub(r"Help (F1): \1", of_help(text))
+    text = of_help(text)
+    return _HELP.sub(r"Help (F1): \1", text) if _HELP.search(text) else text
 
 
 def of_help(text: str) -> str:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from datetime import date, datetime
+from functools import reduce
 from typing import ClassVar, Protocol
 
 from flask import render_template
@@ -12,11 +14,18 @@ from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.sentences import BehaviourText
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook.schema import Column
 
 MOST_ROWS = 2000  # that are described in words
 _CODE = re.compile(r"(`+)(.+?)\1(?!`)")
+_COUNTED = {
+    "error": (N_("{n:,} error"), N_("{n:,} errors")), "warning": (N_("{n:,} warning"), N_("{n:,} warnings")),
+    "behaviour": (N_("{n:,} behaviour"), N_("{n:,} behaviours")), "row": (N_("{n:,} row"), N_("{n:,} rows")),
+    "run": (N_("{n:,} run"), N_("{n:,} runs")),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +114,11 @@ def show(page: PageData) -> str:
     return render_template(page.template, page=page)
 
 
+def said(error: SheetsError) -> str:
+    """Return what an error says is wrong, and what to do about it."""
+    return sentences(error.message, error.remedy)
+
+
 def script_json(data: object) -> Markup:
     """Format data for a script element of a page."""
     return htmlsafe_json_dumps(data, ensure_ascii=False)
@@ -135,7 +149,7 @@ def counts(findings: Iterable[Diagnostic]) -> tuple[KindText, ...]:
     found = [d.severity.value for d in findings]
     total = {kind: found.count(kind) for kind in ("error", "warning")}
     return tuple(KindText(kind, plural(n, kind)) for kind, n in total.items() if n) or (
-        KindText("none", "no problems"),
+        KindText("none", N_("no problems")),
     )
 
 
@@ -145,4 +159,43 @@ def plural(count: int, word: str) -> str:
     >>> plural(1, "row"), plural(1200, "row")
     ('1 row', '1,200 rows')
     """
-    return f"{count:,} {word}{'' if count == 1 else 's'}"
+    return N_(_COUNTED[word][count != 1], n=count)
+
+
+def both(names: Sequence[str]) -> str:
+    """Return names with “and” between them.
+
+    >>> both(["Anna", "Ben", "Cleo"])
+    'Anna and Ben and Cleo'
+    """
+    return reduce(lambda before, after: N_("{before} and {after}", before=before, after=after), names)
+
+
+_MONTHS = (
+    N_("January"), N_("February"), N_("March"), N_("April"), N_("May"), N_("June"), N_("July"), N_("August"),
+    N_("September"), N_("October"), N_("November"), N_("December"),
+)  # fmt: skip
+
+
+def date_in_words(day: date) -> str:
+    """Format a date.
+
+    >>> date_in_words(date(2026, 11, 2))
+    '2 November 2026'
+    """
+    return N_("{day} {month} {year}", day=day.day, month=_MONTHS[day.month - 1], year=day.year)
+
+
+def date_and_time(moment: datetime, *, year: bool = True) -> str:
+    """Format a moment, with its year or without.
+
+    >>> date_and_time(datetime(2026, 11, 2, 9, 5))
+    '2 November 2026, 09:05'
+    """
+    return N_(
+        "{day} {month} {year}, {time}" if year else "{day} {month}, {time}",
+        day=moment.day,
+        month=_MONTHS[moment.month - 1],
+        year=moment.year,
+        time=f"{moment:%H:%M}",
+    )

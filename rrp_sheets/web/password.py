@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 
 SHORTEST = 8
 LONGEST = 200
@@ -36,8 +37,12 @@ class Password:
     def __init__(self, text: str) -> None:
         if not SHORTEST <= len(_same_letters(text)) <= LONGEST:
             raise SheetsError(
-                f"The password must have at least {SHORTEST} characters and at most {LONGEST}.",
-                "Take a few words, or leave it empty: then one is made for you.",
+                N_(
+                    "The password must have at least {least} characters and at most {most}.",
+                    least=SHORTEST,
+                    most=LONGEST,
+                ),
+                N_("Take a few words, or leave it empty: then one is made for you."),
             )
         self._salt = secrets.token_bytes(16)
         self._hash = self._hashed(text)

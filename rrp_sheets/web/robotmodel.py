@@ -15,6 +15,7 @@ from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.scene.scene_words import BALL_SIZE
 from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
 from rrp_sheets.sim.face_traits import BACK, FRONT, HAIR, HEAD, NOSE, PEOPLE, RINGS, outline
+from rrp_sheets.texts import N_
 
 _GREY = (0.6, 0.6, 0.6)
 _THUMBS = {"LThumbJoint": "LHand", "RThumbJoint": "RHand"}  # as the simulator does: the hand's motor moves both
@@ -42,7 +43,8 @@ def robot_model(robot: Robot) -> dict[str, Any]:
         meshes = {name: _mesh(robot.folder / f"{name}.obj") for name in sorted(used)}
     except (OSError, ET.ParseError, ValueError) as error:
         raise SheetsError(
-            f"The robot’s model {path.name} cannot be read: {error}", "Install the program again."
+            N_("The robot’s model {file} cannot be read: {why}", file=path.name, why=str(error)),
+            N_("Install the program again."),
         ) from None
     joints = [_joint(e) for e in root.findall("joint")]
     names = {link["name"] for link in links}

@@ -17,6 +17,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.robots import Robot
+from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
@@ -193,11 +194,11 @@ class RowRenderer:
             if not self.grid.texts.get(row):
                 return ""  # a blank row is neither on nor off
             checked = "" if truth_of(text) is False else " checked"
-            return f'<input type="checkbox" tabindex="-1" aria-label="Row {number} is on"{checked}>'
+            label = escape(N_("Row {row} is on", row=number))
+            return f'<input type="checkbox" tabindex="-1" aria-label="{label}"{checked}>'
         if not text:
-            return (
-                '<span class="hint-word">↓ row below</span>' if kind == "output" and number in self._anonymous else ""
-            )
+            below = kind == "output" and number in self._anonymous
+            return f'<span class="hint-word">{escape(N_("↓ row below"))}</span>' if below else ""
         if kind in ("inputs", "output"):
             return ",<br>".join(self._named(n) for n in _names(text))
         if kind == "connector":
@@ -218,14 +219,15 @@ def _names(text: str) -> list[str]:
 
 
 def _tag(client: str, name: str) -> str:
-    return f'<span class="name-tag" data-client="{escape(client)}">{escape(name)} is editing</span>'
+    return f'<span class="name-tag" data-client="{escape(client)}">{escape(N_("{name} is editing", name=name))}</span>'
 
 
 def _verdict(got: str) -> str:
     """Render the result of a test row, with what came instead if it failed."""
     if not got:
-        return '<span class="verdict holds">✓<span class="only-spoken"> holds</span></span>'
-    return f'<span class="verdict fails">✗<span class="only-spoken"> does not hold;</span> got: {escape(got)}</span>'
+        return f'<span class="verdict holds">✓<span class="only-spoken"> {escape(N_("holds"))}</span></span>'
+    spoken = f'<span class="only-spoken"> {escape(N_("does not hold;"))}</span>'
+    return f'<span class="verdict fails">✗{spoken} {escape(N_("got: {value}", value=got))}</span>'
 
 
 def _mend(number: int, d: Diagnostic) -> str:
@@ -233,7 +235,7 @@ def _mend(number: int, d: Diagnostic) -> str:
     kind = d.severity.value
     fixes = "".join(
         f'<button class="button small" type="button" tabindex="-1" data-fix="{escape(fix.id)}" '
-        f'data-finding="{d.id}" data-title="{escape(fix.title)}">Apply fix: {escape(fix.title)}'
+        f'data-finding="{d.id}" data-title="{escape(fix.title)}">{escape(N_("Apply fix: {title}", title=fix.title))}'
         f"{' <kbd>Ctrl .</kbd>' if i == 0 else ''}</button>"
         for i, fix in enumerate(d.fixes)
     )

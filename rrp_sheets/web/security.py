@@ -24,6 +24,7 @@ from markupsafe import escape
 from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
+from rrp_sheets.texts import N_
 from rrp_sheets.web import connections
 from rrp_sheets.web.password import LoginThrottle, Password
 from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
@@ -244,7 +245,7 @@ def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
             file.write(secret)
         os.replace(half, path)
     except OSError as error:
-        return secret, f"{path.parent} cannot be written ({error.strerror})"
+        return secret, N_("{folder} cannot be written ({why})", folder=str(path.parent), why=error.strerror)
     return secret, ""
 
 

@@ -24,6 +24,7 @@ from waitress.server import create_server
 from rrp_sheets.engine.file_lock import is_locked, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.services.query_worker import MOST_OF_ALL
+from rrp_sheets.texts import N_
 from rrp_sheets.web.collab.workbook_session import MOST_LISTENERS
 from rrp_sheets.web.connections import MOST_CONNECTIONS, Channel, Dispatcher
 
@@ -65,9 +66,10 @@ def bind(hosts: Sequence[str], port: int | None) -> list[socket.socket]:
         except OSError as error:
             if bound:
                 continue
-            why = error.strerror or "the system refuses it"
+            why = error.strerror or N_("the system refuses it")
             raise SheetsError(
-                f"The port {port} cannot be used: {why}.", "Choose another, or leave --port out."
+                N_("The port {port} cannot be used: {why}.", port=port, why=why),
+                N_("Choose another, or leave --port out."),
             ) from error
     return bound
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.check_worker import CheckWorker
+from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis, analyse
 from rrp_sheets.workbook import Reading
 
@@ -67,9 +68,10 @@ class WorkbookRepository:
         try:
             found = [p.name for p in self.folder.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~"]
         except OSError as error:
-            why = error.strerror or "the system refuses it"
+            why = error.strerror or N_("the system refuses it")
             raise SheetsError(
-                f"The folder {self.folder} cannot be read: {why}.", "Start again with another."
+                N_("The folder {folder} cannot be read: {why}.", folder=str(self.folder), why=why),
+                N_("Start again with another."),
             ) from error
         return sorted(found, key=lambda name: (name.casefold(), name))
 
@@ -100,8 +102,10 @@ class WorkbookRepository:
         """Return the path of a file of the folder; raises SheetsError when its name leads out of the folder."""
         path = self.folder / name
         if not self.has(name) or not path.resolve().is_relative_to(self.folder.resolve()):
-            message = f"{printable(name)} is not a file of this folder."
-            raise SheetsError(message, "Put the workbook itself there; links that lead elsewhere are not followed.")
+            raise SheetsError(
+                N_("{name} is not a file of this folder.", name=printable(name)),
+                N_("Put the workbook itself there; links that lead elsewhere are not followed."),
+            )
         return path
 
     def open(self, name: str) -> CheckedWorkbook:
@@ -137,7 +141,8 @@ def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | Sheet
     except UnreadableFile as error:
         return error
     except OSError as error:
-        return SheetsError(f"{printable(name)} has just gone: {error.strerror}.", "Go back and look again.")
+        message = N_("{name} has just gone: {why}.", name=printable(name), why=error.strerror)
+        return SheetsError(message, N_("Go back and look again."))
 
 
 def is_prose(reading: Reading) -> bool:
@@ -152,9 +157,9 @@ def is_prose(reading: Reading) -> bool:
 def refuse_text(repository: WorkbookRepository, name: str) -> None:
     """Raise SheetsError for a file that is prose: it has nothing to edit, run, compare or print."""
     if repository.is_text(name):
-        message = f"“{printable(name)}” is not a workbook but a text for people."
         raise SheetsError(
-            message, "A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."
+            N_("“{name}” is not a workbook but a text for people.", name=printable(name)),
+            N_("A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."),
         )
 
 

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from rrp_sheets.texts import N_
+
 LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
 _KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
 _LASTING = frozenset({"grid", "sheets", "checked", "tested", "reload", "trouble"})  # events that are numbered and kept
@@ -287,7 +289,7 @@ class EventBacklog:
         last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
         oldest = self._kept[0][0] if self._kept else self._count + 1
         if opened != self._opened:
-            return [message("reload", {"why": "The server was restarted."})]
+            return [message("reload", {"why": N_("The server was restarted.")})]
         if not oldest - 1 <= last <= self._count:
             return [message("reload", {})]
         return [text for count, but, text in self._kept if count > last and but != client]

@@ -20,9 +20,11 @@ from rrp_sheets.documents.journal import Answers, Journal, made_for
 from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
+from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.collab.broadcaster import Broadcaster, EventStream, Place, message
 from rrp_sheets.web.completions import vocabulary
+from rrp_sheets.web.models import said
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.testing.results import WorkbookTests
@@ -115,9 +117,9 @@ class WorkbookSession(Broadcaster):
         except Refused as refused:
             clashes = [asdict(c) for c in refused.clashes]
             fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
-            return {"message": str(refused), "clashes": clashes, "rows": fresh}
+            return {"message": said(refused), "clashes": clashes, "rows": fresh}
         except SheetsError as error:  # the file itself: gone, or no workbook any more
-            return {"message": str(error)}
+            return {"message": said(error)}
         if changed is None:
             return {"message": ""}
         self.author = author
@@ -196,7 +198,7 @@ class WorkbookSession(Broadcaster):
             try:
                 analysis = analyse(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
-                self.tell("trouble", {"message": str(error)})
+                self.tell("trouble", {"message": said(error)})
                 with self._lock:
                     self._analysis = replace(self._analysis, checked=True)
                 continue
@@ -301,7 +303,7 @@ class WorkbookSession(Broadcaster):
         try:
             changes = self.document.poll()
         except SheetsError as error:
-            trouble = str(error)
+            trouble = said(error)
             if trouble != self._trouble:  # once, not every second
                 self._trouble = trouble
                 self.tell("trouble", {"message": trouble})
@@ -317,12 +319,12 @@ class WorkbookSession(Broadcaster):
         """Notify all pages of changes by another program: send the rows, or make pages of reshaped sheets reload."""
         anew = dict.fromkeys(one.sheet for one in changes if one.change and one.change.what == "reshaped")
         for sheet in (*anew, *self.document.own) if changes else ():
-            self.tell("reload", {"why": "The file was changed by another program.", "sheet": sheet})
+            self.tell("reload", {"why": N_("The file was changed by another program."), "sheet": sheet})
         for one in changes:
             if one.change is None:
                 self.tell("grid", self._rows(one))
             elif one.sheet not in anew:
-                self.tell("sheets", {**asdict(one.change), "by": "Another program"})
+                self.tell("sheets", {**asdict(one.change), "by": N_("Another program")})
         if changes:
             self.check_soon()
 
@@ -388,7 +390,7 @@ class OpenWorkbooks:
         """
         with self._lock:
             if session not in self._sessions.values():
-                raise SheetsError("This workbook was renamed or moved meanwhile.", "Go to the shelf.")
+                raise SheetsError(N_("This workbook was renamed or moved meanwhile."), N_("Go to the shelf."))
             yield
 
     def renamed(self, before: str, name: str) -> None:
@@ -415,7 +417,7 @@ class OpenWorkbooks:
             if self._journal is None:
                 self._journal = Journal(self.folder)
         except SheetsError as error:
-            return Document(path, None, str(error))
+            return Document(path, None, said(error))
         return Document(path, self._journal)
 
     def sessions(self) -> list[WorkbookSession]:
@@ -446,11 +448,13 @@ class OpenWorkbooks:
             listeners = [one for session in self._sessions.values() for one in session.listeners]
         mine = sum(one.person == person for one in listeners)
         if mine >= (MOST_OF_ONE if person else MOST_HERE):
-            return f"You have {mine} pages open here. Close one; this page then goes on by itself."
+            return N_("You have {n} pages open here. Close one; this page then goes on by itself.", n=mine)
         if len(listeners) >= MOST_LISTENERS:
-            return (
-                f"{len(listeners)} pages are open on this server, {mine} of them yours, and it cannot tell more of "
-                "them what happens. When one is closed, this page goes on by itself."
+            return N_(
+                "{n} pages are open on this server, {mine} of them yours, and it cannot tell more of them what "
+                "happens. When one is closed, this page goes on by itself.",
+                n=len(listeners),
+                mine=mine,
             )
         return ""
 

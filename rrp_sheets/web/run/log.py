@@ -10,6 +10,7 @@ from typing import Any
 from rrp_sheets.model.values import Value
 from rrp_sheets.recording.timeline import Drag, dragged
 from rrp_sheets.runs.commands import QUIET_US, Commands
+from rrp_sheets.texts import N_
 
 KEPT = 400  # lines
 _MOST_NEW = 60  # lines that are told at once; of more the last
@@ -49,13 +50,13 @@ class RunLog:
             self._drag.over()
         self._count += 1
         line = {"i": self._count, "t": us / 1e6, "row": row, "id": self._rows.get(row, ""), "kind": kind,
-                "text": text[:_LONGEST], "by": by, "stream": stream, "sound": sound}  # fmt: skip
+                "text": _short(text), "by": by, "stream": stream, "sound": sound}  # fmt: skip
         self._lines.append(line)
 
     def command(self, us: int, row: str, stream: str, value: Value, text: str) -> None:
         """Log a command for an actuator, unless it continues a series of similar commands."""
         if self._commands.tell(us, row, value, stream):
-            self.add(us, "command", "stops" if value is None else text, row=row, stream=stream)
+            self.add(us, "command", N_("stops") if value is None else text, row=row, stream=stream)
 
     def trouble(self, us: int, kind: str, text: str, row: str, stream: str = "") -> None:
         """Log a problem that may recur with every value; the same one is logged again only after a while."""
@@ -77,7 +78,7 @@ class RunLog:
         """Log that a thing was put somewhere; a drag has one line, with the last place when it has ended."""
         line = self._dragged
         if self._drag.goes_on(us / 1e6, thing, by) and line is not None:
-            line["text"], line["t"], self._moved = dragged(thing, text)[:_LONGEST], us / 1e6, self._now()
+            line["text"], line["t"], self._moved = _short(dragged(thing, text)), us / 1e6, self._now()
             return
         self.add(us, "scene", text, by=by)
         self._dragged = self._lines[-1]
@@ -105,3 +106,7 @@ class RunLog:
     def all(self) -> list[Line]:
         """Return the kept lines that were sent already."""
         return [line for line in self._lines if line["i"] <= self._told]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else text[:_LONGEST]

@@ -8,8 +8,10 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.recording.formatting import clock
+from rrp_sheets.texts import N_
 from rrp_sheets.web.collab.broadcaster import message
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.models import said
 from rrp_sheets.web.run.run_session import RunOptions, RunSession
 
 NONE: dict[str, Any] = {"phase": "none", "book": ""}
@@ -45,7 +47,8 @@ class RunManager:
     def _leaving(self, session: WorkbookSession) -> None:
         run = self.run
         if run is not None and run.session is session and run.is_going:
-            raise SheetsError(f"{run.options.by} is running {run.book}.", "Stop the run first.")
+            message = N_("{who} is running {book}.", who=run.options.by, book=run.book)
+            raise SheetsError(message, N_("Stop the run first."))
 
     def start(self, session: WorkbookSession, book: str, options: RunOptions) -> RunSession:
         """Start a run of a workbook, and notify all pages.
@@ -57,11 +60,11 @@ class RunManager:
         """
         errors = session.analysis().errors
         if errors:
-            raise SheetsError("Run starts when there are no errors.", "Mend what is listed under Problems.")
+            raise SheetsError(N_("Run starts when there are no errors."), N_("Mend what is listed under Problems."))
         with self._lock:
             going = self.run
             if going is not None and going.is_going:
-                raise RobotBusy(_taken(going), "Wait for its end, or stop it there.", going.book)
+                raise RobotBusy(_taken(going), N_("Wait for its end, or stop it there."), going.book)
             with self._open_workbooks.staying(
                 session
             ):  # a file is renamed before, and then it is not here, or after the run
@@ -129,7 +132,7 @@ class RunManager:
             try:
                 self.start(run.session, run.book, run.again())
             except SheetsError as error:
-                run.session.tell("trouble", {"message": str(error)})
+                run.session.tell("trouble", {"message": said(error)})
 
     def _checked(self, session: WorkbookSession) -> None:
         run = self.run
@@ -144,5 +147,9 @@ class RunManager:
 
 
 def _taken(run: RunSession) -> str:
-    who, since = run.options.by, clock(run.run_state.us)
-    return f"{who} is running {run.book} since {since}. There is one robot, so one run at a time."
+    return N_(
+        "{who} is running {book} since {since}. There is one robot, so one run at a time.",
+        who=run.options.by,
+        book=run.book,
+        since=clock(run.run_state.us),
+    )

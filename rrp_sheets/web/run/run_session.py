@@ -13,6 +13,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.recording.formatting import clock, unit_of
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.runs.view import RunSettings, Summary
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.collab.broadcaster import message
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
@@ -94,7 +95,7 @@ class RunSession:
 
     def begin(self, over: Callable[[RunSession], None]) -> None:
         """Start the threads that follow the run and notify the pages; `over` is called when it has ended."""
-        what = "Started" if self.options.mode == "simulated" else "Pilot rehearsal started"
+        what = N_("Started" if self.options.mode == "simulated" else "Pilot rehearsal started")
         self.run_state.log.add(0, "start", what, by=self.options.by)
         threading.Thread(target=self._listen, args=(over,), daemon=True).start()
         threading.Thread(target=self._keep_telling, daemon=True).start()
@@ -245,7 +246,7 @@ class RunSession:
         if self.phase not in ("running", "paused") or document.version == self._version:
             return
         if self.session.analysis().errors:  # perhaps of an older version: what was mended meanwhile is checked next
-            self.run_state.unused("What was edited since then is not used while there are errors.")
+            self.run_state.unused(N_("What was edited since then is not used while there are errors."))
             return
         self._version = document.version
         self.process.command("apply", self.session.author, path=str(document.path.absolute()))
@@ -256,8 +257,8 @@ EndNotice = dict[str, Any]
 
 def lost() -> EndNotice:
     """Return the end notice of a run that was lost by a fault of the program."""
-    return {"how": "broken", "words": "The run was lost by a fault of this program.", "broken": True,
-            "remedy": "The terminal where the server runs tells more."}  # fmt: skip
+    return {"how": "broken", "words": N_("The run was lost by a fault of this program."), "broken": True,
+            "remedy": N_("The terminal where the server runs tells more.")}  # fmt: skip
 
 
 def failed(error: SheetsError) -> EndNotice:
@@ -269,12 +270,18 @@ def in_words(ended: RunOutcome, by: str) -> EndNotice:
     """Return the end notice of a run that has ended; `by` is who stopped it, or empty."""
     if ended.findings:
         count = sum(d.severity.value == "error" for d in ended.findings)
-        text = f"It did not start: the workbook has {count} error{'' if count == 1 else 's'}."
-        return {"how": "errors", "words": text, "broken": False, "remedy": "Mend them, and press Run again."}
+        text = N_(
+            "It did not start: the workbook has {n} error."
+            if count == 1
+            else "It did not start: the workbook has {n} errors.",
+            n=count,
+        )
+        return {"how": "errors", "words": text, "broken": False, "remedy": N_("Mend them, and press Run again.")}
     if ended.result is None:
-        return {"how": "stopped", "words": f"Stopped{_by(by)} before it began.", "broken": False, "remedy": ""}
+        text = N_("Stopped by {name} before it began." if by else "Stopped before it began.", name=by)
+        return {"how": "stopped", "words": text, "broken": False, "remedy": ""}
     data = at_rest(ended.result.summary, ended.result.broken, by)
-    return data if data["broken"] else {**data, "remedy": " ".join(ended.result.problems)}
+    return data if data["broken"] else {**data, "remedy": sentences(*ended.result.problems)}
 
 
 def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
@@ -285,13 +292,12 @@ def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
     """
     at = clock(round(summary.simulated * 1e6))
     endings = {
-        "time": f"The time was over at {at}.", "stopped": f"Stopped{_by(by)} at {at}.",
-        "end run": f"Row {summary.ended_by} ended the run at {at}.",
-    }  # fmt: skip
-    text = f"The run broke off at {at}: {broken.message}" if broken else endings.get(summary.ended, f"Ended at {at}.")
+        "time": N_("The time was over at {time}.", time=at),
+        "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=by, time=at),
+        "end run": N_("Row {row} ended the run at {time}.", row=summary.ended_by, time=at),
+    }
+    text = endings.get(summary.ended) or N_("Ended at {time}.", time=at)
+    if broken:
+        text = N_("The run broke off at {time}: {why}", time=at, why=broken.message)
     return {"how": "broken" if broken else summary.ended, "words": text, "broken": broken is not None,
             "remedy": broken.remedy if broken else ""}  # fmt: skip
-
-
-def _by(name: str) -> str:
-    return f" by {name}" if name else ""

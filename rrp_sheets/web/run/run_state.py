@@ -20,6 +20,7 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.recording.formatting import clock
 from rrp_sheets.runs.view import RunStart, Summary
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.run.latest_values import LatestValues, StreamInfo, known_streams
 from rrp_sheets.web.run.log import Line, RunLog
 
@@ -158,7 +159,7 @@ class RunState(RunObserver):
             self._newest.renewed(us, row)
         if action.detail.get("changes"):
             what = ", ".join(rows[1:])
-            text = f"{f'and {what} ' if what else ''}used from {clock(us)} on"
+            text = N_("and {rows} used from {time} on" if what else "used from {time} on", rows=what, time=clock(us))
             self.log.add(us, "edit", text, row=rows[0] if rows else "", by=action.by)
 
     def unused(self, why: str) -> None:
@@ -169,7 +170,9 @@ class RunState(RunObserver):
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
         """Log an action that was refused."""
-        text = _COMMAND.sub(r"Help: \1", f"{message} {remedy}".strip())
+        text = sentences(message, remedy)
+        if _COMMAND.search(text):
+            text = _COMMAND.sub(r"Help: \1", text)
         with self._lock:
             if kind == "apply":
                 self.refusal = text

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.services.query_worker import QueryWorker
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ class ProtocolPrinter(QueryWorker):
 
 def _content(path: Path) -> bytes:
     if path.stat().st_size > _MOST_BYTES:
-        raise SheetsError("This protocol is too large to be printed.", "Divide the workbook.")
+        raise SheetsError(N_("This protocol is too large to be printed."), N_("Divide the workbook."))
     return path.read_bytes()
 
 

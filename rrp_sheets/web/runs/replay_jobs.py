@@ -13,6 +13,8 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.replay.apart import Stopped, replay_apart
+from rrp_sheets.texts import N_
+from rrp_sheets.web.models import said
 
 ASKED_WITHIN = 20.0  # s: a page that waits asks every half second
 _KEPT = 8  # accounts
@@ -69,7 +71,7 @@ class Replays:
                 found.asked = time.monotonic()
                 return found
             if sum(not job.over for job in self._jobs.values()) >= _MOST:
-                raise SheetsError("Other replays are going on.", "Try it again in a minute.")
+                raise SheetsError(N_("Other replays are going on."), N_("Try it again in a minute."))
             job = self._jobs[name] = ReplayJob()
             for old in [n for n, j in self._jobs.items() if j.over][: max(0, len(self._jobs) - _KEPT)]:
                 del self._jobs[old]
@@ -89,9 +91,9 @@ class Replays:
         except Stopped as error:
             job.trouble = _GivenUp(str(error))
         except SheetsError as error:
-            job.trouble = str(error)
+            job.trouble = said(error)
         except OSError as error:
-            job.trouble = f"It cannot be read ({error.strerror})."
+            job.trouble = N_("It cannot be read ({why}).", why=error.strerror)
         else:
             job.account = account
         finally:

@@ -14,6 +14,8 @@ from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKB
 from rrp_sheets.recording.folder import describe
 from rrp_sheets.recording.listing import clock, length
 from rrp_sheets.recording.metadata import RunMetadata, newest_first
+from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.web.models import said
 from rrp_sheets.web.runs.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import WorkbookRepository
@@ -26,14 +28,15 @@ _WHOLE = 40.0  # s: a run that is longer shows its first half minute
 _FIRST = 30.0
 _LONG = 12_000_000  # bytes of a record that takes more than a second to be read
 _KINDS = {
-    "say": ("said", "say"), "command": ("command", "gesture"), "person": ("a person", "say"),
-    "sound": ("played", "sound"),
-    "error": ("error", "error"), "clamp": ("cut to its limit", "warning"),
-    "mark": ("mark", "flag"), "edit": ("edited", "sheet"), "button": ("button", "button"),
-    "press": ("button", "button"),
-    "send": ("sent by hand", "send"), "scene": ("scene, by hand", "ball"), "put": ("moved by hand", "ball"),
-    "switch": ("switched", "subscribe"), "speed": ("speed", "run"), "pause": ("paused", "pause"),
-    "resume": ("went on", "run"), "step": ("one frame on", "step"),
+    "say": (N_("said"), "say"), "command": (N_("command"), "gesture"), "person": (N_("a person"), "say"),
+    "sound": (N_("played"), "sound"),
+    "error": (N_("error"), "error"), "clamp": (N_("cut to its limit"), "warning"),
+    "mark": (N_("mark"), "flag"), "edit": (N_("edited"), "sheet"), "button": (N_("button"), "button"),
+    "press": (N_("button"), "button"),
+    "send": (N_("sent by hand"), "send"), "scene": (N_("scene, by hand"), "ball"),
+    "put": (N_("moved by hand"), "ball"),
+    "switch": (N_("switched"), "subscribe"), "speed": (N_("speed"), "run"), "pause": (N_("paused"), "pause"),
+    "resume": (N_("went on"), "run"), "step": (N_("one frame on"), "step"),
 }  # fmt: skip
 
 
@@ -217,14 +220,14 @@ def record_page(run: str, *, wait: bool = False) -> RecordPage:
     writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
     files = runs.files(run)
     answer: Mapping[str, Any] = {}
-    trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
+    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
     size = files[TRACE][0].stat().st_size if TRACE in files else 0
     reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if facts.readable and not reading:
         try:
             answer = services().queries.course(place)
         except SheetsError as error:
-            trouble = str(error)
+            trouble = said(error)
     log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
     seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
     left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
@@ -250,19 +253,19 @@ def _with_length(line: RunLine, seconds: float) -> RunLine:
 
 
 def _facts(facts: RunMetadata) -> list[RecordDetail]:
-    engine = ", ".join(filter(None, (facts.robot, facts.engine and f"{facts.engine} engine",
-                                     facts.frame_rate and f"{facts.frame_rate} Hz")))  # fmt: skip
+    engine = facts.engine and N_("{engine} engine", engine=facts.engine)
+    rate = facts.frame_rate and f"{facts.frame_rate} Hz"
     found = [
-        RecordDetail("Began", when(facts.began)),
-        RecordDetail("Length", length(facts.seconds) if facts.seconds else ""),
-        RecordDetail("Participant", facts.participant),
-        RecordDetail("Condition", facts.condition),
-        RecordDetail("Operator", facts.operator),
-        RecordDetail("Robot", engine),
-        RecordDetail("Seed", facts.seed, True),
-        RecordDetail("Commands", ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
-        RecordDetail("Program", facts.program and f"RRP Sheets {facts.program}"),
-        RecordDetail("Folder", f"runs/{facts.run}", True),
+        RecordDetail(N_("Began"), when(facts.began)),
+        RecordDetail(N_("Length"), length(facts.seconds) if facts.seconds else ""),
+        RecordDetail(N_("Participant"), facts.participant),
+        RecordDetail(N_("Condition"), facts.condition),
+        RecordDetail(N_("Operator"), facts.operator),
+        RecordDetail(N_("Robot"), listed([part for part in (facts.robot, engine, rate) if part])),
+        RecordDetail(N_("Seed"), facts.seed, True),
+        RecordDetail(N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
+        RecordDetail(N_("Program"), facts.program and N_("RRP Sheets {version}", version=facts.program)),
+        RecordDetail(N_("Folder"), f"runs/{facts.run}", True),
     ]
     return [f for f in found if f.value]
 
@@ -298,9 +301,9 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
     word, icon = _KINDS.get(kind, (kind, "mark"))
     text = str(entry["text"])
     if times > 1:
-        text += f" ({times:,} times, until {clock(float(entry['until']))})"
+        text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=clock(float(entry["until"])))
     elif float(entry["until"]) > t:
-        text = f"{text.removesuffix('.')} (until {clock(float(entry['until']))})"
+        text = N_("{text} (until {time})", text=text.removesuffix("."), time=clock(float(entry["until"])))
     by = str(entry["by"])
     return LogLine(t, clock(t), kind, word, icon, text, str(entry["row"]), by, str(entry["sound"]))
 
@@ -311,7 +314,7 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
     for number, entry in enumerate(entries, 1):
         sheet, _, row = str(entry["row"]).rpartition("!")
         if entry["kind"] == "edit" and row.isdigit():  # helpers and tables are not in the diagram
-            named = f"row {row} of {sheet}"
+            named = N_("row {row} of {sheet}", row=row, sheet=sheet)
             found[named] = EditedRow(named, clock(float(entry["t"])), number if number <= _LOG else 0)
     return tuple(found.values())
 
@@ -325,9 +328,9 @@ def marbles_page(run: str, asked: Mapping[str, Any], rows: list[int]) -> Marbles
     try:
         answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
-        trouble = str(error)
+        trouble = said(error)
     if not trouble and not answer["pictures"]:
-        trouble = "Nothing came on any stream then."
+        trouble = N_("Nothing came on any stream then.")
     found: Any = answer["rows"]
     pictures: Any = answer["pictures"]
     behaviours: Any = answer["behaviours"]
@@ -349,5 +352,5 @@ def seconds_of(text: str) -> float | None:
     except ValueError:
         value = -1.0
     if not 0 <= value < 1e8:
-        raise SheetsError(f"“{text}” is no time in seconds.", "Write a number, such as 12.5.")
+        raise SheetsError(N_("“{text}” is no time in seconds.", text=text), N_("Write a number, such as 12.5."))
     return value

@@ -13,6 +13,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.recording.listing import ended, length
 from rrp_sheets.recording.metadata import RunMetadata, facts_of, run_names
+from rrp_sheets.texts import N_, sentences
+from rrp_sheets.web.models import date_and_time
 from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {STRIP: "image/png", FILM: "image/gif", DIAGRAM: "image/svg+xml"}
@@ -89,7 +91,8 @@ class RunStore:
             SheetsError: there is no such run.
         """
         if name not in self.names():
-            raise SheetsError(f"There is no run “{printable(name)[:100]}” here.", "Choose one from the list of runs.")
+            message = N_("There is no run “{run}” here.", run=printable(name)[:100])
+            raise SheetsError(message, N_("Choose one from the list of runs."))
         return (self.folder / RUNS / name).absolute()
 
     def files(self, name: str) -> dict[str, tuple[Path, str]]:
@@ -128,10 +131,15 @@ def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
             if folder not in error.message:
                 raise
             why = error.message.rpartition("(")[2].partition(")")[0] if "(" in error.message else ""
+            message = N_(
+                "There is no room for this file in “{folder}”, where files are made before they are sent ({why})."
+                if why
+                else "There is no room for this file in “{folder}”, where files are made before they are sent.",
+                folder=str(Path(folder).parent),
+                why=why,
+            )
             raise SheetsError(
-                f"There is no room for this file in “{Path(folder).parent}”, where files are made before they are "
-                f"sent{f' ({why})' if why else ''}.",
-                "Make room there, on the computer on which the program runs, and try again.",
+                message, N_("Make room there, on the computer on which the program runs, and try again.")
             ) from None
         return target.open("rb")  # stays readable when its name is gone
 
@@ -146,18 +154,17 @@ def when(moment: datetime | None, today: date | None = None) -> str:
         return ""
     today = today or datetime.now().date()
     if moment.date() == today:
-        return f"today {moment:%H:%M}"
+        return N_("today {time}", time=f"{moment:%H:%M}")
     if moment.date() == today - timedelta(days=1):
-        return f"yesterday {moment:%H:%M}"
-    year = "" if moment.year == today.year else f" {moment.year}"
-    return f"{moment.day} {moment:%B}{year}, {moment:%H:%M}"
+        return N_("yesterday {time}", time=f"{moment:%H:%M}")
+    return date_and_time(moment, year=moment.year != today.year)
 
 
 def line_of(facts: RunMetadata, books: Collection[str]) -> RunLine:
     """Format a run for a list; `books` are the workbooks of the folder."""
-    why = " ".join(filter(None, (facts.why, facts.remedy)))
+    why = sentences(facts.why, facts.remedy)
     if facts.ended == "cut":
-        why = "The program or the computer ended in the middle. What was recorded until then can be looked at."
+        why = N_("The program or the computer ended in the middle. What was recorded until then can be looked at.")
     moment = when(facts.began) or ("" if facts.readable else printable(facts.run))
     return RunLine(
         run=printable(facts.run), opens=facts.readable and addressable(facts.run), when=moment or printable(facts.run),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.documents import Document
 from rrp_sheets.testing.judge import seconds
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.web.testing.lessons import Lesson, lessons_of, number_of
 from rrp_sheets.web.testing.results import (
     FAILS,
@@ -26,10 +27,11 @@ NOW, LATER = "now", "later"
 """Of lessons that do not hold and have not held before: the one to do, and those after it."""
 _SIGNS = {HOLDS: "✓", FAILS: "✗", IDLE: "–", WAITS: "!", LATE: "…"}
 _WORDS = {
-    HOLDS: "holds", FAILS: "does not hold", IDLE: "expects nothing", WAITS: "waits for errors to be mended",
-    LATE: "was not reached in time", NOW: "the lesson to do now", LATER: "not yet",
+    HOLDS: N_("holds"), FAILS: N_("does not hold"), IDLE: N_("expects nothing"),
+    WAITS: N_("waits for errors to be mended"), LATE: N_("was not reached in time"),
+    NOW: N_("the lesson to do now"), LATER: N_("not yet"),
 }  # fmt: skip
-_DONE = {HOLDS: "done", FAILS: "does not hold any more"}
+_DONE = {HOLDS: N_("done"), FAILS: N_("does not hold any more")}
 """Words for lessons instead."""
 
 
@@ -152,8 +154,8 @@ def _first(results: Results, sheet: str, now: str) -> Tested | None:
 
 def _missed(row: Missed) -> MissedLine:
     time = seconds(round(row.ms * 1000))
-    when = f"up to {time}" if row.expected.strip().casefold() == "nothing" else f"at {time}"
-    expected = "any value" if row.expected.strip().casefold() == "any" else row.expected
+    when = N_("up to {time}" if row.expected.strip().casefold() == "nothing" else "at {time}", time=time)
+    expected = N_("any value") if row.expected.strip().casefold() == "any" else row.expected
     return MissedLine(row.number, when, row.stream, expected, row.got, row.notes, row.hints)
 
 
@@ -162,12 +164,20 @@ def _notes(results: Results) -> list[str]:
     if results.why:
         notes.append(results.why)
     elif results.rows:
-        rows = ", ".join(results.rows[:3]) + (f" and {len(results.rows) - 3} more" if len(results.rows) > 3 else "")
-        notes.append(f"Left out, because of errors there: {rows}.")
+        more = len(results.rows) - 3
+        notes.append(
+            N_(
+                "Left out, because of errors there: {rows} and {n} more."
+                if more > 0
+                else "Left out, because of errors there: {rows}.",
+                rows=listed(results.rows[:3]),
+                n=more,
+            )
+        )
     if results.stale:
         notes.append(
-            "This is from before the newest change. These tests take long: press Run tests to see how it is now."
+            N_("This is from before the newest change. These tests take long: press Run tests to see how it is now.")
         )
     if any(t.state == LATE for t in results.tests):
-        notes.append("The tests take long. Press Run tests to let them have more time.")
+        notes.append(N_("The tests take long. Press Run tests to let them have more time."))
     return notes

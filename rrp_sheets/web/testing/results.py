@@ -9,6 +9,8 @@ from typing import Any
 
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_, sentences
+from rrp_sheets.web.models import said
 from rrp_sheets.web.testing.lessons import number_of
 from rrp_sheets.web.testing.tester import Tester
 from rrp_sheets.workers.worker_process import WorkerError
@@ -157,7 +159,7 @@ class WorkbookTests:
         try:
             answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
         except SheetsError as error:  # where their process was ended from outside, they are not to blame
-            results = Results(why=str(error))
+            results = Results(why=said(error))
             self._slow = not (isinstance(error, WorkerError) and error.gone)
         else:
             self._slow = bool(answer.get("late"))
@@ -168,9 +170,10 @@ class WorkbookTests:
         self._say(results, self._news(results))
 
     def _understood(self, answer: Mapping[str, Any]) -> Results:
-        rows, errors = tuple(answer["left"]), int(answer["errors"])
+        rows = tuple(N_("{sheet} row {row}", sheet=sheet, row=row) for sheet, row in answer["left"])
+        errors = int(answer["errors"])
         if answer["tests"] is None:
-            return Results(errors=errors, why="The tests are run again when the errors are mended.")
+            return Results(errors=errors, why=N_("The tests are run again when the errors are mended."))
         found = {case["sheet"]: self._case(case) for case in answer["tests"]}
         for state, names in ((WAITS, answer["waiting"]), (LATE, answer["late"])):
             found |= {name: Tested(name, state) for name in names}
@@ -182,9 +185,11 @@ class WorkbookTests:
         name, failing = case["sheet"], case["failing"]
         grid = self._document.grids.get(name)
         ids = {number: row for row, number in grid.numbers().items()} if grid is not None else {}
-        told = dict.fromkeys(case["holding"], "") | dict.fromkeys(case["more"], "something else")
+        told = dict.fromkeys(case["holding"], "") | dict.fromkeys(case["more"], N_("something else"))
         told |= {row["row"]: row["got"] for row in failing}
-        unsent = tuple(f"Row {number} could not be sent: {words}" for number, words in case["broken"].items())
+        unsent = tuple(
+            N_("Row {row} could not be sent: {why}", row=number, why=words) for number, words in case["broken"].items()
+        )
         missed = tuple(
             Missed(r["row"], r["ms"], r["stream"], r["expected"], r["got"], r["notes"], tuple(r["hints"]))
             for r in failing
@@ -199,12 +204,13 @@ class WorkbookTests:
         if not before or before == self._said:
             return ""
         news = [
-            f"{n} {'is done' if number_of(n) else 'holds now'}."
+            N_("{test} is done." if number_of(n) else "{test} holds now.", test=n)
             for n, s in self._said.items()
             if s == HOLDS != before.get(n, HOLDS)
         ]
-        news += [f"{n} does not hold any more." for n, s in self._said.items() if s == FAILS and before.get(n) == HOLDS]
-        return " ".join([*news[:3], f"{counted(results)}."]) if news else ""
+        failed = [n for n, s in self._said.items() if s == FAILS and before.get(n) == HOLDS]
+        news += [N_("{test} does not hold any more.", test=n) for n in failed]
+        return sentences(*news[:3], N_("{count}.", count=counted(results))) if news else ""
 
     def _say(self, results: Results, news: str) -> None:
         if results != self.results or news:
@@ -220,7 +226,13 @@ def counted(results: Results) -> str:
     """
     every, holding = len(results.tests), results.holding
     if every > 1 and all(number_of(t.sheet) for t in results.tests):
-        return f"All {every} lessons are done" if every == holding else f"{holding} of {every} lessons done"
+        return N_(
+            "All {n} lessons are done" if every == holding else "{done} of {n} lessons done", n=every, done=holding
+        )
     if every == holding and every:
-        return "The test holds" if every == 1 else f"All {every} tests hold"
-    return f"{holding} of {every} {'test' if every == 1 else 'tests'} {'holds' if holding == 1 else 'hold'}"
+        return N_("The test holds" if every == 1 else "All {n} tests hold", n=every)
+    if every == 1:
+        return N_("{holding} of {n} test hold", n=every, holding=holding)
+    return N_(
+        "{holding} of {n} tests holds" if holding == 1 else "{holding} of {n} tests hold", n=every, holding=holding
+    )

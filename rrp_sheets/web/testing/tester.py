@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.testing import CaseResult, RowResult
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
 
 _TASK = f"{__name__}.run_workbook_tests"
@@ -43,10 +44,10 @@ class Tester:
         try:
             return dict(self._worker.ask([_TASK, str(path.absolute()), within], within + GRACE, START))
         except WorkerError as none:
-            remedy = "Let what they test come less often, or make them shorter."
+            remedy = N_("Let what they test come less often, or make them shorter.")
             if none.gone:
-                remedy = "Press Run tests; they are also run again after the next change."
-            message = f"The tests were ended: they {none.why}."
+                remedy = N_("Press Run tests; they are also run again after the next change.")
+            message = N_("The tests were ended: they {why}.", why=none.why)
             raise WorkerError(none.why, gone=none.gone, message=message, remedy=remedy) from None
 
     def close(self) -> None:
@@ -70,7 +71,7 @@ def run_workbook_tests(path: str, within: float) -> dict[str, Any]:
     from rrp_sheets.workbook import read
 
     part = in_order(read(Path(path)))
-    about = {"errors": part.errors, "left": [a.sheet + f" row {a.row}" for a in part.rows], "waiting": part.waiting}
+    about = {"errors": part.errors, "left": [(a.sheet, a.row) for a in part.rows], "waiting": part.waiting}
     if part.checked is None:
         return {**about, "tests": None}
     until = time.process_time() + within  # on a busy machine, tests take no more of it than on an idle one

@@ -24,8 +24,9 @@ from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
-from rrp_sheets.web.models import show
+from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import author_name, confirm_download, workbook_or_404
 from rrp_sheets.web.runs.run_store import line_of, when
 from rrp_sheets.web.services import Services, services
@@ -36,7 +37,7 @@ blueprint.after_request(confirm_download)
 _MOST_RUNS = 40
 _LONGEST = 100  # letters of a version's name
 _UNSAFE = re.compile(r'[\x00-\x1f/\\:*?"<>|]+')
-_GONE = "Choose another one from the list."
+_GONE = N_("Choose another one from the list.")
 _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts that are seen on a diagram
 
 
@@ -151,13 +152,17 @@ def compare_page(refs: tuple[str, str], asked_book: str) -> ComparePage:
     names = services().repository.workbooks()
     books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
     groups = choices(books, refs)
-    words = {c.ref: f"{c.words} (as it is now)" if c.ref.startswith("book/") else c.words for _, g in groups for c in g}
+    words = {
+        c.ref: N_("{book} (as it is now)", book=c.words) if c.ref.startswith("book/") else c.words
+        for _, g in groups
+        for c in g
+    }
     result, trouble = Markup(""), ""
     if first and second:
         try:
             result = _result(refs, words)
         except SheetsError as error:
-            trouble = str(error)
+            trouble = said(error)
     return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
@@ -166,13 +171,20 @@ def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, t
     runs = services().runs
     names = services().repository.workbooks()
     groups: list[tuple[str, tuple[Choice, ...]]] = [
-        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in names)),
+        (N_("Workbooks as they are now"), tuple(Choice(f"book/{n}", n) for n in names)),
         *(kept_versions(book) for book in books),
     ]
     ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
     mine = [r for r in ran if not books or r.workbook in books or f"run/{r.run}" in refs][:_MOST_RUNS]
     groups.append(
-        ("As they ran", tuple(Choice(f"run/{r.run}", f"{r.workbook}, ran {r.when}") for r in mine if r.opens))
+        (
+            N_("As they ran"),
+            tuple(
+                Choice(f"run/{r.run}", N_("{workbook}, ran {when}", workbook=r.workbook, when=r.when))
+                for r in mine
+                if r.opens
+            ),
+        )
     )
     return [group for group in groups if group[1]]
 
@@ -180,7 +192,8 @@ def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, t
 def kept_versions(book: str) -> tuple[str, tuple[Choice, ...]]:
     """Return the kept versions of a workbook as a group of choices, with its title."""
     kept = services().open_workbooks.session(services().repository.path(book)).document.versions()
-    return f"Kept versions of {book}", tuple(Choice(f"version/{v.id}/{book}", f"{v.name}, {moment(v)}") for v in kept)
+    choices = (Choice(f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
+    return N_("Kept versions of {book}", book=book), tuple(choices)
 
 
 def _book_of(ref: str) -> str:
@@ -219,15 +232,15 @@ def path_of(shared: Services, ref: str, folder: Path) -> Path:
     if kind == "run":
         path = shared.runs.place(rest) / WORKBOOK
         if not path.is_file() or path.is_symlink():
-            raise SheetsError("The workbook that ran was not kept with this run.", _GONE)
+            raise SheetsError(N_("The workbook that ran was not kept with this run."), _GONE)
         return path
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
-        raise SheetsError("This cannot be compared.", _GONE)
+        raise SheetsError(N_("This cannot be compared."), _GONE)
     session = shared.open_workbooks.session(shared.repository.path(book))
     content = session.document.version_content(int(number[:15]))
     if content is None:
-        raise SheetsError("There is no such version any more.", _GONE)
+        raise SheetsError(N_("There is no such version any more."), _GONE)
     folder.mkdir()
     path = folder / book
     path.write_bytes(content)
@@ -255,12 +268,13 @@ def _keep(session: WorkbookSession, name: str) -> VersionsPage:
     title = " ".join(request.form.get("title", "").split())[:_LONGEST]
     try:
         if not title or not title.isprintable():
-            raise Refused("A version needs a name.", "Write what you want to find it by, such as “before the pilot”.")
+            remedy = N_("Write what you want to find it by, such as “before the pilot”.")
+            raise Refused(N_("A version needs a name."), remedy)
         session.poll()
         session.document.keep_version(author_name(request.form.get("author", "")), title)
     except SheetsError as error:
-        return versions_page(session, name, str(error), failed=True)
-    return versions_page(session, name, f"Kept as “{title}”.")
+        return versions_page(session, name, said(error), failed=True)
+    return versions_page(session, name, N_("Kept as “{title}”.", title=title))
 
 
 def _restore(session: WorkbookSession, name: str) -> VersionsPage:
@@ -269,19 +283,22 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     found = next((v for v in session.document.versions() if str(v.id) == number), None)
     try:
         if found is None:
-            raise Refused("There is no such version any more.", "Look at the list again.")
+            raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
         people = busy(session)
         if people:
-            who = " and ".join(people[:3])
-            raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell just now.",
-                          "Bring it back when they have finished.")  # fmt: skip
+            message = N_(
+                "{who} is editing a cell just now." if len(people) == 1 else "{who} are editing a cell just now.",
+                who=both(people[:3]),
+            )
+            raise Refused(message, N_("Bring it back when they have finished."))
         author = author_name(request.form.get("author", ""))
         session.document.restore(author, found.id)
     except SheetsError as error:
-        return versions_page(session, name, str(error), failed=True)
-    session.tell("reload", {"why": f"{author} has brought back the version “{found.name}”."})
+        return versions_page(session, name, said(error), failed=True)
+    why = N_("{name} has brought back the version “{version}”.", name=author, version=found.name)
+    session.tell("reload", {"why": why})
     session.check_soon()
-    notice = f"“{found.name}” is back. What the workbook was before is kept as a version too."
+    notice = N_("“{version}” is back. What the workbook was before is kept as a version too.", version=found.name)
     return versions_page(session, name, notice)
 
 

@@ -11,6 +11,7 @@ from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
+from rrp_sheets.texts import N_, told
 from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404
 from rrp_sheets.web.runs.run_list import seconds_of
 from rrp_sheets.web.runs.run_store import XLSX, made
@@ -53,7 +54,9 @@ def everything(run: str) -> Response:
     """Send all files of a run, and its events as CSV, in a zip."""
     files = services().runs.files(run_or_404(run))
     if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
-        raise SheetsError("This run is too large for a zip.", f"Copy the folder runs/{run} itself.")
+        raise SheetsError(
+            N_("This run is too large for a zip."), N_("Copy the folder {folder} itself.", folder=f"runs/{run}")
+        )
     packed = tempfile.TemporaryFile()  # noqa: SIM115  # the answer closes it
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as whole:
         for name, (path, _) in files.items():
@@ -64,7 +67,9 @@ def everything(run: str) -> Response:
                 _export([services().runs.place(run)], target)
                 whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
-                whole.writestr(f"{run}/trace-could-not-be-read.txt", f"{TRACE} is no whole record of a run.\n")
+                language = services().runs.facts([run])[0].language
+                why = told(N_("{file} is no whole record of a run.", file=TRACE), language)
+                whole.writestr(f"{run}/trace-could-not-be-read.txt", f"{why}\n")
     packed.seek(0)
     return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")
 
@@ -91,7 +96,7 @@ def table(kind: str) -> Response:
     """Send a table of the values of some runs."""
     chosen = request.args.getlist("run")[:MOST_RUNS]
     if not chosen:
-        raise SheetsError("No run is chosen.", "Tick the runs that the table shall have.")
+        raise SheetsError(N_("No run is chosen."), N_("Tick the runs that the table shall have."))
     places = [services().runs.place(run) for run in dict.fromkeys(chosen)]
     name = places[0].name if len(places) == 1 else "runs"
     return _send(f".{kind}", name, lambda target: _export(places, target))

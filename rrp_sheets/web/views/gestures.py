@@ -18,6 +18,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.robots import Robot
 from rrp_sheets.robots.trajectory import Planner
+from rrp_sheets.texts import N_
 from rrp_sheets.web.requests import json_body, sender_of, text_of, workbook_or_404
 from rrp_sheets.web.services import services
 
@@ -60,7 +61,7 @@ def _played(workbook: Workbook, name: str) -> dict[str, Any]:
     robot = robot_of(workbook, Report())
     gesture = robot.motions.get(key(name))
     if not name or gesture is None or key(name) not in {key(g.name.text) for g in workbook.gestures}:
-        return {"message": "There is no gesture in this row yet: it needs a name, a time and an angle."}
+        return {"message": N_("There is no gesture in this row yet: it needs a name, a time and an angle.")}
     home = {j.name: 0.0 for j in robot.joints.values()} | _start(robot)
     plan = Planner(robot, home, home).plan(gesture.timed())
     count = math.ceil(plan.length * RATE)
@@ -77,12 +78,13 @@ def _pose(document: Document, author: str, sheet: str, row: str, joints: Joints)
     """Write the joints (those of the start posture when none are given) into the row, or into a new one below it."""
     grid = document.grids.get(sheet)
     if grid is None or grid.kind != "gestures" or not grid.has(row):
-        raise Refused("There is no such row any more.", "Reload the page.")
+        raise Refused(N_("There is no such row any more."), N_("Reload the page."))
     robot = robot_of(document.reading.workbook, Report())
     angles = {key(j): a for j, a in (joints or _start(robot)).items()}
     columns = {c.number: angles[key(c.header)] for c in grid.columns if not c.name and key(c.header) in angles}
     if not columns:
-        raise Refused("No column of this sheet is a joint's.", "Add one, for example RShoulderPitch, and try again.")
+        message = N_("No column of this sheet is a joint's.")
+        raise Refused(message, N_("Add one, for example RShoulderPitch, and try again."))
     texts = {column: f"{round(angle, DIGITS) + 0.0:g}" for column, angle in columns.items()}
     named = {c.name: c.number for c in grid.columns if c.name}
     texts |= {named["Name"]: _name(grid, row) or "My gesture", named["Time (s)"]: f"{_next(grid, row, named):g}"}

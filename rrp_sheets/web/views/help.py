@@ -18,6 +18,7 @@ from rrp_sheets.help.functions import one_helper
 from rrp_sheets.help.layout import Block, paragraph
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.render.example_drawing import draw_example
+from rrp_sheets.texts import N_
 from rrp_sheets.web.completions import of_help
 from rrp_sheets.web.models import TextPiece
 from rrp_sheets.web.requests import workbook_or_404
@@ -25,7 +26,7 @@ from rrp_sheets.web.requests import workbook_or_404
 blueprint = Blueprint("help", __name__)
 MOST = 6  # topics at once
 _HELPER = "helper:"  # before the name of a helper of the workbook that `book` names
-_PICTURED = "As marbles: time goes to the right"  # its text in the terminal has places instead
+_PICTURED = N_("As marbles: time goes to the right")  # its text in the terminal has places instead
 _ASKS = re.compile(r'^(?:rrp-sheets help )?"?([^"]+?)"?$')
 _CODE = re.compile(r"`([^`]+)`")
 

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 from flask import Blueprint, abort, g, redirect, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
 
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import show
 from rrp_sheets.web.password import LONGEST
 from rrp_sheets.web.security import LONGEST_NAME, access, clean_name
@@ -50,24 +51,24 @@ def enter() -> Answer:
     name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
     place = _inside(request.form.get("next", "/"))
     if not name:
-        return show(LoginPage("Type your name: the others see it beside what you do.", place)), 400
+        return show(LoginPage(N_("Type your name: the others see it beside what you do."), place)), 400
     address = request.remote_addr or ""
     with settings.lan.password.place() as free:
         wait = settings.throttle.begin(address) if free else 2
         fits = not wait and len(given) <= LONGEST and settings.lan.password.fits(given)
     if wait:
-        why = "Too many wrong passwords came from here." if free else "Many log in at this moment."
-        words = f"{why} Wait {_waiting_time(wait)}, then try again."
+        why = N_("Too many wrong passwords came from here." if free else "Many log in at this moment.")
+        words = sentences(why, N_("Wait {time}, then try again.", time=_waiting_time(wait)))
         return show(LoginPage(words, place, name)), 429, {"Retry-After": str(wait)}
     if not fits:
-        settings.tell(f"A wrong password came from {address}.")
-        words = "This is not the password. Whoever started the server knows it."
+        settings.tell(N_("A wrong password came from {address}.", address=address))
+        words = N_("This is not the password. Whoever started the server knows it.")
         return show(LoginPage(words, place, name)), 403
     settings.throttle.right(address)
     if g.person is not None:
         settings.sessions.close(g.person)
     secret, person = settings.sessions.open(name, address)
-    settings.tell(f"{person.name} has logged in from {address}.")
+    settings.tell(N_("{name} has logged in from {address}.", name=person.name, address=address))
     response = redirect(place, 303)
     response.set_cookie(settings.cookie, secret, httponly=True, samesite="Strict")
     return response
@@ -104,5 +105,5 @@ def _waiting_time(seconds: int) -> str:
     ('1 second', '8 seconds', '5 minutes')
     """
     if seconds >= 120:
-        return f"{-(-seconds // 60)} minutes"
-    return f"{seconds} second{'' if seconds == 1 else 's'}"
+        return N_("{n} minutes", n=-(-seconds // 60))
+    return N_("{n} second" if seconds == 1 else "{n} seconds", n=seconds)

@@ -14,7 +14,8 @@ from markupsafe import Markup
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.web.models import KindText, script_json, show
+from rrp_sheets.texts import sentences
+from rrp_sheets.web.models import KindText, said, script_json, show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
@@ -94,7 +95,7 @@ def part(run: str, what: str, number: int) -> Response:
     try:
         return Response(services().lookback_queries.lookback(place, what, number), mimetype="application/json")
     except SheetsError as error:
-        trouble = json.dumps({"trouble": str(error)})
+        trouble = json.dumps({"trouble": said(error)})
         return Response(trouble, status=422, mimetype="application/json")
 
 
@@ -115,7 +116,7 @@ def diagram(run: str, number: int) -> str:
     try:
         drawn = DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), "")
     except SheetsError as error:
-        drawn = DrawnSheet(Markup(), str(error))
+        drawn = DrawnSheet(Markup(), said(error))
     return show(drawn)
 
 
@@ -123,12 +124,12 @@ def lookback_page(run: str) -> LookbackPage:
     """Build the page of a run; raises SheetsError when there is none of that name."""
     facts = services().runs.facts([run])[0]
     answer: Mapping[str, Any] = {"sheets": [], "why": ""}
-    trouble = "" if facts.readable else f"{facts.why} {facts.remedy}"
+    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
     if not trouble:
         try:
             answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
         except SheetsError as error:
-            answer = {"sheets": [], "why": str(error)}
+            answer = {"sheets": [], "why": said(error)}
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     return LookbackPage(

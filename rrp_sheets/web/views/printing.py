@@ -20,7 +20,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
-from rrp_sheets.web.models import TextPiece, pieces, show
+from rrp_sheets.web.models import TextPiece, date_and_time, pieces, said, show
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.runs.protocol_printer import Wanted
 from rrp_sheets.web.services import services
@@ -97,7 +97,7 @@ def pdf_ready(name: str) -> Response:
     try:
         return jsonify({"notes": _pdf(book, request.args)[1]})
     except SheetsError as error:
-        return jsonify({"trouble": str(error)})
+        return jsonify({"trouble": said(error)})
 
 
 @blueprint.get("/book/<name>/print/protocol.pdf")
@@ -111,7 +111,7 @@ def protocol_pdf(name: str) -> Response:
 @blueprint.get("/book/<name>/paper.css")
 def paper(name: str) -> Response:
     """Send the style sheet with the footer of the printed pages."""
-    style = paper_style(name, services().repository.open(_workbook(name)).reading.digest, today())
+    style = paper_style(name, services().repository.open(_workbook(name)).reading.digest, date_and_time(datetime.now()))
     return Response(style, mimetype="text/css")
 
 
@@ -147,7 +147,7 @@ def protocol_part(name: str, asked: Mapping[str, str]) -> ProtocolPart:
     try:
         proof = services().printer.proof(_wanted(name, asked))
     except SheetsError as error:
-        return ProtocolPart(None, {}, {}, Markup(""), str(error))
+        return ProtocolPart(None, {}, {}, Markup(""), said(error))
     words = texts(proof.pack.language).entries
     mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
     drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped
@@ -185,12 +185,6 @@ def _approved(name: str, kept: Iterable[Version]) -> str:
 
 def _one_of(text: str, known: Iterable[str]) -> str:
     return text if text in known else ""
-
-
-def today() -> str:
-    """Format the current date and time."""
-    now = datetime.now()
-    return f"{now.day} {now:%B %Y, %H:%M}"
 
 
 def paper_style(name: str, digest: str, when: str) -> str:

@@ -12,7 +12,8 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.recording.listing import clock
 from rrp_sheets.recording.metadata import RunMetadata
-from rrp_sheets.web.models import show
+from rrp_sheets.texts import N_
+from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import rows_asked, run_or_404
 from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
 from rrp_sheets.web.runs.run_store import RunLine, line_of
@@ -108,8 +109,10 @@ def pair_page(chosen: Sequence[str]) -> PairPage:
     """
     names = list(dict.fromkeys(chosen))
     if len(names) != 2:
-        raise SheetsError(f"{len(names) or 'No'} run{'' if len(names) == 1 else 's'} chosen.",
-                          "Tick two runs in the list of runs, and compare them.")  # fmt: skip
+        message = N_("{n} run chosen." if len(names) == 1 else "{n} runs chosen.", n=len(names))
+        raise SheetsError(
+            message if names else N_("No runs chosen."), N_("Tick two runs in the list of runs, and compare them.")
+        )
     runs = services().runs
     places = [runs.place(name) for name in names]
     facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
@@ -119,9 +122,9 @@ def pair_page(chosen: Sequence[str]) -> PairPage:
     answer: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        answer = services().exporter.ask(f"{names[0]} and {names[1]}", "pair_table", str(places[0]), str(places[1]))
+        answer = services().exporter.ask(both(names), "pair_table", str(places[0]), str(places[1]))
     except SheetsError as error:
-        trouble = str(error)
+        trouble = said(error)
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
     return PairPage(
         lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in answer["streams"]), Markup(answer["svg"]),
@@ -131,13 +134,13 @@ def pair_page(chosen: Sequence[str]) -> PairPage:
 
 def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[Beside]:
     rows = [
-        ("Workbook", *(f.workbook for f in facts)), ("Participant", *(f.participant for f in facts)),
-        ("Condition", *(f.condition for f in facts)), ("Operator", *(f.operator for f in facts)),
-        ("Mode", *(f.mode for f in facts)), ("Length", *(line.length for line in lines)),
-        ("How it ended", *(line.ended for line in lines)),
-        ("Errors", *(f"{line.errors:,}" for line in lines)), ("Seed", *(f.seed for f in facts)),
-        ("Robot", *(f.robot for f in facts)), ("Program", *(f.program for f in facts)),
-        ("Workbook SHA-256", *(f.digest[:12] for f in facts)),
+        (N_("Workbook"), *(f.workbook for f in facts)), (N_("Participant"), *(f.participant for f in facts)),
+        (N_("Condition"), *(f.condition for f in facts)), (N_("Operator"), *(f.operator for f in facts)),
+        (N_("Mode"), *(f.mode for f in facts)), (N_("Length"), *(line.length for line in lines)),
+        (N_("How it ended"), *(line.ended for line in lines)),
+        (N_("Errors"), *(f"{line.errors:,}" for line in lines)), (N_("Seed"), *(f.seed for f in facts)),
+        (N_("Robot"), *(f.robot for f in facts)), (N_("Program"), *(f.program for f in facts)),
+        (N_("Workbook SHA-256"), *(f.digest[:12] for f in facts)),
     ]  # fmt: skip
     return [Beside(name, (a, b), a == b) for name, a, b in rows if a or b]
 
@@ -150,7 +153,7 @@ def _stream(answer: dict[str, Any]) -> StreamPair:
 
 
 def _many(count: int | None) -> str:
-    return "not in it" if count is None else f"{count:,}"
+    return N_("not in it") if count is None else f"{count:,}"
 
 
 def _at(seconds: float | None) -> str:

@@ -13,7 +13,8 @@ from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE, WORKBOOK
-from rrp_sheets.web.models import show
+from rrp_sheets.texts import N_, sentences
+from rrp_sheets.web.models import said, show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.runs.replay_jobs import ReplayJob
 from rrp_sheets.web.runs.run_store import RunLine, line_of
@@ -103,13 +104,13 @@ def replay_page(run: str, ref: str) -> ReplayPage:
     facts = services().runs.facts([run])[0]
     names = services().repository.workbooks()
     line = line_of(facts, names)
-    trouble = "" if facts.readable else f"{facts.why} {facts.remedy}".strip()
+    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
     if facts.ended == "going":
-        trouble = "This run is going on; it can be replayed when it is over."
+        trouble = N_("This run is going on; it can be replayed when it is over.")
     mine = [line.book] if line.book else []
     books = [*mine, *(n for n in names if n not in mine)]
     groups: list[tuple[str, tuple[Choice, ...]]] = [
-        ("Workbooks as they are now", tuple(Choice(f"book/{n}", n) for n in books)),
+        (N_("Workbooks as they are now"), tuple(Choice(f"book/{n}", n) for n in books)),
         *(kept_versions(book) for book in mine),
     ]
     return ReplayPage(line, trouble, tuple(g for g in groups if g[1]), ref)
@@ -132,11 +133,11 @@ def replay_result(run: str, ref: str) -> ReplayResult:
 
         job = shared.replays.job((run, ref, stamp), place, other)
     except SheetsError as error:
-        return ReplayResult(address, False, 0, str(error))
+        return ReplayResult(address, False, 0, said(error))
     if not job.over:
         return ReplayResult(address, True, round(100 * job.part))
     if job.trouble:
-        return ReplayResult(address, False, 100, str(job.trouble))
+        return ReplayResult(address, False, 100, job.trouble)
     return _finished(job, address, run, ref)
 
 
@@ -149,7 +150,7 @@ def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float
     kind, _, name = ref.partition("/")
     paths = [place / TRACE, place / WORKBOOK]
     if any(p.is_symlink() for p in paths):
-        raise SheetsError("The files of this run are links to others.", "Copy its folder again.")
+        raise SheetsError(N_("The files of this run are links to others."), N_("Copy its folder again."))
     if kind == "book":
         paths.append(repository.path(name))
     found = []

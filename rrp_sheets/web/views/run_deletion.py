@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 from flask import Blueprint, request
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.web.models import show
+from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.web.models import date_in_words, plural, said, show
 from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
@@ -21,6 +22,7 @@ _MOST_RUNS = 500  # that are chosen one by one
 _MOST_NAMED = 40
 _LONGEST = 300  # letters of a participant's code
 _MEGA = 1e6
+_FOLDER = N_("This folder")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +86,7 @@ def delete() -> str:
     try:
         return show(_deleted_page(participant, names))
     except SheetsError as error:  # told where it was asked for
-        return show(DeletePage(participant, "", notice=str(error), failed=True))
+        return show(DeletePage(participant, "", notice=said(error), failed=True))
 
 
 def _asked(participant: str | None) -> tuple[str, list[str]]:
@@ -94,7 +96,7 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
 def _asked_page(participant: str, names: list[str], notice: str = "") -> DeletePage:
     """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
     runs = services().runs
-    answer = services().exporter.ask("This folder", "plan_deletion", str(runs.folder), participant, names, _busy(runs))
+    answer = services().exporter.ask(_FOLDER, "plan_deletion", str(runs.folder), participant, names, _busy(runs))
     return _page(participant, answer, notice, failed=bool(notice))
 
 
@@ -103,23 +105,36 @@ def _deleted_page(participant: str, names: list[str]) -> DeletePage:
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
     if typed != (participant or "delete"):
-        what = f"The code {participant}" if participant else "The word “delete”"
-        return _asked_page(participant, names, f"{what} was not typed; nothing was deleted.")
+        notice = N_(
+            "The code {code} was not typed; nothing was deleted."
+            if participant
+            else "The word “delete” was not typed; nothing was deleted.",
+            code=participant,
+        )
+        return _asked_page(participant, names, notice)
     # what it was is told from what is there now: afterwards there is nothing to tell it from
     runs = services().runs
     folder = str(runs.folder)
     answer = services().exporter.ask(
-        "This folder", "delete_planned", folder, participant, names, _busy(runs), expected, below
+        _FOLDER, "delete_planned", folder, participant, names, _busy(runs), expected, below
     )
     if not answer["deleted"]:
-        notice = "Meanwhile there are other runs than were shown; nothing was deleted. Look again."
+        notice = N_("Meanwhile there are other runs than were shown; nothing was deleted. Look again.")
         return _page(participant, answer, notice, failed=True)
     runs.forget({str(run["run"]) for run in answer["runs"]})
     count = len(answer["runs"]) + sum(len(d["runs"]) for d in answer.get("below", ()) if d["folder"] in below)
-    notice = f"{count} run{'' if count == 1 else 's'} deleted{f' of {participant}' if participant else ''}."
+    if participant:
+        notice = N_(
+            "{n} run deleted of {code}." if count == 1 else "{n} runs deleted of {code}.", n=count, code=participant
+        )
+    else:
+        notice = N_("{n} run deleted." if count == 1 else "{n} runs deleted.", n=count)
     if answer["begun"]:
-        named = ", ".join(printable(str(n)) for n in answer["begun"][:_MOST_NAMED])
-        notice += f" Meanwhile there is another one, which stays: {named}. Delete again when it has ended."
+        more = N_(
+            "Meanwhile there is another one, which stays: {runs}. Delete again when it has ended.",
+            runs=listed([printable(str(n)) for n in answer["begun"][:_MOST_NAMED]]),
+        )
+        notice = sentences(notice, more)
     return _page(participant, answer, notice, failed=bool(answer["begun"]))
 
 
@@ -147,21 +162,32 @@ def _page(participant: str, answer: Mapping[str, Any], notice: str, *, failed: b
 
 def _what(answer: list[Mapping[str, Any]]) -> str:
     files, size, pictures, sounds = (sum(d[n] for d in answer) for n in ("files", "bytes", "pictures", "sounds"))
-    return (
-        f"{files:,} {'file' if files == 1 else 'files'} ({size / _MEGA:,.1f} MB), "
-        f"of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds"
+    return N_(
+        "{n:,} file ({size} MB), of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds"
+        if files == 1
+        else "{n:,} files ({size} MB), of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds",
+        n=files,
+        size=f"{size / _MEGA:,.1f}",
+        pictures=pictures,
+        sounds=sounds,
     )
 
 
 def _below(answer: Mapping[str, Any], ticked: bool) -> BelowLine:
     runs = answer["runs"]
     days = sorted({day for run in runs if (day := _day(str(run["began"])))})
-    when = "" if not days else f", {_written(days[0])}"
+    when = [date_in_words(day) for day in days[:1]]
     if len(days) > 1:
-        when = f", from {_written(days[0])} to {_written(days[-1])}"
+        when = [N_("from {first} to {last}", first=date_in_words(days[0]), last=date_in_words(days[-1]))]
     books = sorted({str(run["workbook"]) for run in runs if run["workbook"]})
-    shown = f" of {', '.join(books[:3])}{' and others' if len(books) > 3 else ''}" if books else ""
-    words = f"{len(runs):,} {'run' if len(runs) == 1 else 'runs'}{shown}{when}"
+    words = plural(len(runs), "run")
+    if books:
+        words = N_(
+            "{runs} of {books} and others" if len(books) > 3 else "{runs} of {books}",
+            runs=words,
+            books=listed(books[:3]),
+        )
+    words = listed([words, *when])
     return BelowLine(str(answer["folder"]), words, tuple(answer["faces_wiped"]), ticked)
 
 
@@ -174,35 +200,37 @@ def _day(began: str) -> date | None:
 
 def _dated(unsearched: Mapping[str, Any]) -> str:
     day = _day(str(unsearched["date"] or ""))
-    return printable(str(unsearched["file"])) + (f", {_written(day)}" if day else "")
-
-
-def _written(day: date) -> str:
-    return f"{day.day} {day:%B %Y}"
+    return listed([printable(str(unsearched["file"])), *([date_in_words(day)] if day else [])])
 
 
 def _stays(participant: str, answer: Mapping[str, Any], below: list[Mapping[str, Any]]) -> list[str]:
-    said = [f"The runs of {participant} in “{printable(str(d['folder']))}”." for d in below]
-    said += [f"The remembered face “{f['name']}”: {f['why']}" for f in answer["faces_kept"]]
+    stays: list[str] = [
+        N_("The runs of {code} in “{folder}”.", code=participant, folder=printable(str(d["folder"]))) for d in below
+    ]
+    stays += [N_("The remembered face “{name}”: {why}", name=f["name"], why=f["why"]) for f in answer["faces_kept"]]
     if answer["faces_kept"]:
-        said.append("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME")
+        stays.append(N_("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME"))
     if answer["faces_unreadable"]:
-        said.append(str(answer["faces_unreadable"]))
-    said += [f"The runs of “{code}”, which is spelled nearly the same." for code in answer["similar_codes"]]
+        stays.append(str(answer["faces_unreadable"]))
+    stays += [
+        N_("The runs of “{code}”, which is spelled nearly the same.", code=code) for code in answer["similar_codes"]
+    ]
     if answer["unreadable_runs"]:
-        said.append("Runs whose record cannot be read, so that nobody knows whose they are: "
-                    + ", ".join(printable(str(n)) for n in answer["unreadable_runs"][:12]))  # fmt: skip
-    said += [f"“{participant}” in {place}" for place in answer["code_still_in"][:_MOST_NAMED]]
-    left = len(answer["code_still_in"]) - _MOST_NAMED
+        runs = listed([printable(str(n)) for n in answer["unreadable_runs"][:12]])
+        stays.append(N_("Runs whose record cannot be read, so that nobody knows whose they are: {runs}", runs=runs))
+    places = answer["code_still_in"]
+    stays += [N_("“{code}” in {place}", code=participant, place=place) for place in places[:_MOST_NAMED]]
+    left = len(places) - _MOST_NAMED
     if left > 0:
-        said.append(f"“{participant}” in {left:,} more files; `rrp-sheets runs delete` names them.")
+        stays.append(N_("“{code}” in {n:,} more files; `rrp-sheets runs delete` names them.", code=participant, n=left))
     unsearched = answer["not_searched"]
     if unsearched:
-        said.append(f"These files were not searched for “{participant}”. Open them and look yourself:")
-        said += [_dated(u) for u in unsearched[:_MOST_NAMED]]
-        if len(unsearched) > _MOST_NAMED:
-            said.append(f"{len(unsearched) - _MOST_NAMED:,} more files that were not searched; "
-                        "`rrp-sheets runs delete --json` names them.")  # fmt: skip
+        stays.append(N_("These files were not searched for “{code}”. Open them and look yourself:", code=participant))
+        stays += [_dated(u) for u in unsearched[:_MOST_NAMED]]
+        left = len(unsearched) - _MOST_NAMED
+        if left > 0:
+            more = N_("{n:,} more files that were not searched; `rrp-sheets runs delete --json` names them.", n=left)
+            stays.append(more)
     elif not answer["looked_through_everything"]:
-        said.append("The folder has too many files to search all of them.")
-    return [*said, "Copies elsewhere: a backup, an export that was mailed, a bundle."]
+        stays.append(N_("The folder has too many files to search all of them."))
+    return [*stays, N_("Copies elsewhere: a backup, an export that was mailed, a bundle.")]

@@ -10,7 +10,8 @@ from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.robots import robot_names
-from rrp_sheets.web.models import show
+from rrp_sheets.texts import N_
+from rrp_sheets.web.models import said, show
 from rrp_sheets.web.requests import Asked, author_of, json_body, number_of, text_of, truth_of, workbook_or_404
 from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.run.run_manager import RobotBusy
@@ -34,7 +35,7 @@ def stop(name: str) -> tuple[Response, int]:
         abort(404)
     by, run = _by(json_body()), services().run_manager.run
     if run is None:
-        return jsonify({"message": "No run is going."}), 409
+        return jsonify({"message": N_("No run is going.")}), 409
     if run.is_going:  # else it has ended while Stop was pressed: nothing is wrong
         run.stop(by)
     return jsonify({}), 200
@@ -60,9 +61,9 @@ def start(name: str) -> tuple[Response, int]:
         services().run_manager.start(session, name, _options(json_body()))
     except RobotBusy as taken:
         where = url_for("run_panel.panel", name=taken.book)
-        return jsonify({"message": str(taken), "book": taken.book, "where": where}), 409
+        return jsonify({"message": said(taken), "book": taken.book, "where": where}), 409
     except SheetsError as error:
-        return jsonify({"message": str(error)}), 409
+        return jsonify({"message": said(error)}), 409
     return jsonify({"where": url_for("run_panel.panel", name=name)}), 200
 
 
@@ -77,7 +78,7 @@ def act(name: str, action: str) -> tuple[Response, int]:
         return jsonify({}), 200
     run = run_manager.run
     if run is None or run.session is not session or not run.is_going:
-        return jsonify({"message": "No run of this workbook is going."}), 409
+        return jsonify({"message": N_("No run of this workbook is going.")}), 409
     _ACTIONS[action](run, _by(sent), sent)
     return jsonify({}), 200
 

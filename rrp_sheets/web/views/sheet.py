@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar
@@ -26,12 +26,13 @@ from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.scene.scene_words import KINDS, verbs_of
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, script_json, show, words_of
+from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, said, script_json, show, words_of
 from rrp_sheets.web.requests import Asked, author_name, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run.run_session import LONGEST_TEXTS
@@ -49,8 +50,8 @@ _ACTIONS = (
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
-_OLD = "This is no longer what the check says."
-_LOOK = "Look at the problems again."
+_OLD = N_("This is no longer what the check says.")
+_LOOK = N_("Look at the problems again.")
 MOST_PROBLEMS = 300  # that are listed; of the others the number
 FIRST_ROWS = 200  # in the page itself; the others follow
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
@@ -58,6 +59,9 @@ _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0  # from line to line of a text in place of a diagram
 MOST_DRAWN_ROWS = 500
 """Of a behaviour that is drawn and told in words here: nobody reads more beside a table."""
+_TOO_LONG = (
+    N_("This is too long to be drawn here: more than {n} rows.", n=MOST_DRAWN_ROWS), N_("Divide the sheet."),
+)  # fmt: skip
 
 blueprint = Blueprint("sheet", __name__)
 
@@ -260,7 +264,7 @@ def change(name: str, action: str) -> Response:
         session.release(client, _place(given, given))
     elif action == "lock":
         if holder := session.take(client, author, _place(given, given)):
-            return jsonify({"message": f"{holder} is editing this cell.", "taken": True})
+            return jsonify({"message": N_("{name} is editing this cell.", name=holder), "taken": True})
     else:
         if "unlock" in given:  # an edit of a cell ends its editing and moves the cursor, without further requests
             session.release(client, _place(given, given["unlock"]))
@@ -271,8 +275,8 @@ def change(name: str, action: str) -> Response:
 
 
 def _no_sheet(book: str, sheet: str) -> MessagePage:
-    message = f"The workbook has no sheet “{printable(sheet)}”: somebody has deleted or renamed it."
-    return MessagePage("There is no such sheet", message, "Look at the workbook’s other sheets.", book=book)
+    message = N_("The workbook has no sheet “{sheet}”: somebody has deleted or renamed it.", sheet=printable(sheet))
+    return MessagePage(N_("There is no such sheet"), message, N_("Look at the workbook’s other sheets."), book=book)
 
 
 def _make(session: WorkbookSession, author: str, action: str, given: Asked, document: Document) -> Changed | None:
@@ -281,7 +285,7 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if action in ("undo", "redo"):
         changed = document.undo(author, again=action == "redo")
         if changed is None:
-            raise Refused("There is nothing to undo." if action == "undo" else "There is nothing to do again.")
+            raise Refused(N_("There is nothing to undo." if action == "undo" else "There is nothing to do again."))
         return changed
     sheet = text_of(given, "sheet")
     if action == "cells":
@@ -354,7 +358,8 @@ def _apply(document: Document, author: str, fix: Fix) -> Changed:
     sheets = {e.sheet if isinstance(e, Insert) else e.address.sheet for e in fix.edits}
     missing = sorted(name for name in sheets if name not in document.grids)
     if missing:
-        raise Refused(f"There is no sheet “{missing[0]}” that this fix could change.", "Make it, or mend it by hand.")
+        message = N_("There is no sheet “{sheet}” that this fix could change.", sheet=missing[0])
+        raise Refused(message, N_("Make it, or mend it by hand."))
     steps = list(_steps(document.grids, fix))
     if not steps:
         raise Refused(_OLD, _LOOK)
@@ -449,14 +454,14 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
         if not analysis.understood:
-            why = "The diagram comes when the problems are mended."
+            why = N_("The diagram comes when the problems are mended.")
         elif len(behaviour.steps) > MOST_DRAWN_ROWS:
-            why = f"This is too long to be drawn here: more than {MOST_DRAWN_ROWS} rows. Divide the sheet."
+            why = sentences(*_TOO_LONG)
         else:
             try:
                 drawing = Markup(analysis.drawing(behaviour))
             except SheetsError as error:
-                why = str(error)
+                why = said(error)
             words = words_of(explain(analysis.graph, analysis.workbook, analysis.robot, [behaviour])[0])
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
@@ -478,19 +483,19 @@ def own_grid(document: Document, name: str) -> Grid:
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
     """Draw the behaviour's diagram, or a picture with the reason why there is none."""
     if not book.analysis.understood:
-        return _in_words(["This cannot be drawn yet.", "First mend the problems beside it."])
+        return _in_words([N_("This cannot be drawn yet."), N_("First mend the problems beside it.")])
     if len(behaviour.steps) > MOST_DRAWN_ROWS:
-        return _in_words([f"This is too long to be drawn here: more than {MOST_DRAWN_ROWS} rows.", "Divide the sheet."])
+        return _in_words(_TOO_LONG)
     try:
         drawn = draw_diagram(
             book.analysis.graph, behaviour, problems=book.analysis.flags(behaviour), whole=True, timeout=_SECONDS
         )
     except SheetsError as error:
         return _in_words([error.message, error.remedy])
-    return drawn[0].svg if drawn else _in_words(["There is no row to draw yet."])
+    return drawn[0].svg if drawn else _in_words([N_("There is no row to draw yet.")])
 
 
-def _in_words(lines: list[str]) -> str:
+def _in_words(lines: Sequence[str]) -> str:
     body = "".join(text(8, 4 + _LINE * (n + 1), line, 11) for n, line in enumerate(lines))
     high = _LINE * len(lines) + 16
-    return frame(body, 440, high, ident="why", title="No diagram", description=" ".join(lines))
+    return frame(body, 440, high, ident="why", title=N_("No diagram"), description=" ".join(lines))

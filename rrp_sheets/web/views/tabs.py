@@ -11,8 +11,9 @@ from flask import Blueprint, Response, jsonify, request
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
-from rrp_sheets.web.models import show
+from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.workbook.schema import TITLES, is_single
 
@@ -21,14 +22,14 @@ MOST_NAMED = 12  # places that are told before a sheet is deleted
 _COLUMNS = 2_000  # letters of a new table's columns
 NAME = 200  # letters of a name that is looked at; those of a sheet are fewer, which is told
 _HELP = {
-    "behaviour": "what the robot does, one step a row",
-    "devices": "names for sensors and actuators, with their settings",
-    "helpers": "calculations and numbers for several formulas",
-    "scene": "what happens in the simulator",
-    "gestures": "movements of your own, as keyframes",
-    "test": "values to send, and what must come out",
-    "protocol": "what the session is for, and how it runs",
-    "table": "a table of your own, for formulas",
+    "behaviour": N_("what the robot does, one step a row"),
+    "devices": N_("names for sensors and actuators, with their settings"),
+    "helpers": N_("calculations and numbers for several formulas"),
+    "scene": N_("what happens in the simulator"),
+    "gestures": N_("movements of your own, as keyframes"),
+    "test": N_("values to send, and what must come out"),
+    "protocol": N_("what the session is for, and how it runs"),
+    "table": N_("a table of your own, for formulas"),
 }
 
 
@@ -87,7 +88,7 @@ def about(name: str, sheet: str) -> Response:
     try:
         named = document.sheets.naming(sheet)
     except SheetsError as error:
-        return jsonify({"message": str(error)})
+        return jsonify({"message": said(error)})
     grid = document.grids.get(sheet)
     rows = sum(bool(grid.texts[row]) for row in list(grid.rows)) if grid is not None else None
     more = len(named) - MOST_NAMED
@@ -126,7 +127,7 @@ def _move(session: WorkbookSession, document: Document, author: str, given: Aske
     group = list(document.grids) if sheet in document.grids else list(document.own)
     to = group.index(sheet) + by if sheet in group else -1
     if not 0 <= to < len(group):
-        raise Refused("It stands at the end already." if sheet in group else "There is no such sheet any more.")
+        raise Refused(N_("It stands at the end already." if sheet in group else "There is no such sheet any more."))
     names = list(document.reading.workbook.sheets)
     after = names[names.index(group[to]) + 1 :][:1] if by > 0 else [group[to]]
     return document.sheets.move(author, sheet, after[0] if after else "")
@@ -140,8 +141,13 @@ def _delete(session: WorkbookSession, document: Document, author: str, given: As
     sheet = _of(document, given)
     people = session.locks.others(text_of(given, "client"), sheet)
     if people:
-        who = " and ".join(people[:3])
-        raise Refused(f"{who} {'is' if len(people) == 1 else 'are'} editing a cell of it just now.", "Try again later.")
+        message = N_(
+            "{who} is editing a cell of it just now."
+            if len(people) == 1
+            else "{who} are editing a cell of it just now.",
+            who=both(people[:3]),
+        )
+        raise Refused(message, N_("Try again later."))
     return document.sheets.delete(author, sheet)
 
 

@@ -25,7 +25,8 @@ from rrp_sheets.robots.media_files import SUFFIXES as PICTURES
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import is_device
 from rrp_sheets.services.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
-from rrp_sheets.web.models import KindText, counts, plural, show
+from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.web.models import KindText, both, counts, plural, said, show
 from rrp_sheets.web.runs.run_store import RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
@@ -44,17 +45,17 @@ blueprint = Blueprint("workbooks", __name__)
 SORTS = ("recent", "name", "run")
 ARCHIVE = "archive"
 _MADE = (
-    ("guided", "every sheet with its headers, and notes that say what to type where"),
-    ("empty", "every sheet with its headers, and nothing in them"),
+    ("guided", N_("every sheet with its headers, and notes that say what to type where")),
+    ("empty", N_("every sheet with its headers, and nothing in them")),
 )
 _MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
 _MOST_WORDS = 4_000  # letters that a search looks through
-_UNSHOWABLE = "Its name has letters that cannot be shown here."
+_UNSHOWABLE = N_("Its name has letters that cannot be shown here.")
 _FORBIDDEN = frozenset('/\\:*?"<>|\0')  # in the name of a file
 _LONGEST = 100  # letters of the name of a file
 _MOST_UPLOADS = 20  # files at once
 _MOST_BYTES = 200_000_000  # unpacked; what is sent may have 8 MB
-_OTHER_ROBOT = (
+_OTHER_ROBOT = N_(
     "The robot's catalogue in it is another one than this program's, which is used here; "
     "`rrp-sheets run` on the bundle itself takes the bundle's."
 )
@@ -164,7 +165,7 @@ def shelf_page(
     others: list[str] = []
     for name in names[:MOST_FILES]:
         if not addressable(name):
-            unreadable.append(Unreadable(printable(name), _UNSHOWABLE, "Rename the file.", addressed=False))
+            unreadable.append(Unreadable(printable(name), _UNSHOWABLE, N_("Rename the file."), addressed=False))
             continue
         if repository.is_text(name):
             others.append(name)
@@ -217,7 +218,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
         name=book.name,
         title=book.title,
         about=about,
-        size=f"{plural(len(workbook.behaviours), 'behaviour')}, {plural(rows, 'row')}",
+        size=listed([plural(len(workbook.behaviours), "behaviour"), plural(rows, "row")]),
         changed=changed(book),
         counts=counts(book.analysis.findings),
         picture=bool(drawable and drawable[0].steps and book.analysis.understood),
@@ -242,12 +243,12 @@ def _new() -> Done:
     repository = services().repository
     path = _free(repository, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
-    return f"Made {path.name}.", path.name
+    return N_("Made {name}.", name=path.name), path.name
 
 
 def _tutorial() -> Done:
     path = begin_tutorial(services().repository.folder)
-    return f"Made {path.name}.", path.name
+    return N_("Made {name}.", name=path.name), path.name
 
 
 def _copy() -> Done:
@@ -255,9 +256,10 @@ def _copy() -> Done:
     source = repository.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
-        raise SheetsError(f"“{source.name}” is no file any more.", "Put the workbook there again.")
+        message = N_("“{name}” is no file any more.", name=source.name)
+        raise SheetsError(message, N_("Put the workbook there again."))
     write_atomically(target, source.read_bytes(), replace=False)
-    return f"Made {target.name}.", target.name
+    return N_("Made {name}.", name=target.name), target.name
 
 
 def _rename() -> Done:
@@ -267,7 +269,7 @@ def _rename() -> Done:
     with services().open_workbooks.without(source.name):
         source.rename(target)
         services().open_workbooks.renamed(source.name, target.name)
-    return f"{source.name} is now {target.name}.", target.name
+    return N_("{old} is now {new}.", old=source.name, new=target.name), target.name
 
 
 def _archive() -> Done:
@@ -280,7 +282,7 @@ def _archive() -> Done:
         target = _numbered(target)
     with services().open_workbooks.without(source.name):
         shutil.move(source, target)
-    return f"{source.name} is in the folder {ARCHIVE} now.", ""
+    return N_("{name} is in the folder {folder} now.", name=source.name, folder=ARCHIVE), ""
 
 
 def _unarchive() -> Done:
@@ -288,19 +290,19 @@ def _unarchive() -> Done:
     name = request.form.get("book", "")
     source = repository.folder / ARCHIVE / name
     if name not in archived(repository) or source.is_symlink():
-        raise SheetsError("This workbook is not in the archive any more.", "Look at the list again.")
+        raise SheetsError(N_("This workbook is not in the archive any more."), N_("Look at the list again."))
     target = repository.folder / name
     if target.exists():
         target = _numbered(target)
     source.rename(target)
-    return f"{target.name} is back on the shelf.", target.name
+    return N_("{name} is back on the shelf.", name=target.name), target.name
 
 
 def _upload() -> Done:
     repository = services().repository
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
-        raise SheetsError("No file was chosen.", "Choose an .xlsx file, or a bundle (.zip).")
+        raise SheetsError(N_("No file was chosen."), N_("Choose an .xlsx file, or a bundle (.zip)."))
     stored: list[str] = []
     notes: list[str] = []
     for file in files[:_MOST_UPLOADS]:
@@ -313,11 +315,10 @@ def _upload() -> Done:
             else:
                 stored.append(_store(repository, name, file.stream.read(FILE_BYTES + 1)))
         except SheetsError as error:
-            done = f" {' and '.join(stored)} could be stored." if stored else ""
-            raise SheetsError(error.message + done, error.remedy) from error
-    verb = "is" if len(stored) == 1 else "are"
-    notice = " ".join([f"{' and '.join(stored)} {verb} on the shelf.", *notes]).strip()
-    return notice, stored[0] if len(stored) == 1 else ""
+            done = N_("{names} could be stored.", names=both(stored)) if stored else ""
+            raise SheetsError(sentences(error.message, done), error.remedy) from error
+    notice = N_("{names} is on the shelf." if len(stored) == 1 else "{names} are on the shelf.", names=both(stored))
+    return sentences(notice, *notes), stored[0] if len(stored) == 1 else ""
 
 
 _ACTIONS: dict[str, Callable[[], Done]] = {
@@ -339,7 +340,7 @@ def act(action: str) -> Response:
     try:
         notice, made = _ACTIONS[action]()
     except SheetsError as error:
-        notice = str(error)
+        notice = said(error)
         return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
     answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
     if action in ("new", "tutorial"):  # one wants to write in it now
@@ -385,14 +386,15 @@ def _name(wanted: str, suffix: str = ".xlsx") -> str:
         or not name.isprintable()
         or is_device(name)
     ):
-        raise SheetsError(f"“{wanted[:_LONGEST]}” cannot be the name of a file.", "Use letters, digits and spaces.")
+        message = N_("“{name}” cannot be the name of a file.", name=wanted[:_LONGEST])
+        raise SheetsError(message, N_("Use letters, digits and spaces."))
     return name
 
 
 def _free(repository: WorkbookRepository, name: str) -> Path:
     path = repository.folder / name
     if path.exists():
-        raise SheetsError(f"There is already a file “{name}”.", "Choose another name.")
+        raise SheetsError(N_("There is already a file “{name}”.", name=name), N_("Choose another name."))
     return path
 
 
@@ -417,14 +419,15 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
         bundle = unpack(packed, Path(scratch) / "files", _MOST_BYTES)
         book = bundle.workbook
         if not book.is_file() or book.suffix.casefold() not in SUFFIXES or book.name[0] in ".~":
-            raise SheetsError("The workbook in this bundle cannot be shown here.", "Use `rrp-sheets run` for it.")
+            message = N_("The workbook in this bundle cannot be shown here.")
+            raise SheetsError(message, N_("Use `rrp-sheets run` for it."))
         api.read(book)
         runs_place(folder)  # refuses one that leads elsewhere, before anything is stored
         _move(folder, _new_files(folder, bundle))
         other = catalogue_note(bundle.folder)
         kept = _take_runs(folder, bundle, with_robot=bool(other))
         notes = [note for note in bundle.notes if note not in other]
-    return book.name, " ".join([*notes, *([_OTHER_ROBOT] if other else []), *kept])
+    return book.name, sentences(*notes, _OTHER_ROBOT if other else "", *kept)
 
 
 def _new_files(folder: Path, bundle: Bundle) -> list[Path]:
@@ -436,7 +439,8 @@ def _new_files(folder: Path, bundle: Bundle) -> list[Path]:
         if not target.exists():
             new.append(path)
         elif not target.is_file() or target.read_bytes() != path.read_bytes():
-            raise SheetsError(f"There is already another file “{path.name}”.", "Rename that one, and upload again.")
+            message = N_("There is already another file “{name}”.", name=path.name)
+            raise SheetsError(message, N_("Rename that one, and upload again."))
     return new
 
 
@@ -458,7 +462,7 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
     for run in bundle.runs:
         target = folder / RUNS / run.name
         if target.exists():
-            notes.append(f"There is a run “{run.name}” already, which stays as it is.")
+            notes.append(N_("There is a run “{run}” already, which stays as it is.", run=run.name))
             continue
         making = target.with_name(f".{run.name}.part")
         shutil.rmtree(making, ignore_errors=True)
@@ -471,5 +475,6 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
             making.rename(target)
         except OSError as error:  # no room, or another upload was quicker
             shutil.rmtree(making, ignore_errors=True)
-            notes.append(f"The run “{run.name}” could not be stored ({error.strerror or 'is there room for it?'}).")
+            why = error.strerror or N_("is there room for it?")
+            notes.append(N_("The run “{run}” could not be stored ({why}).", run=run.name, why=why))
     return notes
