@@ -17,10 +17,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.testing.run import in_order, run_tests
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.testing import results as module
-from rrp_sheets.web.testing import tester as process
 from rrp_sheets.web.testing.panel import panel_of
-from rrp_sheets.web.testing.results import WorkbookTests
-from rrp_sheets.web.testing.tester import Tester
+from rrp_sheets.web.testing.results import Tester, WorkbookTests
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -167,12 +165,12 @@ def test_a_test_that_does_not_end_is_ended_and_said(
 ) -> None:
     here = page(GOOD, A=HOLDS)
     with monkeypatch.context() as patched:
-        patched.setattr(process, "GRACE", 0.0)
-        patched.setattr(process, "START", 0.0)
+        patched.setattr(module, "GRACE", 0.0)
+        patched.setattr(module, "START", 0.0)
         alone = Tester()
         with pytest.raises(SheetsError, match="did not come to an end"):
             alone.run(here.document.path, 0.001)
-    assert alone.run(here.document.path, 5)["tests"][0]["holding"] == [3], "the next time another process does it"
+    assert alone.run(here.document.path, 5).tests[0][1] == {3: ""}, "the next time another process does it"
     alone.close()
     with pytest.raises(SheetsError, match="being ended"):
         alone.run(here.document.path, 5)

@@ -1,14 +1,19 @@
-"""Panel of the tests beside a sheet: which of them hold, and what the first failing one lacks."""
+"""Panel of the tests beside a sheet: which of them hold, and what the first failing one lacks.
+
+Lessons are tests named “Lesson 1 …” that are done one after the other; a comment `# LESSON 1: …` says what to do. One
+that was not begun is no failure: it is shown as “not yet”, and the first of them as the one to do now.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from rrp_sheets.connectors import connectors
 from rrp_sheets.documents import Document
-from rrp_sheets.testing.judge import seconds
+from rrp_sheets.documents.grid import Grid
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.web.testing.lessons import Lesson, lessons_of, number_of
 from rrp_sheets.web.testing.results import (
     FAILS,
     HOLDS,
@@ -20,6 +25,7 @@ from rrp_sheets.web.testing.results import (
     Tested,
     WorkbookTests,
     counted,
+    number_of,
 )
 
 MOST_MISSED = 3  # rows of a test that are told beside the sheet
@@ -33,6 +39,11 @@ _WORDS = {
 }  # fmt: skip
 _DONE = {HOLDS: N_("done"), FAILS: N_("does not hold any more")}
 """Words for lessons instead."""
+_TOLD = re.compile(r"#+\s*lesson\s+(\d{1,3})\b", re.IGNORECASE)
+_WORD = re.compile(r"[A-Za-z]+")
+MOST_TERMS = 4
+WORDS = frozenset(("stream", "event", "field", "formula", "connector", "actuator", "sensor", "trace"))
+"""Words of the field that there is help on; connectors are such words too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,19 +62,6 @@ class TestLine:
     here: bool
     told_in: str = ""
     row: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class MissedLine:
-    """Row that does not hold; `at` is its time, in words as `got` tells times, `hints` explain it."""
-
-    row: int
-    at: str
-    stream: str
-    expected: str
-    got: str
-    notes: str
-    hints: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +91,7 @@ class TestsPanel:
     state: str
     broken: bool
     terms: tuple[str, ...]
-    missed: tuple[MissedLine, ...]
+    missed: tuple[Missed, ...]
     left_out: int
     unsent: tuple[str, ...]
     notes: tuple[str, ...]
@@ -118,7 +116,7 @@ def panel_of(tests: WorkbookTests, document: Document, sheet: str) -> TestsPanel
         count=counted(results) if results.tests else "", done=bool(lines) and results.holding == len(lines),
         lines=lines, first=first.sheet if first is not None else "", state=state,
         broken=first is not None and first.sheet in results.held, terms=lesson.terms if lesson is not None else (),
-        missed=tuple(map(_missed, missed)), left_out=more,
+        missed=missed, left_out=more,
         unsent=first.unsent[:MOST_MISSED] if first is not None else (), notes=tuple(_notes(results)),
         running=results.running or not (results.tests or results.why),
     )  # fmt: skip
@@ -152,13 +150,6 @@ def _first(results: Results, sheet: str, now: str) -> Tested | None:
     return next(iter(begun), None) or next((t for t in failing if t.sheet == now), None)
 
 
-def _missed(row: Missed) -> MissedLine:
-    time = seconds(round(row.ms * 1000))
-    when = N_("up to {time}" if row.expected.strip().casefold() == "nothing" else "at {time}", time=time)
-    expected = N_("any value") if row.expected.strip().casefold() == "any" else row.expected
-    return MissedLine(row.number, when, row.stream, expected, row.got, row.notes, row.hints)
-
-
 def _notes(results: Results) -> list[str]:
     notes = []
     if results.why:
@@ -181,3 +172,61 @@ def _notes(results: Results) -> list[str]:
     if any(t.state == LATE for t in results.tests):
         notes.append(N_("The tests take long. Press Run tests to let them have more time."))
     return notes
+
+
+@dataclass(frozen=True, slots=True)
+class Lesson:
+    """Place of a lesson in a workbook, and the terms that it introduces.
+
+    Attributes:
+        sheet: the behaviour whose comments describe it.
+        row: the id of the row that begins it.
+        terms: words with a help topic that no earlier lesson uses.
+    """
+
+    sheet: str
+    row: str
+    terms: tuple[str, ...]
+
+
+def lessons_of(grids: Mapping[str, Grid]) -> dict[int, Lesson]:
+    """Return the lessons in the behaviours of a workbook, by their numbers."""
+    told: dict[int, Lesson] = {}
+    met: set[str] = set()
+    for grid in grids.values():
+        if grid.kind != "behaviour":
+            continue
+        for number, row, words in _told(grid):
+            terms = tuple(dict.fromkeys(t for t in _terms(words) if t not in met))
+            met |= set(terms)
+            told.setdefault(number, Lesson(grid.name, row, terms[:MOST_TERMS]))
+    return told
+
+
+def _told(grid: Grid) -> Iterator[tuple[int, str, str]]:
+    """Yield the number, first row and comments of each lesson; the first includes the comments before it."""
+    number, first, words = 0, "", ""
+    for row in grid.rows:
+        texts = grid.texts.get(row, {})
+        text = texts[min(texts)].strip() if texts else ""
+        if not text.startswith("#"):
+            continue
+        begins = _TOLD.match(text)
+        if begins:
+            if number:
+                yield number, first, words
+            number, first, words = int(begins[1]), row, "" if number else words
+        words += f" {text}"
+    if number:
+        yield number, first, words
+
+
+def _terms(words: str) -> Iterator[str]:
+    """Yield the connectors and the words of the glossary in a text, in their order."""
+    names = {c.name for c in connectors()}
+    for word in _WORD.findall(words):
+        single = word.lower().removesuffix("s")
+        if word in names:
+            yield word
+        elif single in WORDS:
+            yield single

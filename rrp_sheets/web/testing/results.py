@@ -1,39 +1,60 @@
-"""Results of an open workbook's tests, and the thread that runs them after every check if they are quick."""
+"""Tests of an open workbook: run by a thread after every check if they are quick, in a process with a memory limit."""
 
 from __future__ import annotations
 
+import re
 import threading
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_, sentences
-from rrp_sheets.web.models import said
-from rrp_sheets.web.testing.lessons import number_of
-from rrp_sheets.web.testing.tester import Tester
-from rrp_sheets.workers.worker_process import WorkerError
+from rrp_sheets.workers.codec import unpack
+from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
+
+if TYPE_CHECKING:
+    from rrp_sheets.documents import Document
+    from rrp_sheets.testing import CaseResult, RowResult
 
 QUICK = 2.0
 """Seconds of the processor's time: tests that take longer are run only when somebody asks for it."""
 PATIENT = 60.0
 """Seconds for tests that somebody has asked for."""
+GRACE = 10.0
+"""Seconds that a process may take besides its time, since it is not alone on the machine; then it is ended."""
+START = 20.0
+"""Seconds more when it has to be started first."""
 HOLDS, FAILS, IDLE, WAITS, LATE = "holds", "fails", "idle", "waits", "late"
 """States of a test: its rows hold, or not; it expects nothing; it has errors; it was not reached in time."""
+_TASK = f"{__name__}.run_workbook_tests"
+_LESSON = re.compile(r"lesson\s+(\d{1,3})\b", re.IGNORECASE)
+
+
+def number_of(test: str) -> int | None:
+    """Return the number of the lesson that a test belongs to; None for other tests.
+
+    >>> number_of("Lesson 3 Name it"), number_of("Lessons"), number_of("Speaks")
+    (3, None, None)
+    """
+    found = _LESSON.match(test.strip())
+    return int(found[1]) if found else None
 
 
 @dataclass(frozen=True)
 class Missed:
-    """Row of a test that does not hold: the expected and the actual value, and hints, in words."""
+    """Row of a test that does not hold, in words: what should have come `at` what time, what came, what explains it."""
 
-    number: int
-    ms: float
+    row: int
+    at: str
     stream: str
     expected: str
     got: str
-    notes: str = ""
-    hints: tuple[str, ...] = ()
+    notes: str
+    hints: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -65,7 +86,6 @@ class Results:
         running: they are being run.
         stale: the workbook was changed since then, and they are run only when somebody asks for it.
         rows: the rows that were left out since they have errors, in words.
-        errors: how many errors the workbook has.
         held: the tests that have held since the workbook was opened.
         why: says why there is nothing; empty when there is.
     """
@@ -74,7 +94,6 @@ class Results:
     running: bool = False
     stale: bool = False
     rows: tuple[str, ...] = ()
-    errors: int = 0
     held: frozenset[str] = frozenset()
     why: str = ""
 
@@ -86,6 +105,58 @@ class Results:
     def of(self, sheet: str) -> Tested | None:
         """Return the result of the test on a sheet, if there is one."""
         return next((t for t in self.tests if t.sheet == sheet), None)
+
+
+@dataclass(frozen=True)
+class TestRun:
+    """Answer of the process that runs the tests of a workbook.
+
+    Attributes:
+        rows: those that were left out since they have errors.
+        waiting: the names of the tests that have errors; `late` of those that were not reached in time.
+        tests: each with its marks by row number; None when the errors concern the whole workbook.
+    """
+
+    __test__ = False  # no test of pytest's
+
+    rows: tuple[Address, ...]
+    waiting: tuple[str, ...]
+    late: tuple[str, ...] = ()
+    tests: tuple[tuple[Tested, Mapping[int, str]], ...] | None = None
+
+
+class Tester:
+    """Runner of tests in a worker process; from any thread, one workbook at a time. It starts when needed."""
+
+    __test__ = False  # no test of pytest's
+
+    def __init__(self) -> None:
+        self._worker = RestartingWorker()
+
+    @property
+    def pid(self) -> int | None:
+        """Process id of the worker; None while there is none."""
+        return self._worker.pid
+
+    def run(self, path: Path, within: float) -> TestRun:
+        """Run the tests of a workbook within some seconds of CPU time.
+
+        Raises:
+            WorkerError: when the tests had to be ended, or their process ended.
+            SheetsError: when the file cannot be read.
+        """
+        try:
+            return unpack(TestRun, self._worker.ask([_TASK, str(path.absolute()), within], within + GRACE, START))
+        except WorkerError as none:
+            remedy = N_("Let what they test come less often, or make them shorter.")
+            if none.gone:
+                remedy = N_("Press Run tests; they are also run again after the next change.")
+            message = N_("The tests were ended: they {why}.", why=none.why)
+            raise WorkerError(none.why, gone=none.gone, message=message, remedy=remedy) from None
+
+    def close(self) -> None:
+        """End the process, whatever it is doing, and start no other."""
+        self._worker.close()
 
 
 class WorkbookTests:
@@ -159,44 +230,31 @@ class WorkbookTests:
         try:
             answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
         except SheetsError as error:  # where their process was ended from outside, they are not to blame
-            results = Results(why=said(error))
+            results = Results(why=sentences(error.message, error.remedy))
             self._slow = not (isinstance(error, WorkerError) and error.gone)
         else:
-            self._slow = bool(answer.get("late"))
+            self._slow = bool(answer.late)
             results = self._understood(answer)
         if self._document.version != version:
             return  # the check of what is newer lets them run again
         self._version = version
         self._say(results, self._news(results))
 
-    def _understood(self, answer: Mapping[str, Any]) -> Results:
-        rows = tuple(N_("{sheet} row {row}", sheet=sheet, row=row) for sheet, row in answer["left"])
-        errors = int(answer["errors"])
-        if answer["tests"] is None:
-            return Results(errors=errors, why=N_("The tests are run again when the errors are mended."))
-        found = {case["sheet"]: self._case(case) for case in answer["tests"]}
-        for state, names in ((WAITS, answer["waiting"]), (LATE, answer["late"])):
+    def _understood(self, answer: TestRun) -> Results:
+        if answer.tests is None:
+            return Results(why=N_("The tests are run again when the errors are mended."))
+        found = {test.sheet: replace(test, marks=self._marks(test.sheet, marks)) for test, marks in answer.tests}
+        for state, names in ((WAITS, answer.waiting), (LATE, answer.late)):
             found |= {name: Tested(name, state) for name in names}
         ordered = tuple(found[name] for name in self.sheets if name in found)
         self._held |= {test.sheet for test in ordered if test.state == HOLDS}
-        return Results(ordered, rows=rows, errors=errors, held=self._held)
+        rows = tuple(N_("{sheet} row {row}", sheet=a.sheet, row=a.row) for a in answer.rows)
+        return Results(ordered, rows=rows, held=self._held)
 
-    def _case(self, case: Mapping[str, Any]) -> Tested:
-        name, failing = case["sheet"], case["failing"]
-        grid = self._document.grids.get(name)
+    def _marks(self, sheet: str, marks: Mapping[int, str]) -> dict[str, str]:
+        grid = self._document.grids.get(sheet)
         ids = {number: row for row, number in grid.numbers().items()} if grid is not None else {}
-        told = dict.fromkeys(case["holding"], "") | dict.fromkeys(case["more"], N_("something else"))
-        told |= {row["row"]: row["got"] for row in failing}
-        unsent = tuple(
-            N_("Row {row} could not be sent: {why}", row=number, why=words) for number, words in case["broken"].items()
-        )
-        missed = tuple(
-            Missed(r["row"], r["ms"], r["stream"], r["expected"], r["got"], r["notes"], tuple(r["hints"]))
-            for r in failing
-        )
-        state = FAILS if missed or unsent else HOLDS if case["expects"] else IDLE
-        marks = {ids[number]: words for number, words in told.items() if number in ids}
-        return Tested(name, state, case["expects"], missed, len(case["more"]), unsent, marks)
+        return {ids[number]: words for number, words in marks.items() if number in ids}
 
     def _news(self, results: Results) -> str:
         """Describe what has changed since the last results; empty for nothing."""
@@ -236,3 +294,57 @@ def counted(results: Results) -> str:
     return N_(
         "{holding} of {n} tests holds" if holding == 1 else "{holding} of {n} tests hold", n=every, holding=holding
     )
+
+
+# ---- in the worker process
+MOST_TOLD = 200  # rows of one test that do not hold and are told in words; the others are only marked
+_LONGEST = 300  # letters of one line
+
+
+def run_workbook_tests(path: str, within: float) -> TestRun:
+    """Run the tests of a workbook, as far as its errors allow.
+
+    Args:
+        path: of the workbook.
+        within: seconds of CPU time, after which the current test is aborted and no further one is started.
+    """
+    from rrp_sheets.testing.run import in_order, run_tests
+    from rrp_sheets.workbook import read
+
+    part = in_order(read(Path(path)))
+    if part.checked is None:
+        return TestRun(part.rows, part.waiting)
+    until = time.process_time() + within  # on a busy machine, tests take no more of it than on an idle one
+    cases = run_tests(part.checked, lambda: time.process_time() > until).cases
+    late = tuple(case.name for case in part.checked.tests[len(cases) :])
+    return TestRun(part.rows, part.waiting, late, tuple(_tested(case) for case in cases))
+
+
+def _tested(case: CaseResult) -> tuple[Tested, dict[int, str]]:
+    failed, more = case.failed_rows[:MOST_TOLD], case.failed_rows[MOST_TOLD:]
+    missed = tuple(map(_missed, failed))
+    unsent = tuple(
+        N_("Row {row} could not be sent: {why}", row=number, why=_short(words))
+        for number, words in list(case.broken.items())[:MOST_TOLD]
+    )
+    state = FAILS if missed or unsent else HOLDS if case.rows else IDLE
+    marks = {r.row.row: "" for r in case.rows if r.passed} | {r.row.row: N_("something else") for r in more}
+    marks |= {m.row: m.got for m in missed}
+    return Tested(case.case.name, state, len(case.rows), missed, len(more), unsent), marks
+
+
+def _missed(result: RowResult) -> Missed:
+    from rrp_sheets.testing.judge import seconds
+
+    row = result.row
+    expected = _short(row.expectation.text if row.expectation else "")
+    word = expected.strip().casefold()
+    return Missed(
+        row.row, N_("up to {time}" if word == "nothing" else "at {time}", time=seconds(row.time_us)), _short(row.name),
+        N_("any value") if word == "any" else expected, _short(result.got), _short(row.notes),
+        tuple(map(_short, result.hints[:3])),
+    )  # fmt: skip
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
