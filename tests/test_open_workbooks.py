@@ -16,8 +16,7 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web.collab import broadcaster
 from rrp_sheets.web.collab.broadcaster import EventStream, Place
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
-from rrp_sheets.web.run.run_manager import RunManager
-from rrp_sheets.web.run.run_session import RunOptions
+from rrp_sheets.web.run.run_session import RunManager, RunOptions
 from rrp_sheets.workbook.maker import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]

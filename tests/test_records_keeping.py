@@ -97,7 +97,7 @@ def test_the_marbles_that_are_shown_can_be_taken_along(client: FlaskClient) -> N
 
 def test_a_long_record_is_not_waited_for(client: FlaskClient, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = get(client, "/runs/2-b").text
-    monkeypatch.setattr("rrp_sheets.web.runs.run_list._LONG", 100)
+    monkeypatch.setattr("rrp_sheets.web.views.recordings._LONG", 100)
     page = get(client, "/runs/2-b").text
     assert "data-reading" in page and "It is being read" in page and "What happened" not in page
     assert "/runs/2-b/trace.csv" in page and 'id="marbles"' not in page

@@ -21,8 +21,7 @@ from rrp_sheets.web.app import create_app
 from rrp_sheets.web.collab import workbook_session as workbook_session_module
 from rrp_sheets.web.collab.broadcaster import EventStream, message
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
-from rrp_sheets.web.run.run_manager import RunManager
-from rrp_sheets.web.run.run_session import RunOptions
+from rrp_sheets.web.run.run_session import RunManager, RunOptions
 from rrp_sheets.web.run.run_state import RunState
 from rrp_sheets.workbook.maker import make_workbook
 

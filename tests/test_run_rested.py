@@ -18,8 +18,7 @@ from rrp_sheets.runs.running import run
 from rrp_sheets.runs.view import RunSettings, Summary
 from rrp_sheets.web.collab.broadcaster import EventStream
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
-from rrp_sheets.web.run.run_manager import RunManager
-from rrp_sheets.web.run.run_session import RunOptions, failed
+from rrp_sheets.web.run.run_session import RunManager, RunOptions, failed
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 

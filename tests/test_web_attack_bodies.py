@@ -21,8 +21,7 @@ from flask import Flask
 from test_hostile_files import REFUSED
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.connections import MOST_OF_ONE
-from rrp_sheets.web.serving import bind, make_server
+from rrp_sheets.web.serving import MOST_OF_ONE, bind, make_server
 
 STRANGE: list[Any] = [
     None, True, 0, -1, 1.5, 1e308, 10**400, "", "x", "\ud800", "\0", "x" * 100_000, [], [[]], [None], {}, {"a": {}},

@@ -10,6 +10,8 @@ from flask import Response, abort, request
 from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.documents import Document
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.security import SOMEBODY, clean_name, visitor
 from rrp_sheets.web.services import services
@@ -118,6 +120,19 @@ def run_or_404(run: str) -> str:
 def rows_asked() -> list[int]:
     """Return the numbers of the rows that the address names, up to a limit."""
     return [int(r) for r in request.args.getlist("row") if r.isdecimal() and len(r) < 7][:_MOST_ROWS]
+
+
+def seconds_of(text: str) -> float | None:
+    """Parse a time in seconds; None for a blank text."""
+    if not text.strip():
+        return None
+    try:
+        value = float(text.replace(",", ".").removesuffix("s"))
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < 1e8:
+        raise SheetsError(N_("“{text}” is no time in seconds.", text=text), N_("Write a number, such as 12.5."))
+    return value
 
 
 def confirm_download(answer: Response) -> Response:

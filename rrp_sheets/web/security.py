@@ -25,8 +25,8 @@ from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.texts import N_
-from rrp_sheets.web import connections
 from rrp_sheets.web.password import LoginThrottle, Password
+from rrp_sheets.web.serving import let_in
 from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
 
 HOSTS = ("127.0.0.1", "localhost")
@@ -84,7 +84,7 @@ def check() -> AnyResponse | None:
     if g.person is None and not (settings.lan and _is_for_everyone()):
         return _sent_away(settings.lan)
     if g.person is not None:
-        connections.let_in(request.environ)
+        let_in(request.environ)
     return None
 
 

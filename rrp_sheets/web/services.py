@@ -11,7 +11,7 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.services.bundling import Packer
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
-from rrp_sheets.web.run.run_manager import RunManager
+from rrp_sheets.web.run.run_session import RunManager
 from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter
 from rrp_sheets.web.runs.replay_jobs import Replays
 from rrp_sheets.web.runs.run_store import RunStore

@@ -12,8 +12,7 @@ from flask import Blueprint, Response, abort, request, send_file
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.texts import N_, told
-from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404
-from rrp_sheets.web.runs.run_list import seconds_of
+from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404, seconds_of
 from rrp_sheets.web.runs.run_store import XLSX, made
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable

@@ -2,24 +2,186 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 from flask import Blueprint, Response, jsonify, request
 from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.recording.listing import clock
-from rrp_sheets.recording.metadata import RunMetadata
-from rrp_sheets.texts import N_
+from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
+from rrp_sheets.recording.folder import describe
+from rrp_sheets.recording.listing import clock, length
+from rrp_sheets.recording.metadata import RunMetadata, newest_first
+from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import both, said, show
-from rrp_sheets.web.requests import rows_asked, run_or_404
-from rrp_sheets.web.runs.run_list import marbles_page, record_page, runs_page
-from rrp_sheets.web.runs.run_store import RunLine, line_of
+from rrp_sheets.web.requests import rows_asked, run_or_404, seconds_of
+from rrp_sheets.web.runs.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
+from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 blueprint = Blueprint("recordings", __name__)
+A_PAGE = 100  # runs
+_BESIDE = 30  # further runs of the same workbook
+_LOG = 500
+_EDITS = 4  # rows that are named as changed
+_WHOLE = 40.0  # s: a run that is longer shows its first half minute
+_FIRST = 30.0
+_LONG = 12_000_000  # bytes of a record that takes more than a second to be read
+_KINDS = {
+    "say": (N_("said"), "say"), "command": (N_("command"), "gesture"), "person": (N_("a person"), "say"),
+    "sound": (N_("played"), "sound"),
+    "error": (N_("error"), "error"), "clamp": (N_("cut to its limit"), "warning"),
+    "mark": (N_("mark"), "flag"), "edit": (N_("edited"), "sheet"), "button": (N_("button"), "button"),
+    "press": (N_("button"), "button"),
+    "send": (N_("sent by hand"), "send"), "scene": (N_("scene, by hand"), "ball"),
+    "put": (N_("moved by hand"), "ball"),
+    "switch": (N_("switched"), "subscribe"), "speed": (N_("speed"), "run"), "pause": (N_("paused"), "pause"),
+    "resume": (N_("went on"), "run"), "step": (N_("one frame on"), "step"),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class RunsPage:
+    """List of the recorded runs of the folder.
+
+    Attributes:
+        book: only those of this workbook.
+        words: only those with these words.
+        books: the workbooks that have runs.
+        total: how many runs there are; `older` the offset of the next page, 0 on the last one.
+        found: how many of them match; `lines_from` the number of the first that is shown.
+        participant: only those of this one; `participants` all codes that there are.
+    """
+
+    template: ClassVar[str] = "runs.html"
+    lines: tuple[RunLine, ...]
+    book: str
+    words: str
+    books: tuple[str, ...]
+    total: int
+    older: int
+    here: bool = False
+    participant: str = ""
+    participants: tuple[str, ...] = ()
+    found: int = 0
+    lines_from: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class RecordDetail:
+    """Property of a run, from its record."""
+
+    name: str
+    value: str
+    code: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Download:
+    """File of the run's folder that can be downloaded."""
+
+    name: str
+    about: str
+    size: str
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """Entry of a run's log; `at` is in seconds, `when` in words."""
+
+    at: float
+    when: str
+    kind: str
+    word: str
+    icon: str
+    text: str
+    row: str
+    by: str
+    sound: str
+
+
+@dataclass(frozen=True, slots=True)
+class EditedRow:
+    """Row that was changed during the run: the time of the last change, and its line in the log or 0."""
+
+    row: str
+    when: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecordPage:
+    """Page of one recorded run.
+
+    Attributes:
+        line: as in the list.
+        others: further runs of the same workbook.
+        same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
+        pictures: the names of the existing pictures.
+        edits: the first rows that were changed, `more_edits` the number of the others.
+        trouble: why the events cannot be read.
+        writing: its last files are still being written.
+        events: the number of events.
+        window: the seconds that the marbles show at first.
+        participant: the code.
+        reading: the size of the record, when it is still to be read; empty when its content is shown.
+    """
+
+    template: ClassVar[str] = "record.html"
+    line: RunLine
+    others: tuple[RunLine, ...]
+    facts: tuple[RecordDetail, ...]
+    same: str
+    pictures: frozenset[str]
+    downloads: tuple[Download, ...]
+    log: tuple[LogLine, ...]
+    left_out: int
+    sounds: tuple[str, ...]
+    errors: Mapping[str, int]
+    edits: tuple[EditedRow, ...]
+    more_edits: int
+    trouble: str
+    writing: bool
+    events: str
+    window: tuple[str, str]
+    curves: int
+    compared_with: tuple[RunLine, ...]
+    participant: str = ""
+    reading: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class MarblesPage:
+    """Marble diagrams of a run, a fragment of its page.
+
+    Attributes:
+        rows: number, connector and formula, whether it is shown.
+        first, last: seconds, as they were asked for.
+        spread: whether a busy time is drawn in several strips.
+        pictures: the diagrams as trusted SVG.
+    """
+
+    template: ClassVar[str] = "marbles.html"
+    run: str
+    behaviours: tuple[str, ...]
+    behaviour: str
+    rows: tuple[tuple[int, str, bool], ...]
+    all_rows: bool
+    first: str
+    last: str
+    seconds: str
+    spread: bool
+    pictures: tuple[Markup, ...]
+    left_out: int
+    trouble: str
+
+    @property
+    def ticked(self) -> list[int]:
+        """Numbers of the rows that were asked for; empty for all."""
+        return [] if self.all_rows else [number for number, _, shown in self.rows if shown]
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,3 +320,165 @@ def _many(count: int | None) -> str:
 
 def _at(seconds: float | None) -> str:
     return "" if seconds is None else clock(seconds)
+
+
+def runs_page(book: str, words: str, first: int, participant: str = "") -> RunsPage:
+    """Build the list, from the newest to the oldest; `first` is how many are skipped."""
+    runs, books = services().runs, set(services().repository.names())
+    every = newest_first(runs.facts(runs.names()))
+    found = [
+        f for f in every
+        if (not book or f.workbook == book) and (not participant or f.participant == participant) and _has(f, words)
+    ]  # fmt: skip
+    shown = found[first : first + A_PAGE]
+    return RunsPage(
+        tuple(line_of(f, books) for f in shown), book, words, _choices({f.workbook for f in every}, book), len(every),
+        first + A_PAGE if len(found) > first + A_PAGE else 0, book in books, participant,
+        _choices({f.participant for f in every}, participant), len(found), first + 1,
+    )  # fmt: skip
+
+
+def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
+    return tuple(sorted((known | {chosen}) - {""}, key=str.casefold))
+
+
+def _has(facts: RunMetadata, words: str) -> bool:
+    place = " ".join((facts.run, facts.workbook, facts.participant, facts.condition, facts.operator, facts.mode))
+    return all(word in place.casefold() for word in words.casefold().split())
+
+
+def record_page(run: str, *, wait: bool = False) -> RecordPage:
+    """Build the page of one run; raises SheetsError when there is none of that name.
+
+    A record that takes long to be read is read only if `wait` is true; otherwise the page comes without its content,
+    says so, and requests it again.
+    """
+    runs, repository = services().runs, services().repository
+    place = runs.place(run)
+    facts = runs.facts([run])[0]
+    books = set(repository.names())
+    others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
+    writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
+    files = runs.files(run)
+    answer: Mapping[str, Any] = {}
+    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
+    size = files[TRACE][0].stat().st_size if TRACE in files else 0
+    reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
+    if facts.readable and not reading:
+        try:
+            answer = services().queries.course(place)
+        except SheetsError as error:
+            trouble = said(error)
+    log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
+    seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
+    left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
+    edits = _edits(answer.get("lines", ()))
+    spoken = {line.sound for line in log}
+    return RecordPage(
+        line=_with_length(line_of(facts, books), seconds),
+        others=tuple(line_of(f, books) for f in others[:_BESIDE]),
+        facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
+        downloads=_downloads(files), log=log, left_out=left_out,
+        sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
+        errors=facts.errors,
+        edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
+        trouble=trouble, writing=writing, events=f"{answer.get('count', 0):,}",
+        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(answer.get("curves", ())),
+        compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
+        participant=facts.participant, reading=reading,
+    )  # fmt: skip
+
+
+def _with_length(line: RunLine, seconds: float) -> RunLine:
+    return line if line.length or not seconds else replace(line, length=length(seconds))
+
+
+def _facts(facts: RunMetadata) -> list[RecordDetail]:
+    engine = facts.engine and N_("{engine} engine", engine=facts.engine)
+    rate = facts.frame_rate and f"{facts.frame_rate} Hz"
+    found = [
+        RecordDetail(N_("Began"), when(facts.began)),
+        RecordDetail(N_("Length"), length(facts.seconds) if facts.seconds else ""),
+        RecordDetail(N_("Participant"), facts.participant),
+        RecordDetail(N_("Condition"), facts.condition),
+        RecordDetail(N_("Operator"), facts.operator),
+        RecordDetail(N_("Robot"), listed([part for part in (facts.robot, engine, rate) if part])),
+        RecordDetail(N_("Seed"), facts.seed, True),
+        RecordDetail(N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
+        RecordDetail(N_("Program"), facts.program and N_("RRP Sheets {version}", version=facts.program)),
+        RecordDetail(N_("Folder"), f"runs/{facts.run}", True),
+    ]
+    return [f for f in found if f.value]
+
+
+def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
+    """Return whether the workbook in the folder is still the one that ran: same, changed, gone or unknown."""
+    if not facts.digest:
+        return "unknown"
+    if facts.workbook not in repository.names():
+        return "gone"
+    try:
+        return "same" if repository.open(facts.workbook).reading.digest == facts.digest else "changed"
+    except SheetsError:
+        return "unknown"
+
+
+def _downloads(files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
+    found = [Download(n, describe(n), _size(path)) for n, (path, _) in files.items()]
+    order = (TABLE, WORKBOOK, DIAGRAM, STRIP, FILM, TRACE, "robot.toml", "gestures.toml")
+    return tuple(sorted(found, key=lambda d: (order.index(d.name) if d.name in order else len(order), d.name)))
+
+
+def _size(path: Path) -> str:
+    """Format the size of a file."""
+    size = path.stat().st_size
+    if size < 1_000_000:
+        return f"{max(1, round(size / 1000)):,} kB"
+    return f"{size / 1e6:,.1f} MB"
+
+
+def _log_line(entry: Mapping[str, Any]) -> LogLine:
+    kind, t, times = str(entry["kind"]), float(entry["t"]), int(entry["times"])
+    word, icon = _KINDS.get(kind, (kind, "mark"))
+    text = str(entry["text"])
+    if times > 1:
+        text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=clock(float(entry["until"])))
+    elif float(entry["until"]) > t:
+        text = N_("{text} (until {time})", text=text.removesuffix("."), time=clock(float(entry["until"])))
+    by = str(entry["by"])
+    return LogLine(t, clock(t), kind, word, icon, text, str(entry["row"]), by, str(entry["sound"]))
+
+
+def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
+    """Return the rows that were changed during the run; the diagram shows them as they were before."""
+    found: dict[str, EditedRow] = {}
+    for number, entry in enumerate(entries, 1):
+        sheet, _, row = str(entry["row"]).rpartition("!")
+        if entry["kind"] == "edit" and row.isdigit():  # helpers and tables are not in the diagram
+            named = N_("row {row} of {sheet}", row=row, sheet=sheet)
+            found[named] = EditedRow(named, clock(float(entry["t"])), number if number <= _LOG else 0)
+    return tuple(found.values())
+
+
+def marbles_page(run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
+    """Build the marble diagrams that were asked for; raises SheetsError when there is no such run."""
+    place = services().runs.place(run)
+    behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
+    spread = "spread" in asked
+    trouble, answer = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
+    try:
+        answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+    except SheetsError as error:
+        trouble = said(error)
+    if not trouble and not answer["pictures"]:
+        trouble = N_("Nothing came on any stream then.")
+    found: Any = answer["rows"]
+    pictures: Any = answer["pictures"]
+    behaviours: Any = answer["behaviours"]
+    return MarblesPage(
+        run=run, behaviours=tuple(behaviours), behaviour=str(answer["behaviour"]),
+        rows=tuple((n, f"{connector} {formula}".strip(), not rows or n in rows) for n, connector, formula in found),
+        all_rows=not rows, first=first, last=last, spread=spread,
+        seconds=f"{float(str(answer['seconds'])):.1f}".removesuffix(".0"),
+        pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(answer["left_out"])), trouble=trouble,
+    )  # fmt: skip
