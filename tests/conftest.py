@@ -122,7 +122,7 @@ def _one_checker():
 
     kept = Kept()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rrp_sheets.web.app.CheckWorker", lambda: kept)
+        patch.setattr("rrp_sheets.web.services.CheckWorker", lambda: kept)
         yield
     CheckWorker.close(kept)
 

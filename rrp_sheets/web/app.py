@@ -12,7 +12,6 @@ from werkzeug.exceptions import HTTPException
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
-from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_
 from rrp_sheets.web import security, statics
 from rrp_sheets.web.models import MessagePage, RefusedPage, show
@@ -94,7 +93,7 @@ def create_app(
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["program"] = statics.build_id
-    app.extensions["services"] = make_services(folder, CheckWorker())
+    app.extensions["services"] = make_services(folder)
     statics.init_app(app)
     security.init_app(app, Access(secret, lan, links or OneTimeTokens(), tell))
     for blueprint in BLUEPRINTS if lan is None else (*BLUEPRINTS, login.blueprint):

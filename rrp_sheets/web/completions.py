@@ -33,8 +33,8 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
     """Return all suggestions for one workbook, in the format of the grid's script."""
     robot, graph, firsts = analysis.robot, analysis.graph, _firsts(analysis.robot)
     named = [s for s in graph.streams.values() if s.name]
-    streams = [_stream(s, analysis) for s in named]
-    names = {key(argument_name(s.name)): _argument(s, analysis) for s in named}
+    streams = [_stream(s.name, s, analysis) for s in named]
+    names = {key(a): _stream(a, s, analysis) for s in named for a in [argument_name(s.name)]}
     records = {}
     for device in robot.device_names("sensor"):
         found = robot.find(device)
@@ -102,17 +102,10 @@ def _helper(helper: Helper) -> Word:
     return {"text": name, "name": helper.name.text, "help": text, "label": usage}
 
 
-def _stream(stream: Stream, analysis: Analysis) -> Word:
-    return {"text": stream.name, "kind": stream.kind.value, "help": _example(stream, analysis)}
-
-
-def _argument(stream: Stream, analysis: Analysis) -> Word:
-    return {"text": argument_name(stream.name), "kind": stream.kind.value, "help": _example(stream, analysis)}
-
-
-def _example(stream: Stream, analysis: Analysis) -> str:
+def _stream(text: str, stream: Stream, analysis: Analysis) -> Word:
     example = analysis.stream_examples.get(stream.id, "")
-    return N_("for example {example}", example=example) if example else ""
+    about = N_("for example {example}", example=example) if example else ""
+    return {"text": text, "kind": stream.kind.value, "help": about}
 
 
 def _record(record: RecordType) -> dict[str, Any]:
@@ -171,7 +164,6 @@ def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
     return found.type.help if found else ""
 
 
-CellWord = dict[str, str]
 _EXPECTS = (
     ("any", N_("any value")), ("nothing", N_("no value since the row before")),
     ("nothing or blank", N_("no value but blanks, which stop an actuator")),
@@ -224,7 +216,7 @@ def _instead(robot: Robot) -> dict[str, dict[str, list[str]]]:
     return {key(d.name): settings for d in devices if (settings := by_type[d.type.name])}
 
 
-def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[CellWord]:
+def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
     listed = {
         "joint": [*(j.name for j in robot.joints.values()), *robot.groups], "zone": robot.touch_zones,
         "posture": robot.postures, "gesture": robot.gestures, "colour": setting.choices or BALL_COLOURS,
@@ -233,7 +225,7 @@ def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[CellWor
     return [{"text": c} for c in listed]
 
 
-def _about(joint: Joint) -> CellWord:
+def _about(joint: Joint) -> Word:
     """Describe the limits of a joint's angle, for a Gestures sheet."""
     if not joint.unit:
         limits = N_("{low:g} (closed) to {high:g} (open).", low=joint.lower, high=joint.upper)

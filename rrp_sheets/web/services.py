@@ -44,8 +44,9 @@ class Services:
     replays: Replays
 
 
-def make_services(folder: Path, worker: CheckWorker) -> Services:
-    """Make the services for the workbooks of a folder, which `worker` checks."""
+def make_services(folder: Path) -> Services:
+    """Make the services for the workbooks of a folder."""
+    worker = CheckWorker()
     open_workbooks = OpenWorkbooks(folder, worker)
     run_manager = RunManager(open_workbooks)
     runs = RunStore(folder, run_manager.going, run_manager.writing, run_manager.forget)

@@ -123,7 +123,7 @@ class WorkbookSession(Broadcaster):
             return {"message": ""}
         self.author = author
         self.after_edit()
-        self._tell_outside()
+        self._tell_changes(self.document.outside())  # what another program did, if it is found before `poll` does
         rows = [self._rows(one) for one in (changed, *changed.then)]
         for one in rows:
             self.tell("grid", {**one, "tag": tag}, but=client)
@@ -309,10 +309,6 @@ class WorkbookSession(Broadcaster):
             return
         self._trouble = ""
         self._tell_changes(changes)
-
-    def _tell_outside(self) -> None:
-        """Notify all pages of changes by another program that an edit has found before `poll` did."""
-        self._tell_changes(self.document.outside())
 
     def _tell_changes(self, changes: Sequence[Changed]) -> None:
         """Notify all pages of changes by another program: send the rows, or make pages of reshaped sheets reload."""

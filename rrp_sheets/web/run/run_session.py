@@ -253,21 +253,18 @@ class RunSession:
         self.process.command("apply", self.session.author, path=str(document.path.absolute()))
 
 
-EndNotice = dict[str, Any]
-
-
-def lost() -> EndNotice:
+def lost() -> JsonObject:
     """Return the end notice of a run that was lost by a fault of the program."""
     return {"how": "broken", "words": N_("The run was lost by a fault of this program."), "broken": True,
             "remedy": N_("The terminal where the server runs tells more.")}  # fmt: skip
 
 
-def failed(error: SheetsError) -> EndNotice:
+def failed(error: SheetsError) -> JsonObject:
     """Return the end notice of a run that could not begin, or left no record."""
     return {"how": "broken", "words": error.message, "broken": True, "remedy": in_browser(error.remedy)}
 
 
-def in_words(ended: RunOutcome, by: str) -> EndNotice:
+def in_words(ended: RunOutcome, by: str) -> JsonObject:
     """Return the end notice of a run that has ended; `by` is who stopped it, or empty."""
     if ended.findings:
         count = sum(d.severity.value == "error" for d in ended.findings)
@@ -285,7 +282,7 @@ def in_words(ended: RunOutcome, by: str) -> EndNotice:
     return data if data["broken"] else {**data, "remedy": sentences(*ended.result.problems)}
 
 
-def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> EndNotice:
+def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> JsonObject:
     """Return the end notice of a run whose robot is at rest while its files are still being written.
 
     >>> at_rest(Summary(simulated=9.13, ended="stopped"), None, "Aya")["words"]

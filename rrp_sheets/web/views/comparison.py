@@ -96,7 +96,23 @@ class ComparePage:
 @blueprint.get("/compare")
 def compare() -> str:
     """Show the choice of two workbooks, and their differences when both are chosen."""
-    return show(compare_page(_refs(), request.args.get("book", "")))
+    first, second = refs = _refs()
+    names = services().repository.workbooks()
+    books = [b for b in dict.fromkeys(filter(None, (request.args.get("book", ""), *map(_book_of, refs)))) if b in names]
+    groups = choices(books, refs)
+    words = {
+        c.ref: N_("{book} (as it is now)", book=c.words) if c.ref.startswith("book/") else c.words
+        for _, g in groups
+        for c in g
+    }
+    result, trouble = Markup(""), ""
+    if first and second:
+        try:
+            result = _result(refs, words)
+        except SheetsError as error:
+            trouble = said(error)
+    book = books[0] if len(books) == 1 else ""
+    return show(ComparePage(tuple(groups), first, second, book, result, trouble))
 
 
 @blueprint.get("/compare/drawn")
@@ -144,26 +160,6 @@ def version_file(name: str, number: int) -> Response:
 
 def _refs() -> tuple[str, str]:
     return request.args.get("first", "")[:400], request.args.get("second", "")[:400]
-
-
-def compare_page(refs: tuple[str, str], asked_book: str) -> ComparePage:
-    """Build the page; the comparison itself is made when both workbooks are named."""
-    first, second = refs
-    names = services().repository.workbooks()
-    books = [b for b in dict.fromkeys(filter(None, (asked_book, *map(_book_of, refs)))) if b in names]
-    groups = choices(books, refs)
-    words = {
-        c.ref: N_("{book} (as it is now)", book=c.words) if c.ref.startswith("book/") else c.words
-        for _, g in groups
-        for c in g
-    }
-    result, trouble = Markup(""), ""
-    if first and second:
-        try:
-            result = _result(refs, words)
-        except SheetsError as error:
-            trouble = said(error)
-    return ComparePage(tuple(groups), first, second, books[0] if len(books) == 1 else "", result, trouble)
 
 
 def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, tuple[Choice, ...]]]:
@@ -284,7 +280,7 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     try:
         if found is None:
             raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
-        people = busy(session)
+        people = sorted(set(session.locks.taken().values()))
         if people:
             message = N_(
                 "{who} is editing a cell just now." if len(people) == 1 else "{who} are editing a cell just now.",
@@ -300,11 +296,6 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     session.check_soon()
     notice = N_("“{version}” is back. What the workbook was before is kept as a version too.", version=found.name)
     return versions_page(session, name, notice)
-
-
-def busy(session: WorkbookSession) -> list[str]:
-    """Return the names of those who are editing a cell now."""
-    return sorted(set(session.locks.taken().values()))
 
 
 def file_name(book: str, version: Version) -> str:

@@ -85,18 +85,14 @@ def _helper(book: str, asked: str) -> tuple[HelpBlock, ...]:
     wanted = key(asked.removeprefix(_HELPER))
     helpers = workbook_or_404(book).analysis().workbook.helpers
     found = next((h for h in helpers if key(argument_name(h.name.text)) == wanted), None)
-    return tuple(_parts(one_helper(found))) if found else ()
+    return tuple(map(_part, one_helper(found))) if found else ()
 
 
 def _topic(name: str) -> tuple[HelpBlock, ...]:
     try:
-        return tuple(_parts(text_on(name)))
+        return tuple(map(_part, text_on(name)))
     except SheetsError:  # a stream of the user's own, say: there is nothing on it
         return ()
-
-
-def _parts(blocks: Iterator[str]) -> Iterator[HelpBlock]:
-    yield from (_part(block) for block in blocks)
 
 
 def _part(block: str) -> HelpBlock:

@@ -79,7 +79,18 @@ class DrawnSheet:
 @blueprint.get("/runs/<run>/lookback")
 def page(run: str) -> str:
     """Show the page; its parts are requested one after the other."""
-    return show(lookback_page(run_or_404(run)))
+    facts = services().runs.facts([run_or_404(run)])[0]
+    answer: Mapping[str, Any] = {"sheets": [], "why": ""}
+    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
+    if not trouble:
+        try:
+            answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
+        except SheetsError as error:
+            answer = {"sheets": [], "why": said(error)}
+    sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
+    ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
+    line = line_of(facts, set(services().repository.names()))
+    return show(LookbackPage(line, facts.seconds, sheets, script_json(ids), trouble, str(answer["why"])))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")
@@ -118,24 +129,6 @@ def diagram(run: str, number: int) -> str:
     except SheetsError as error:
         drawn = DrawnSheet(Markup(), said(error))
     return show(drawn)
-
-
-def lookback_page(run: str) -> LookbackPage:
-    """Build the page of a run; raises SheetsError when there is none of that name."""
-    facts = services().runs.facts([run])[0]
-    answer: Mapping[str, Any] = {"sheets": [], "why": ""}
-    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
-    if not trouble:
-        try:
-            answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
-        except SheetsError as error:
-            answer = {"sheets": [], "why": said(error)}
-    sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
-    ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
-    return LookbackPage(
-        line_of(facts, set(services().repository.names())), facts.seconds, sheets,
-        script_json(ids), trouble, str(answer["why"]),
-    )  # fmt: skip
 
 
 def _sheet(number: int, sheet: Mapping[str, Any]) -> RanSheet:

@@ -81,13 +81,33 @@ class ProtocolPart:
 @blueprint.get("/book/<name>/print")
 def page(name: str) -> str:
     """Show the page with the options; it requests the protocol itself when it is shown."""
-    return show(print_page(_workbook(name), request.args))
+    book, asked = services().repository.open(_workbook(name)), request.args
+    kept = services().open_workbooks.session(services().repository.path(name)).document.versions()
+    against = asked.get("against", "") or _approved(name, kept)
+    groups = choices([name], [against])
+    mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
+    choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
+              "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
+    own = language_code(book.analysis.workbook.protocol.text("Language")) or "en"
+    return show(PrintPage(
+        name=name, title=book.title, digest=book.reading.digest, own=LANGUAGES[own],
+        languages=tuple(LANGUAGES.items()), papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]),
+        choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
+    ))  # fmt: skip
 
 
 @blueprint.get("/book/<name>/print/protocol")
 def protocol(name: str) -> str:
     """Show the protocol as a fragment of the page, or the reason why there is none."""
-    return show(protocol_part(_workbook(name), request.args))
+    name = _workbook(name)
+    try:
+        proof = services().printer.proof(_wanted(name, request.args))
+    except SheetsError as error:
+        return show(ProtocolPart(None, {}, {}, Markup(""), said(error)))
+    words = texts(proof.pack.language).entries
+    mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
+    drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped
+    return show(ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend), "", pieces))
 
 
 @blueprint.get("/book/<name>/print/ready")
@@ -123,35 +143,6 @@ def _workbook(name: str) -> str:
     refuse_text(repository, name)
     repository.open(name)  # one that cannot be read, or leads out of the folder, is refused as everywhere
     return name
-
-
-def print_page(name: str, asked: Mapping[str, str]) -> PrintPage:
-    """Build the page with the options."""
-    book = services().repository.open(name)
-    kept = services().open_workbooks.session(services().repository.path(name)).document.versions()
-    against = asked.get("against", "") or _approved(name, kept)
-    groups = choices([name], [against])
-    mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
-    choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
-              "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
-    own = language_code(book.analysis.workbook.protocol.text("Language")) or "en"
-    return PrintPage(
-        name=name, title=book.title, digest=book.reading.digest, own=LANGUAGES[own],
-        languages=tuple(LANGUAGES.items()), papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]),
-        choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
-    )  # fmt: skip
-
-
-def protocol_part(name: str, asked: Mapping[str, str]) -> ProtocolPart:
-    """Build the protocol as a fragment of the page, or with the reason why there is none."""
-    try:
-        proof = services().printer.proof(_wanted(name, asked))
-    except SheetsError as error:
-        return ProtocolPart(None, {}, {}, Markup(""), said(error))
-    words = texts(proof.pack.language).entries
-    mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
-    drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped
-    return ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend), "", pieces)
 
 
 def _pdf(name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
@@ -193,7 +184,7 @@ def paper_style(name: str, digest: str, when: str) -> str:
     >>> print(paper_style("a.xlsx", "0123456789abcdef" * 4, "1 May 2026, 10:00").splitlines()[2].strip())
     @bottom-left { content: "a\2e xlsx   SHA-256 0123 4567 89ab cdef …   1 May 2026\2c  10\3a 00"; }
     """
-    digits = " ".join(_pieces(digest[:16]))
+    digits = " ".join(digest[n : n + 4] for n in range(0, 16, 4))
     foot = f"{_css(name)}   SHA-256 {_css(digits)} …   {_css(when)}"
     return (
         "@media print {\n  @page {\n"
@@ -201,10 +192,6 @@ def paper_style(name: str, digest: str, when: str) -> str:
         '    @bottom-right { content: counter(page) " / " counter(pages); }\n'
         "  }\n}\n"
     )
-
-
-def _pieces(digits: str) -> Iterable[str]:
-    return (digits[n : n + 4] for n in range(0, len(digits), 4))
 
 
 def _css(text: str) -> str:

@@ -226,50 +226,25 @@ class PairPage:
 def runs() -> str:
     """Show the list of recordings."""
     book, words, participant = (request.args.get(n, "")[:300] for n in ("book", "words", "participant"))
-    first = request.args.get("first", 0, type=int)
-    return show(runs_page(book, words, max(0, first), participant))
+    first = max(0, request.args.get("first", 0, type=int))
+    runs, books = services().runs, set(services().repository.names())
+    every = newest_first(runs.facts(runs.names()))
+    found = [
+        f for f in every
+        if (not book or f.workbook == book) and (not participant or f.participant == participant) and _has(f, words)
+    ]  # fmt: skip
+    shown = found[first : first + A_PAGE]
+    return show(RunsPage(
+        tuple(line_of(f, books) for f in shown), book, words, _choices({f.workbook for f in every}, book), len(every),
+        first + A_PAGE if len(found) > first + A_PAGE else 0, book in books, participant,
+        _choices({f.participant for f in every}, participant), len(found), first + 1,
+    ))  # fmt: skip
 
 
 @blueprint.get("/runs/pair")
 def pair() -> str:
-    """Show two recordings side by side."""
-    return show(pair_page(request.args.getlist("run")))
-
-
-@blueprint.get("/runs/<run>")
-def record(run: str) -> str:
-    """Show a recording."""
-    return show(record_page(run_or_404(run), wait="read" in request.args))
-
-
-@blueprint.get("/runs/<run>/written")
-def written(run: str) -> Response:
-    """Tell whether all files of a recording are written."""
-    return jsonify(run_or_404(run) not in services().runs.writing())
-
-
-@blueprint.get("/runs/<run>/marbles")
-def marbles(run: str) -> str:
-    """Show marble diagrams of a recording."""
-    return show(marbles_page(run_or_404(run), request.args, rows_asked()))
-
-
-@blueprint.get("/runs/<run>/series.json")
-def series(run: str) -> Response:
-    """Send the numbers of a recording over time, for its plots."""
-    try:
-        return jsonify(services().queries.course(services().runs.place(run_or_404(run)))["curves"])
-    except SheetsError:  # the page says what is wrong with it
-        return jsonify([])
-
-
-def pair_page(chosen: Sequence[str]) -> PairPage:
-    """Compare two runs.
-
-    Raises:
-        SheetsError: they are not two, or there is no such run.
-    """
-    names = list(dict.fromkeys(chosen))
+    """Show two recordings side by side, the earlier one first."""
+    names = list(dict.fromkeys(request.args.getlist("run")))
     if len(names) != 2:
         message = N_("{n} run chosen." if len(names) == 1 else "{n} runs chosen.", n=len(names))
         raise SheetsError(
@@ -288,10 +263,91 @@ def pair_page(chosen: Sequence[str]) -> PairPage:
     except SheetsError as error:
         trouble = said(error)
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
-    return PairPage(
-        lines, tuple(_beside(facts, lines)), same, tuple(_stream(s) for s in answer["streams"]), Markup(answer["svg"]),
-        trouble,
-    )  # fmt: skip
+    streams = tuple(_stream(stream) for stream in answer["streams"])
+    return show(PairPage(lines, tuple(_beside(facts, lines)), same, streams, Markup(answer["svg"]), trouble))
+
+
+@blueprint.get("/runs/<run>")
+def record(run: str) -> str:
+    """Show a recording.
+
+    One that takes long to be read is read only if the address says `read`; otherwise the page comes without its
+    content, says so, and requests it again.
+    """
+    runs, repository = services().runs, services().repository
+    place = runs.place(run_or_404(run))
+    facts = runs.facts([run])[0]
+    books = set(repository.names())
+    others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
+    writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
+    files = runs.files(run)
+    answer: Mapping[str, Any] = {}
+    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
+    size = files[TRACE][0].stat().st_size if TRACE in files else 0
+    reading = "" if "read" in request.args or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
+    if facts.readable and not reading:
+        try:
+            answer = services().queries.course(place)
+        except SheetsError as error:
+            trouble = said(error)
+    log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
+    seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
+    left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
+    edits = _edits(answer.get("lines", ()))
+    spoken = {line.sound for line in log}
+    return show(RecordPage(
+        line=_with_length(line_of(facts, books), seconds),
+        others=tuple(line_of(f, books) for f in others[:_BESIDE]),
+        facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
+        downloads=_downloads(files), log=log, left_out=left_out,
+        sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
+        errors=facts.errors,
+        edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
+        trouble=trouble, writing=writing, events=f"{answer.get('count', 0):,}",
+        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(answer.get("curves", ())),
+        compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
+        participant=facts.participant, reading=reading,
+    ))  # fmt: skip
+
+
+@blueprint.get("/runs/<run>/written")
+def written(run: str) -> Response:
+    """Tell whether all files of a recording are written."""
+    return jsonify(run_or_404(run) not in services().runs.writing())
+
+
+@blueprint.get("/runs/<run>/marbles")
+def marbles(run: str) -> str:
+    """Show marble diagrams of a recording."""
+    place, rows, spread = services().runs.place(run_or_404(run)), rows_asked(), "spread" in request.args
+    behaviour, first, last = (request.args.get(name, "")[:200] for name in ("behaviour", "from", "to"))
+    trouble = ""
+    answer: dict[str, Any] = {
+        "behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0,
+    }  # fmt: skip
+    try:
+        answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+    except SheetsError as error:
+        trouble = said(error)
+    if not trouble and not answer["pictures"]:
+        trouble = N_("Nothing came on any stream then.")
+    return show(MarblesPage(
+        run=run, behaviours=tuple(answer["behaviours"]), behaviour=str(answer["behaviour"]),
+        rows=tuple((n, f"{name} {formula}".strip(), not rows or n in rows) for n, name, formula in answer["rows"]),
+        all_rows=not rows, first=first, last=last, spread=spread,
+        seconds=f"{float(str(answer['seconds'])):.1f}".removesuffix(".0"),
+        pictures=tuple(Markup(svg) for svg in answer["pictures"]), left_out=int(str(answer["left_out"])),
+        trouble=trouble,
+    ))  # fmt: skip
+
+
+@blueprint.get("/runs/<run>/series.json")
+def series(run: str) -> Response:
+    """Send the numbers of a recording over time, for its plots."""
+    try:
+        return jsonify(services().queries.course(services().runs.place(run_or_404(run)))["curves"])
+    except SheetsError:  # the page says what is wrong with it
+        return jsonify([])
 
 
 def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[Beside]:
@@ -309,33 +365,12 @@ def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[Besi
 
 def _stream(answer: dict[str, Any]) -> StreamPair:
     counts, firsts = answer["counts"], answer["firsts"]
-    pairs = ([_many(c) for c in counts], [_at(t) for t in firsts])
-    cells = [(words, both[0] != both[1]) for both in pairs for words in both]
+    pairs = (
+        [N_("not in it") if count is None else f"{count:,}" for count in counts],
+        ["" if first is None else clock(first) for first in firsts],
+    )
+    cells = [(words, one != other) for one, other in pairs for words in (one, other)]
     return StreamPair(str(answer["name"]), str(answer["kind"]), tuple(cells))
-
-
-def _many(count: int | None) -> str:
-    return N_("not in it") if count is None else f"{count:,}"
-
-
-def _at(seconds: float | None) -> str:
-    return "" if seconds is None else clock(seconds)
-
-
-def runs_page(book: str, words: str, first: int, participant: str = "") -> RunsPage:
-    """Build the list, from the newest to the oldest; `first` is how many are skipped."""
-    runs, books = services().runs, set(services().repository.names())
-    every = newest_first(runs.facts(runs.names()))
-    found = [
-        f for f in every
-        if (not book or f.workbook == book) and (not participant or f.participant == participant) and _has(f, words)
-    ]  # fmt: skip
-    shown = found[first : first + A_PAGE]
-    return RunsPage(
-        tuple(line_of(f, books) for f in shown), book, words, _choices({f.workbook for f in every}, book), len(every),
-        first + A_PAGE if len(found) > first + A_PAGE else 0, book in books, participant,
-        _choices({f.participant for f in every}, participant), len(found), first + 1,
-    )  # fmt: skip
 
 
 def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
@@ -345,48 +380,6 @@ def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
 def _has(facts: RunMetadata, words: str) -> bool:
     place = " ".join((facts.run, facts.workbook, facts.participant, facts.condition, facts.operator, facts.mode))
     return all(word in place.casefold() for word in words.casefold().split())
-
-
-def record_page(run: str, *, wait: bool = False) -> RecordPage:
-    """Build the page of one run; raises SheetsError when there is none of that name.
-
-    A record that takes long to be read is read only if `wait` is true; otherwise the page comes without its content,
-    says so, and requests it again.
-    """
-    runs, repository = services().runs, services().repository
-    place = runs.place(run)
-    facts = runs.facts([run])[0]
-    books = set(repository.names())
-    others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
-    writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
-    files = runs.files(run)
-    answer: Mapping[str, Any] = {}
-    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
-    size = files[TRACE][0].stat().st_size if TRACE in files else 0
-    reading = "" if wait or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
-    if facts.readable and not reading:
-        try:
-            answer = services().queries.course(place)
-        except SheetsError as error:
-            trouble = said(error)
-    log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
-    seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
-    left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
-    edits = _edits(answer.get("lines", ()))
-    spoken = {line.sound for line in log}
-    return RecordPage(
-        line=_with_length(line_of(facts, books), seconds),
-        others=tuple(line_of(f, books) for f in others[:_BESIDE]),
-        facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
-        downloads=_downloads(files), log=log, left_out=left_out,
-        sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
-        errors=facts.errors,
-        edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
-        trouble=trouble, writing=writing, events=f"{answer.get('count', 0):,}",
-        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(answer.get("curves", ())),
-        compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
-        participant=facts.participant, reading=reading,
-    )  # fmt: skip
 
 
 def _with_length(line: RunLine, seconds: float) -> RunLine:
@@ -458,27 +451,3 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
             named = N_("row {row} of {sheet}", row=row, sheet=sheet)
             found[named] = EditedRow(named, clock(float(entry["t"])), number if number <= _LOG else 0)
     return tuple(found.values())
-
-
-def marbles_page(run: str, asked: Mapping[str, Any], rows: list[int]) -> MarblesPage:
-    """Build the marble diagrams that were asked for; raises SheetsError when there is no such run."""
-    place = services().runs.place(run)
-    behaviour, first, last = (str(asked.get(name, ""))[:200] for name in ("behaviour", "from", "to"))
-    spread = "spread" in asked
-    trouble, answer = "", {"behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0}
-    try:
-        answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
-    except SheetsError as error:
-        trouble = said(error)
-    if not trouble and not answer["pictures"]:
-        trouble = N_("Nothing came on any stream then.")
-    found: Any = answer["rows"]
-    pictures: Any = answer["pictures"]
-    behaviours: Any = answer["behaviours"]
-    return MarblesPage(
-        run=run, behaviours=tuple(behaviours), behaviour=str(answer["behaviour"]),
-        rows=tuple((n, f"{connector} {formula}".strip(), not rows or n in rows) for n, connector, formula in found),
-        all_rows=not rows, first=first, last=last, spread=spread,
-        seconds=f"{float(str(answer['seconds'])):.1f}".removesuffix(".0"),
-        pictures=tuple(Markup(svg) for svg in pictures), left_out=int(str(answer["left_out"])), trouble=trouble,
-    )  # fmt: skip

@@ -85,23 +85,7 @@ class ReplayResult:
 @blueprint.get("/runs/<run>/replay")
 def page(run: str) -> str:
     """Show the page, which requests the replay itself."""
-    return show(replay_page(run_or_404(run), _asked()))
-
-
-@blueprint.get("/runs/<run>/replay/result")
-def result(run: str) -> str:
-    """Show the result of a replay, or its progress; the first request starts it."""
-    return show(replay_result(run_or_404(run), _asked()))
-
-
-def _asked() -> str:
-    """Return the reference of the other workbook; empty for the one that ran."""
-    return request.args.get("with", "")[:_LONGEST_REF]
-
-
-def replay_page(run: str, ref: str) -> ReplayPage:
-    """Build the page, which requests the replay itself."""
-    facts = services().runs.facts([run])[0]
+    facts = services().runs.facts([run_or_404(run)])[0]
     names = services().repository.workbooks()
     line = line_of(facts, names)
     trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
@@ -113,11 +97,21 @@ def replay_page(run: str, ref: str) -> ReplayPage:
         (N_("Workbooks as they are now"), tuple(Choice(f"book/{n}", n) for n in books)),
         *(kept_versions(book) for book in mine),
     ]
-    return ReplayPage(line, trouble, tuple(g for g in groups if g[1]), ref)
+    return show(ReplayPage(line, trouble, tuple(g for g in groups if g[1]), _asked()))
 
 
-def replay_result(run: str, ref: str) -> ReplayResult:
-    """Return the result of a replay, or its progress; the first request starts it."""
+@blueprint.get("/runs/<run>/replay/result")
+def result(run: str) -> str:
+    """Show the result of a replay, or its progress; the first request starts it."""
+    return show(_result(run_or_404(run), _asked()))
+
+
+def _asked() -> str:
+    """Return the reference of the other workbook; empty for the one that ran."""
+    return request.args.get("with", "")[:_LONGEST_REF]
+
+
+def _result(run: str, ref: str) -> ReplayResult:
     shared = services()
     place = shared.runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}

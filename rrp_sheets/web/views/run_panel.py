@@ -32,7 +32,7 @@ def stop(name: str) -> tuple[Response, int]:
     """Stop the run, of whichever workbook it is; the workbook is not opened, as that may take long."""
     if not services().repository.has(name):
         abort(404)
-    by, run = _by(json_body()), services().run_manager.run
+    by, run = author_of(json_body()), services().run_manager.run
     if run is None:
         return jsonify({"message": N_("No run is going.")}), 409
     if run.is_going:  # else it has ended while Stop was pressed: nothing is wrong
@@ -78,7 +78,7 @@ def act(name: str, action: str) -> tuple[Response, int]:
     run = run_manager.run
     if run is None or run.session is not session or not run.is_going:
         return jsonify({"message": N_("No run of this workbook is going.")}), 409
-    _ACTIONS[action](run, _by(sent), sent)
+    _ACTIONS[action](run, author_of(sent), sent)
     return jsonify({}), 200
 
 
@@ -123,11 +123,6 @@ def face(number: int) -> Response:
     return Response(picture, mimetype="image/png", headers={"Cache-Control": "max-age=3600"})
 
 
-def _by(sent: Asked) -> str:
-    """Return the user's name: with a password the one given at login, else the one on the page."""
-    return author_of(sent)
-
-
 def _options(sent: Asked) -> RunOptions:
     mode = text_of(sent, "mode") or "simulated"
     if mode not in STARTED_MODES:
@@ -136,7 +131,7 @@ def _options(sent: Asked) -> RunOptions:
     labels = (text_of(sent, n, LONGEST_TEXTS["label"]).strip() for n in ("participant", "condition", "operator"))
     participant, condition, operator = labels
     speed = _speed(sent) if "speed" in sent else 1.0
-    by = _by(sent)
+    by = author_of(sent)
     return RunOptions(operator or by if by == SOMEBODY else by, mode, participant, condition, operator, seconds, speed)
 
 

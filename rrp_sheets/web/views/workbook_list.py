@@ -204,11 +204,6 @@ def _ran(last: RunMetadata | None) -> float:
     return last.began.timestamp() if last is not None and last.began is not None else 0.0
 
 
-def changed(book: CheckedWorkbook) -> str:
-    """Format the time at which the file was last written."""
-    return when(book.changed)
-
-
 def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
     workbook = book.analysis.workbook
     rows = sum(len(b.rows) for b in workbook.behaviours)
@@ -219,7 +214,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
         title=book.title,
         about=about,
         size=listed([plural(len(workbook.behaviours), "behaviour"), plural(rows, "row")]),
-        changed=changed(book),
+        changed=when(book.changed),
         counts=counts(book.analysis.findings),
         picture=bool(drawable and drawable[0].steps and book.analysis.understood),
         words=" ".join([book.title, book.name, about, *_words(book)])[:_MOST_WORDS].casefold(),
