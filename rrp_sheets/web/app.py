@@ -78,15 +78,7 @@ def create_app(
     links: OneTimeTokens | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Flask:
-    """Create the application that shows the workbooks of a folder.
-
-    Args:
-        folder: whose workbooks are shown.
-        secret: what the cookie of a browser on this computer holds.
-        lan: lets others in too, with a password.
-        links: each lets one browser on this computer in.
-        tell: called with one line for each login or wrong password.
-    """
+    """Create the application that shows the workbooks of a folder; the other arguments are those of `Access`."""
     app = Flask("rrp_sheets.web", template_folder=str(bundled("templates", "web")), static_folder=None)
     app.config["MAX_CONTENT_LENGTH"] = 8_000_000
     app.config["MAX_FORM_MEMORY_SIZE"] = 8_000_000

@@ -71,7 +71,6 @@ class Head:
     Attributes:
         header: as it is spelt in the sheet.
         spellings: the keys of the header and of its synonyms.
-        column: of the schema.
     """
 
     number: int

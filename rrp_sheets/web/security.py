@@ -224,11 +224,8 @@ def cookie_name(secret: str) -> str:
 def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
     """Return the secret that identifies a folder's browsers, kept in a file that only this user can read.
 
-    It stands in the user's own folder for such data and not beside the workbooks, which others may share or copy.
-
-    Args:
-        folder: whose workbooks are served.
-        renew: make another one, so that every browser needs a new link.
+    It stands in the user's own folder for such data and not beside the workbooks, which others may share or copy. With
+    `renew` another one is made, so that every browser needs a new link.
 
     Returns:
         The secret, and why it could not be kept; that is empty when it was.
@@ -343,8 +340,6 @@ class Access:
         lan: lets others in too, with a password.
         links: each lets one browser on this computer in, which gets the cookie then.
         tell: called with one line for each login or wrong password.
-        sessions: of those who gave the password.
-        throttle: limits wrong passwords.
     """
 
     secret: str

@@ -134,11 +134,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
 
 
 class Dispatcher(ThreadedTaskDispatcher):  # type: ignore[misc]
-    """Worker threads. Stop has its own; requests of authorised users come before all others.
-
-    Args:
-        threads: for all requests but Stop.
-    """
+    """Worker threads. Stop has its own; requests of authorised users come before all others."""
 
     def __init__(self, threads: int) -> None:
         super().__init__()

@@ -45,12 +45,7 @@ class CheckedWorkbook:
 
 
 class WorkbookRepository:
-    """Workbooks directly in a folder. Safe to use from several threads.
-
-    Args:
-        folder: as the user gave it.
-        worker: checks them.
-    """
+    """Workbooks directly in a folder, which `worker` checks. Safe to use from several threads."""
 
     def __init__(self, folder: Path, worker: CheckWorker) -> None:
         self.folder = folder

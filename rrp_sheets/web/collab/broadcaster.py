@@ -24,12 +24,7 @@ Place = tuple[str, str, int]
 
 
 class Broadcaster:
-    """Event streams of the pages that show the same workbook, and their cell locks; thread-safe.
-
-    Attributes:
-        listeners: the event streams of the open pages.
-        locks: the cells that they have locked for editing.
-    """
+    """Event streams of the pages that show the same workbook, and their cell locks; thread-safe."""
 
     def __init__(self) -> None:
         self.listeners: list[EventStream] = []

@@ -96,12 +96,8 @@ class WorkbookSession(Broadcaster):
     ) -> dict[str, Any]:
         """Make an edit, notify the other pages, and return the answer to its author.
 
-        Args:
-            client: the author's page, which gets the answer and no event.
-            author: the author's name.
-            tag: text from the page that is sent along with the rows.
-            make: makes the edit.
-            request: its id: an edit that is requested again is made only once; empty for one that never is.
+        The author's page, `client`, gets no event; `tag` is a text from it that is sent along with the rows. An edit
+        that is requested again, with the id `request`, is made only once.
         """
         return self._answers.once(request, lambda: self._change(client, author, tag, make, request))
 
@@ -426,13 +422,8 @@ class OpenWorkbooks:
         """Open a page's event stream; return the reason instead if there are too many.
 
         Pages that ask at the same moment are handled one after the other. A page has one event stream: an older one
-        of the same page ends.
-
-        Args:
-            session: of the page's workbook.
-            client: the unique name of the page.
-            person: the key of the login, whose streams are limited; empty for a browser on this computer.
-            join: creates the event stream.
+        of the same page ends. `person` is the key of the login, whose streams are limited; empty for a browser on this
+        computer.
         """
         with self._joining:
             session.end_streams(client)

@@ -51,13 +51,7 @@ class RunOptions:
 
 
 class RunSession:
-    """Run of a workbook that is going or has ended, with its process.
-
-    Args:
-        session: of the workbook.
-        book: the workbook's name.
-        options: of the run.
-        tell: notifies all pages of the server of a phase.
+    """Run of a workbook that is going or has ended, with its process; `tell` notifies all pages of a phase.
 
     Raises:
         MissingPart: when the simulator is not installed here.
@@ -313,11 +307,7 @@ class RobotBusy(SheetsError):
 
 
 class RunManager:
-    """Owner of the current run, or of the last one until it is cleared.
-
-    Args:
-        open_workbooks: whose pages are notified.
-    """
+    """Owner of the current run, or of the last one until it is cleared; notifies the pages of all open workbooks."""
 
     def __init__(self, open_workbooks: OpenWorkbooks) -> None:
         self._open_workbooks = open_workbooks

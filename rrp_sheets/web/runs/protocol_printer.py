@@ -40,7 +40,6 @@ class Wanted:
         path: of the workbook; `digest` is its SHA-256, `against_digest` that of the one it is compared with.
         against: the other workbook; None for no comparison.
         language: its code; empty for the Protocol's.
-        day: the date that is printed.
     """
 
     path: Path

@@ -28,10 +28,8 @@ class ReplayJob:
 
     Attributes:
         part: the progress, from 0 to 1.
-        account: the result, when it is over.
         trouble: why there is no account, in words.
         asked: the time of the last request of a page.
-        done: set when it is over.
     """
 
     part: float = 0.0

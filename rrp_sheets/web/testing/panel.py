@@ -70,16 +70,12 @@ class TestsPanel:
 
     Attributes:
         count: how many hold, in words.
-        done: whether all hold.
-        lines: a line for each test.
         first: the name of the test whose failing rows are listed; empty for none.
         state: of that test, as of a line.
         broken: whether it has held before.
         terms: new words of the current lesson, linked to their help.
         missed: those of its rows that do not hold; `left_out` is how many more there are.
         unsent: what could not be sent, in words.
-        notes: further remarks.
-        running: they are being run.
     """
 
     __test__ = False  # no test of pytest's

@@ -83,7 +83,6 @@ class Results:
     """Results of all tests of a workbook.
 
     Attributes:
-        running: they are being run.
         stale: the workbook was changed since then, and they are run only when somebody asks for it.
         rows: the rows that were left out since they have errors, in words.
         held: the tests that have held since the workbook was opened.
@@ -160,13 +159,9 @@ class Tester:
 
 
 class WorkbookTests:
-    """Tests of an open workbook, run in a thread.
+    """Tests of an open workbook, run in a thread while a page shows it (`watched`).
 
-    Args:
-        document: the workbook.
-        tester: runs them.
-        tell: called when the results change, with an announcement; empty for none.
-        watched: returns whether a page shows the workbook.
+    `tell` is called when the results change, with an announcement, which may be empty.
     """
 
     def __init__(
@@ -304,9 +299,7 @@ _LONGEST = 300  # letters of one line
 def run_workbook_tests(path: str, within: float) -> TestRun:
     """Run the tests of a workbook, as far as its errors allow.
 
-    Args:
-        path: of the workbook.
-        within: seconds of CPU time, after which the current test is aborted and no further one is started.
+    After `within` seconds of CPU time the current test is aborted, and no further one is started.
     """
     from rrp_sheets.testing.run import in_order, run_tests
     from rrp_sheets.workbook import read

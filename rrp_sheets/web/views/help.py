@@ -49,7 +49,6 @@ class HelpPiece:
     Attributes:
         topics: their blocks, one topic after the other.
         query: what was searched for; `found` are the names under it, `tries` those under some of its words.
-        names: the names of all help topics.
     """
 
     template: ClassVar[str] = "help.html"

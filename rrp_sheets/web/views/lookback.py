@@ -53,7 +53,6 @@ class LookbackPage:
     """Page for looking back at a run.
 
     Attributes:
-        line: as in the list.
         trouble: why the run cannot be shown; `why` why the rows are missing.
         ids: the rows' ids by their refs, as JSON.
     """

@@ -50,7 +50,6 @@ class RunsPage:
     Attributes:
         book: only those of this workbook.
         words: only those with these words.
-        books: the workbooks that have runs.
         total: how many runs there are; `older` the offset of the next page, 0 on the last one.
         found: how many of them match; `lines_from` the number of the first that is shown.
         participant: only those of this one; `participants` all codes that there are.
@@ -117,16 +116,13 @@ class RecordPage:
     """Page of one recorded run.
 
     Attributes:
-        line: as in the list.
         others: further runs of the same workbook.
         same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
         pictures: the names of the existing pictures.
         edits: the first rows that were changed, `more_edits` the number of the others.
         trouble: why the events cannot be read.
         writing: its last files are still being written.
-        events: the number of events.
         window: the seconds that the marbles show at first.
-        participant: the code.
         reading: the size of the record, when it is still to be read; empty when its content is shown.
     """
 
@@ -207,7 +203,6 @@ class PairPage:
     """Comparison of two runs side by side.
 
     Attributes:
-        lines: the two, as lists show them.
         same_book: whether the same workbook ran, by its SHA-256.
         drawing: the plots of both runs in one picture, as trusted SVG.
         trouble: why there is nothing to show.
@@ -423,7 +418,6 @@ def _downloads(files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
 
 
 def _size(path: Path) -> str:
-    """Format the size of a file."""
     size = path.stat().st_size
     if size < 1_000_000:
         return f"{max(1, round(size / 1000)):,} kB"

@@ -40,7 +40,6 @@ class ReplayPage:
     """Page for replaying a run.
 
     Attributes:
-        line: as in the list.
         trouble: why it cannot be replayed.
         groups: the workbooks to choose from, with titles.
         chosen: the reference of the other workbook; empty for the one that ran.

@@ -48,13 +48,10 @@ class DeletePage:
     Attributes:
         participant: whose runs; blank when they were chosen one by one.
         word: what has to be typed to confirm.
-        lines: the runs.
         shown: identifiers of the runs that the page shows, to be sent back with the confirmation.
         what: the number of files, pictures and sounds, in words.
-        wiped: faces that are wiped.
         stays: what stays, in sentences.
         below: the runs of that participant in folders below.
-        done: it was deleted.
         notice: an error, or the result.
     """
 

@@ -57,11 +57,8 @@ class SheetTabs:
     """Row of tabs below a sheet.
 
     Attributes:
-        name: the workbook's.
-        sheet: the one that is shown.
         tabs: the sheets of known kinds; then the user's own, whose kind is empty.
         addable: the sheets that can be added; none if the workbook is read-only, or on the run panel.
-        live: this is the run panel.
     """
 
     template: ClassVar[str] = "tabs.html"
@@ -117,10 +114,6 @@ def _add(session: WorkbookSession, document: Document, author: str, given: Asked
     return document.sheets.add(author, kind, name, [columns] if kind == "table" and columns else ())
 
 
-def _rename(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
-    return document.sheets.rename(author, _of(document, given), text_of(given, "title", NAME))
-
-
 def _move(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
     """Move a sheet one place to the left or right, among the sheets of known kinds or the user's own."""
     sheet, by = _of(document, given), 1 if number_of(given, "by", -1, 1) > 0 else -1
@@ -131,10 +124,6 @@ def _move(session: WorkbookSession, document: Document, author: str, given: Aske
     names = list(document.reading.workbook.sheets)
     after = names[names.index(group[to]) + 1 :][:1] if by > 0 else [group[to]]
     return document.sheets.move(author, sheet, after[0] if after else "")
-
-
-def _duplicate(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
-    return document.sheets.duplicate(author, _of(document, given))
 
 
 def _delete(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
@@ -152,7 +141,11 @@ def _delete(session: WorkbookSession, document: Document, author: str, given: As
 
 
 _ACTIONS: dict[str, Callable[[WorkbookSession, Document, str, Asked], Changed | None]] = {
-    "add": _add, "rename": _rename, "move": _move, "duplicate": _duplicate, "delete": _delete,
+    "add": _add, "move": _move, "delete": _delete,
+    "rename": lambda session, document, author, given: document.sheets.rename(
+        author, _of(document, given), text_of(given, "title", NAME)
+    ),
+    "duplicate": lambda session, document, author, given: document.sheets.duplicate(author, _of(document, given)),
 }  # fmt: skip
 
 

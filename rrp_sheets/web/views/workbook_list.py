@@ -27,7 +27,7 @@ from rrp_sheets.services.bundle.manifest import is_device
 from rrp_sheets.services.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import KindText, both, counts, plural, said, show
-from rrp_sheets.web.runs.run_store import RunStore, line_of, when
+from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
     MOST_FILES,
@@ -64,17 +64,6 @@ Done = tuple[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class LastRun:
-    """Newest run of a workbook: its folder's name, its time, and its end (`state` names the icon for that)."""
-
-    run: str
-    when: str
-    ended: str
-    state: str
-    opens: bool
-
-
-@dataclass(frozen=True, slots=True)
 class Card:
     """Card of a workbook on the shelf.
 
@@ -94,7 +83,7 @@ class Card:
     counts: tuple[KindText, ...]
     picture: bool
     words: str
-    last: LastRun | None
+    last: RunLine | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +104,6 @@ class ShelfPage:
         others: Markdown files without any sheet of ours.
         left_out: the number of files that were not read.
         templates: the templates for a new workbook, with a line about each.
-        archived: the names of the files in the archive.
         sort: `recent`, `name` or `run`.
         notice: the result of the last action, or why it failed (`failed`); `made` is the file that it created.
         tutorial: the copy of the tutorial that was changed last; empty for none.
@@ -218,7 +206,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
         counts=counts(book.analysis.findings),
         picture=bool(drawable and drawable[0].steps and book.analysis.understood),
         words=" ".join([book.title, book.name, about, *_words(book)])[:_MOST_WORDS].casefold(),
-        last=_last(last) if last else None,
+        last=line_of(last, ()) if last else None,
     )
 
 
@@ -227,11 +215,6 @@ def _words(book: CheckedWorkbook) -> list[str]:
     behaviours = book.analysis.workbook.behaviours
     streams = dict.fromkeys(s.name for s in book.analysis.graph.streams.values() if s.name)
     return [*streams, *(row.notes for b in behaviours for row in b.rows if row.notes)]
-
-
-def _last(facts: RunMetadata) -> LastRun:
-    line = line_of(facts, ())
-    return LastRun(line.run, line.when, line.ended, line.state, line.opens)
 
 
 def _new() -> Done:
@@ -395,11 +378,6 @@ def _free(repository: WorkbookRepository, name: str) -> Path:
 
 def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
     """Unpack a bundle into a folder of workbooks; its files are stored together or not at all, its runs one by one.
-
-    Args:
-        folder: of the workbooks.
-        name: of the bundle, for messages.
-        data: its bytes.
 
     Returns:
         The workbook's name, and notes on the bundle.
