@@ -137,10 +137,10 @@ class CellLocks:
     def __init__(self) -> None:
         self._taken: dict[Place, tuple[str, str, float]] = {}
 
-    def taken(self, sheet: str = "") -> dict[Place, str]:
-        """Return the name of the editor of each locked cell, of one sheet or of all."""
+    def holders(self, sheet: str = "") -> dict[Place, tuple[str, str]]:
+        """Return the page and the name of the editor of each locked cell, of one sheet or of all."""
         old = self._expired()
-        return {p: name for p, (_, name, _) in self._taken.items() if sheet in ("", p[0]) and p not in old}
+        return {p: held[:2] for p, held in self._taken.items() if sheet in ("", p[0]) and p not in old}
 
     def _expired(self) -> list[Place]:
         now = time.monotonic()
@@ -152,9 +152,9 @@ class CellLocks:
 
     def take(self, client: str, name: str, place: Place) -> str:
         """Lock a cell; return the name of the holder if another page has it, else an empty text."""
-        holder = self.taken().get(place)
-        if holder is not None and identity(self._taken[place][0]) != identity(client):
-            return holder
+        holder = self.holders().get(place)
+        if holder is not None and identity(holder[0]) != identity(client):
+            return holder[1]
         self._taken[place] = (client, name, time.monotonic())
         return ""
 
@@ -181,14 +181,9 @@ class CellLocks:
         """Carry the locks of a renamed sheet over to its new name."""
         self._taken = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._taken.items()}
 
-    def holders(self, sheet: str) -> dict[Place, tuple[str, str]]:
-        """Return the page and the name of the editor of each locked cell of a sheet."""
-        return {place: (self._taken[place][0], name) for place, name in self.taken(sheet).items()}
-
     def others(self, client: str, sheet: str) -> list[str]:
         """Return the names of those who are editing a cell of a sheet on other pages."""
-        taken = self.taken(sheet)
-        return sorted({name for place, name in taken.items() if identity(self._taken[place][0]) != identity(client)})
+        return sorted({name for page, name in self.holders(sheet).values() if identity(page) != identity(client)})
 
 
 @dataclass

@@ -280,7 +280,7 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     try:
         if found is None:
             raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
-        people = sorted(set(session.locks.taken().values()))
+        people = sorted({name for _, name in session.locks.holders().values()})
         if people:
             message = N_(
                 "{who} is editing a cell just now." if len(people) == 1 else "{who} are editing a cell just now.",

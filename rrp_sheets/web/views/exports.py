@@ -44,8 +44,7 @@ def file(run: str, file: str) -> Response:
 def trace_csv(run: str) -> Response:
     """Send the events of a run as CSV."""
     place = services().runs.place(run_or_404(run))
-    file = made("trace.csv", lambda target: _export([place], target))
-    return send_file(file, mimetype="text/csv", as_attachment=True, download_name=f"{run}.csv")
+    return _send(".csv", run, lambda target: _export([place], target))
 
 
 @blueprint.get("/runs/<run>/everything.zip")
