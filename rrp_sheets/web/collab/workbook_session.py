@@ -27,7 +27,7 @@ from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.models import said
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
-from rrp_sheets.web.testing.results import Tester, WorkbookTests
+from rrp_sheets.web.workbook_tests import Tester, WorkbookTests
 
 MOST_LISTENERS = 32  # event streams at once, for all workbooks
 MOST_HERE = 24  # of them, of those who have the address of this computer

@@ -38,7 +38,7 @@ from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run.run_session import LONGEST_TEXTS
 from rrp_sheets.web.security import visitor
 from rrp_sheets.web.services import services
-from rrp_sheets.web.testing.panel import TestsPanel, panel_of
+from rrp_sheets.web.tests_panel import TestsPanel, panel_of
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 

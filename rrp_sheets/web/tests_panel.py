@@ -14,7 +14,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.documents import Document
 from rrp_sheets.documents.grid import Grid
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.web.testing.results import (
+from rrp_sheets.web.workbook_tests import (
     FAILS,
     HOLDS,
     IDLE,
