@@ -25,7 +25,7 @@ _MOST_ZIP = 2_000_000_000  # bytes
 _SHOWN = ("image/png", "image/gif", "audio/wav")
 _TYPES = {
     ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf", ".csv": "text/csv",
-    ".xlsx": XLSX,
+    ".xlsx": XLSX, ".zip": "application/zip",
 }  # fmt: skip
 
 
@@ -109,9 +109,7 @@ def bundle(name: str) -> Response:
         abort(404)
     path = repository.path(name).absolute()
     places = [runs.place(run).absolute() for run in wanted]
-    file = made("bundle.zip", lambda target: packer.pack(path, places, target))
-    shown = f"{printable(path.stem)}-bundle.zip"
-    return send_file(file, mimetype="application/zip", as_attachment=True, download_name=shown)
+    return _send(".zip", f"{printable(path.stem)}-bundle", lambda target: packer.pack(path, places, target))
 
 
 def _export(places: Sequence[Path], target: Path) -> None:
