@@ -188,8 +188,8 @@ def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, t
 def kept_versions(book: str) -> tuple[str, tuple[Choice, ...]]:
     """Return the kept versions of a workbook as a group of choices, with its title."""
     kept = services().open_workbooks.session(services().repository.path(book)).document.versions()
-    choices = (Choice(f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
-    return N_("Kept versions of {book}", book=book), tuple(choices)
+    kept_as = (Choice(f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
+    return N_("Kept versions of {book}", book=book), tuple(kept_as)
 
 
 def _book_of(ref: str) -> str:
