@@ -102,7 +102,7 @@ def _deleted_page(participant: str, names: list[str]) -> DeletePage:
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
     if typed != (participant or "delete"):
-        notice = N_(
+        notice: str = N_(
             "The code {code} was not typed; nothing was deleted."
             if participant
             else "The word “delete” was not typed; nothing was deleted.",

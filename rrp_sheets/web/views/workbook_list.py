@@ -431,7 +431,7 @@ def _move(folder: Path, files: list[Path]) -> None:
 
 def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
     """Store the runs of a bundle beside the existing ones; return notes on those that were not stored."""
-    notes = []
+    notes: list[str] = []
     for run in bundle.runs:
         target = folder / RUNS / run.name
         if target.exists():
