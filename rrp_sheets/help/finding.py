@@ -17,6 +17,7 @@ from rrp_sheets.help.layout import from_markdown, titled
 from rrp_sheets.help.workbooks import grids
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.robots import load_robot
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.schema import SHEETS, SheetKind
 
 _WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units")
@@ -182,8 +183,9 @@ def _unknown(name: str, others: Sequence[str]) -> SheetsError:
     found = list(load_robot().names.values())
     devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
     guess = nearest(name, [*TOPICS, *connectors().names(), *library().names(), *devices, *CODES, *others])
-    remedy = f"Did you mean {guess}?" if guess else f"Try: {', '.join(filter(None, _topics()))}."
-    return SheetsError(f"There is no help on “{name}”.", remedy)
+    topics = listed(list(filter(None, _topics())))
+    remedy = N_("Did you mean {guess}?", guess=guess) if guess else N_("Try: {topics}.", topics=topics)
+    return SheetsError(N_("There is no help on “{name}”.", name=name), remedy)
 
 
 def word(name: str) -> Iterator[str]:

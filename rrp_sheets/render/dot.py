@@ -29,6 +29,7 @@ from rrp_sheets.render.style import (
     OFF_LINE,
     RANK_GAP,
 )  # fmt: skip
+from rrp_sheets.texts import N_
 
 _SHAPES = {
     "sensor": "shape=box, penwidth=2",
@@ -188,7 +189,9 @@ def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) ->
     """
     candidates = [binary] if binary else binaries()
     if not candidates:
-        raise MissingPart("Diagrams need Graphviz, and it is not installed.", "Install it: pip install graphviz-pure")
+        raise MissingPart(
+            N_("Diagrams need Graphviz, and it is not installed."), N_("Install it: pip install graphviz-pure")
+        )
     reason = ""
     for program in candidates:
         try:
@@ -197,8 +200,8 @@ def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) ->
             )
         except subprocess.TimeoutExpired:
             raise SheetsError(
-                f"The diagram is too large: it could not be laid out within {timeout:g} seconds.",
-                "Divide the behaviour into several sheets.",
+                N_("The diagram is too large: it could not be laid out within {n:g} seconds.", n=timeout),
+                N_("Divide the behaviour into several sheets."),
             ) from None
         except OSError as error:
             reason = str(error)
@@ -206,7 +209,9 @@ def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) ->
         if done.returncode == 0:
             return _parse(json.loads(done.stdout))
         reason = done.stderr.decode(errors="replace").strip()
-    raise SheetsError(f"The diagram could not be laid out: {reason[-300:]}", "Update Graphviz, or remove it.")
+    raise SheetsError(
+        N_("The diagram could not be laid out: {why}", why=reason[-300:]), N_("Update Graphviz, or remove it.")
+    )
 
 
 def _parse(data: dict[str, Any]) -> Layout:

@@ -11,6 +11,7 @@ from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.render.measure import clean, columns, shortened
+from rrp_sheets.texts import N_, listed
 
 _MOST_TICKS = 400
 _FROM_TIMER = ("forgetafter", "timeout")
@@ -224,16 +225,12 @@ def chosen(
     found = [s for s in scores if not behaviour or key(s.title.rpartition(": ")[2]) == key(behaviour)]
     if behaviour and not found:
         names = [s.title.rpartition(": ")[2] for s in scores]
-        guess = nearest(behaviour, names)
-        hint = f"Did you mean {guess}?" if guess else f"There are: {', '.join(dict.fromkeys(names))}."
-        raise SheetsError(f"Nothing came in a behaviour “{behaviour}”.", hint)
+        raise SheetsError(N_("Nothing came in a behaviour “{name}”.", name=behaviour), _proposed(behaviour, names))
     if streams:
         names = [lane.label for s in found for lane in s.lanes if lane.label]
         missing = [n for n in streams if key(n) not in {key(k) for k in names}]
         if missing:
-            guess = nearest(missing[0], names)
-            hint = f"Did you mean {guess}?" if guess else f"There are: {', '.join(dict.fromkeys(names))}."
-            raise SheetsError(f"There is no stream “{missing[0]}” here.", hint)
+            raise SheetsError(N_("There is no stream “{name}” here.", name=missing[0]), _proposed(missing[0], names))
         keys = {key(n) for n in streams}
         found = [s.only({lane.id for lane in s.lanes if key(lane.label) in keys}) for s in found]
     first, last = window
@@ -241,10 +238,18 @@ def chosen(
     for score in found:
         begin, end = first or 0, score.last_us if last is None else min(last, score.last_us)
         if begin >= end and (first or last is not None):
-            message = f"Nothing lies between {begin / 1e6:g} s and {end / 1e6:g} s."
-            raise SheetsError(message, f"The time goes from 0 s to {score.last_us / 1e6:g} s.")
+            raise SheetsError(
+                N_("Nothing lies between {begin:g} s and {end:g} s.", begin=begin / 1e6, end=end / 1e6),
+                N_("The time goes from 0 s to {end:g} s.", end=score.last_us / 1e6),
+            )
         cut.append(score.between(begin, end))
     return [s for s in cut if s.groups]
+
+
+def _proposed(name: str, names: Sequence[str]) -> str:
+    if guess := nearest(name, names):
+        return N_("Did you mean {guess}?", guess=guess)
+    return N_("There are: {names}.", names=listed(list(dict.fromkeys(names))))
 
 
 _FEW = 4

@@ -178,7 +178,7 @@ def _draw_block(block: _Block, top: float) -> str:
                 base += _BAR
             base += 3
         parts.append(_label(group, base, y + high, named=not block.bars))
-        parts.append(draw_lane(group.lane, x, base, y + high))
+        parts.append(_draw_lane(group.lane, x, y + high, texts(block.score.language)))
         y += high
     if block.marks:
         parts += _pointers(block.score, x, bottom)
@@ -364,7 +364,7 @@ def _band(run: list[_Place]) -> list[_Place]:
     return [_Place(run[0].x, tuple(m for p in run for m in p.marbles), run[-1].x)]
 
 
-def draw_lane(lane: Lane, x: Span, top: float, bottom: float) -> str:
+def _draw_lane(lane: Lane, x: Span, bottom: float, words_of: Texts) -> str:
     """Draw a stream's line with its marbles; `bottom` is where the next one begins."""
     base = bottom - 11.0
     fill, line = FILL_AND_LINE.get(lane.kind, ("#ececec", INK))
@@ -378,7 +378,7 @@ def draw_lane(lane: Lane, x: Span, top: float, bottom: float) -> str:
         end = following.x if following else x.right + 2
         gap, before = place.x - before, max(place.x, place.end)
         if place.end >= 0:
-            parts.append(_draw_band(place, lane, base, end, (fill, line)))
+            parts.append(_draw_band(place, lane, base, (fill, line), words_of))
             continue
         for level, marble in enumerate(place.marbles[:_MOST_STACKED]):
             y = base - level * _STEP
@@ -440,19 +440,22 @@ def _shape(kind: str, x: float, y: float, long: float, colours: tuple[str, str],
     return f'<rect {look} fill="{fill}" stroke="{line}" stroke-width="{thick}"{dashes}/>'
 
 
-def _draw_band(place: _Place, lane: Lane, base: float, end: float, colours: tuple[str, str]) -> str:
+def _draw_band(place: _Place, lane: Lane, base: float, colours: tuple[str, str], words_of: Texts) -> str:
     """Draw many values as a hatched band, with their number and the first and the last of them."""
     marbles = place.marbles
     good = [m for m in marbles if not m.error]
     fill, line = colours
     x, wide = place.x - 1.5, max(place.end - place.x, 2) + 3
-    when = f"{marbles[0].us / 1e6:g} s to {marbles[-1].us / 1e6:g} s"
-    values = f"{short(good[0].value)[:40]} … {short(good[-1].value)[:40]}" if good else ""
     failed = len(marbles) - len(good)
-    told = f"{len(good)} values from {when}: {values}" if good else ""
-    told += f" {failed} errors: {marbles[0].error or next(m.error for m in marbles if m.error)}" if failed else ""
+    told = []
+    if good:
+        first, last = (f"{m.us / 1e6:g}" for m in (marbles[0], marbles[-1]))
+        values = f"{short(good[0].value)[:40]} … {short(good[-1].value)[:40]}"
+        told.append(words_of.get("marbles.band", n=len(good), first=first, last=last, values=values))
+    if failed:
+        told.append(words_of.get("marbles.band_errors", n=failed, why=next(m.error for m in marbles if m.error)))
     parts = [
-        f"<title>{escape(clean(told))}</title>",
+        f"<title>{escape(clean(words_of.sentences(told)))}</title>",
         f'<rect x="{x:.1f}" y="{base - 5:.1f}" width="{wide:.1f}" height="10" fill="{fill}" stroke="{line}" '
         f'stroke-width="{0.6 if lane.kind == "stream" else 1.1}"/>',
     ]
@@ -463,13 +466,18 @@ def _draw_band(place: _Place, lane: Lane, base: float, end: float, colours: tupl
         parts.append(f'<path d="{strokes}" stroke="{line}" stroke-width="0.45" opacity="0.7"/>')
     if failed:
         parts.append(f'<path d="M{x:.1f} {base + 6.5:.1f}h{wide:.1f}" stroke="{FLAG}" stroke-width="1.8"/>')
-    parts.append(_band_label(marbles, good, x + wide / 2, base, wide))
+    parts.append(_band_label(marbles, good, (x + wide / 2, base), wide, words_of))
     return f'<g class="band">{"".join(parts)}</g>'
 
 
-def _band_label(marbles: Sequence[Marble], good: Sequence[Marble], middle: float, base: float, room: float) -> str:
+def _band_label(
+    marbles: Sequence[Marble], good: Sequence[Marble], at: tuple[float, float], room: float, words_of: Texts
+) -> str:
     """Draw the number of values and their range, as far as they fit."""
-    for words in (f"{len(marbles)} values: {_range(good)}", f"{len(marbles)} values", str(len(marbles))):
+    (middle, base), n = at, len(marbles)
+    values = _range(good) or words_of.get("marbles.errors")
+    whole, short_form = words_of.get("marbles.values_are", n=n, values=values), words_of.get("marbles.values", n=n)
+    for words in (whole, short_form, str(n)):
         wide = width(words, 7) + 5
         if wide < room:
             back = f'x="{middle - wide / 2:.1f}" y="{base - 4:.1f}" width="{wide:.1f}" height="8" rx="1.5"'
@@ -479,8 +487,8 @@ def _band_label(marbles: Sequence[Marble], good: Sequence[Marble], middle: float
 
 
 def _range(marbles: Sequence[Marble]) -> str:
-    """Return the first and the last value, shortened."""
+    """Return the first and the last value, shortened; empty when there is none."""
     if not marbles:
-        return "errors"
+        return ""
     first, last = short(marbles[0].value)[:14], short(marbles[-1].value)[:14]
     return first if first == last else f"{first} … {last}"

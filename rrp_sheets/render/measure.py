@@ -16,6 +16,7 @@ from typing import Any, Literal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.changed import Run
 from rrp_sheets.resources import bundled, vendored
+from rrp_sheets.texts import N_
 
 # Helvetica's widths in 1/1000 em for the characters 32 to 126, which are those of Arial and Liberation Sans too.
 # Noto Sans JP, Segoe UI and Roboto are at most 8 % wider in usual words, their bold faces 16 %.
@@ -238,7 +239,7 @@ def typeset(
     try:
         made = _compiled(typst, files, form, options)
     except typst.TypstError as error:
-        raise SheetsError(f"The {form.upper()} could not be made: {error}") from error
+        raise SheetsError(N_("The {form} could not be made: {error}", form=form.upper(), error=str(error))) from error
     return made, [_warning(script) for script in missing]
 
 
@@ -275,8 +276,11 @@ def scripts_without_font(text: str) -> list[str]:
 
 def _warning(script: str) -> str:
     if script == "Japanese":
-        return (
+        return N_(
             "The Japanese font does not come with this installation: Japanese texts use this machine's fonts, "
             "and are boxes where it has none."
         )
-    return f"No font for {script} comes along: such letters use this machine's fonts, and are boxes where it has none."
+    return N_(
+        "No font for {script} comes along: such letters use this machine's fonts, and are boxes where it has none.",
+        script=script,
+    )

@@ -17,10 +17,10 @@ from rrp_sheets.render.measure import clean, escape, typeset
 from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".svg", ".pdf", ".png")
-NOTHING = "There is nothing to draw: no behaviour has a row."
 _HEADING = 15.0  # points above a picture
 _GAP = 14.0
 _TALLEST = 1500.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
@@ -36,22 +36,22 @@ def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[s
     Raises:
         SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
     """
-    target, suffix = target_of(path, "A diagram", SUFFIXES)
+    target, suffix = _target(path, N_("A diagram cannot be written as “{suffix}”."), SUFFIXES)
     if not pages:
-        raise SheetsError(NOTHING)
+        raise SheetsError(N_("There is nothing to draw: no behaviour has a row."))
     content, warnings = render_diagram(pages, suffix)
     write_atomically(target, content)
     return warnings
 
 
-def target_of(path: str | os.PathLike[str], what: str, suffixes: Sequence[str]) -> tuple[Path, str]:
+def _target(path: str | os.PathLike[str], refusal: str, suffixes: Sequence[str]) -> tuple[Path, str]:
     """Return the file to write and its suffix; raise SheetsError when the suffix names no possible format."""
     target = Path(path)
     suffix = target.suffix.casefold()
     if suffix not in suffixes:
         raise SheetsError(
-            f"{what} cannot be written as “{target.suffix or target.name}”.",
-            f"Let the file's name end with one of: {', '.join(suffixes)}.",
+            N_(refusal, suffix=target.suffix or target.name),
+            N_("Let the file's name end with one of: {suffixes}.", suffixes=listed(suffixes)),
         )
     return target, suffix
 
@@ -148,13 +148,13 @@ def write_marbles(scores: Sequence[MarbleDiagram], path: str | os.PathLike[str])
     Raises:
         SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
     """
-    target, suffix = target_of(path, "Marble diagrams", MARBLE_SUFFIXES)
+    target, suffix = _target(path, N_("Marble diagrams cannot be written as “{suffix}”."), MARBLE_SUFFIXES)
     if suffix == ".txt":
         write_atomically(target, text_of(scores).encode())
         return []
     pages = draw_marbles(scores)
     if not pages:
-        raise SheetsError("There is nothing to draw: no value came on any stream.")
+        raise SheetsError(N_("There is nothing to draw: no value came on any stream."))
     content, warnings = render_diagram(pages, suffix, legend=False, about=dict(scores[0].about))
     write_atomically(target, content)
     return warnings

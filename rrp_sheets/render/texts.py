@@ -12,7 +12,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.languages import LANGUAGES
-from rrp_sheets.texts import LazyMessage, sentences, told
+from rrp_sheets.texts import N_, LazyMessage, listed, sentences, told
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,10 @@ class Texts:
 def texts(language: str = "en") -> Texts:
     """Return the catalogue of a language; raise SheetsError when there is none."""
     if language not in LANGUAGES:
-        raise SheetsError(f"There are no texts in the language “{language}”.", f"There are: {', '.join(LANGUAGES)}.")
+        raise SheetsError(
+            N_("There are no texts in the language “{language}”.", language=language),
+            N_("There are: {names}.", names=listed(list(LANGUAGES))),
+        )
     tables = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
     return Texts(language, {name: told(LazyMessage(text, msgctxt=name), language) for name, text in _flat(tables, "")})
 

@@ -18,7 +18,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.gestures import Gesture, load_gestures, resources
-from rrp_sheets.texts import LazyMessage, told
+from rrp_sheets.texts import N_, LazyMessage, listed, told
 
 CATALOGUE = "robot.toml"
 REST_POSTURE = "Crouch"  # where a run ends
@@ -123,7 +123,9 @@ def load_robot(name: str = "nao") -> Robot:
     """Read a robot's catalogue; raises SheetsError for an unknown robot."""
     folder = bundled("robots") / name
     if not name.replace("_", "").isalnum() or not (folder / CATALOGUE).is_file():
-        raise SheetsError(f"There is no robot “{name}”.", f"The robots are: {', '.join(robot_names())}.")
+        raise SheetsError(
+            N_("There is no robot “{name}”.", name=name), N_("The robots are: {names}.", names=listed(robot_names()))
+        )
     return robot_in(folder, name)
 
 

@@ -13,7 +13,7 @@ from rrp_sheets.model.workbook import Cell, GestureRow
 from rrp_sheets.robots.catalogue import Joint, Robot
 from rrp_sheets.robots.gestures import Gesture, Keyframe, parse_angle
 from rrp_sheets.robots.trajectory import Planner, joint_limits
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 
 LONGEST = 120.0  # s, of one gesture
 MOST = 200  # keyframes of a gesture
@@ -112,7 +112,7 @@ def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Repo
             told.add(k)
             header = row.headers.get(k, k)
             sides = [name for name in names if key(name)[1:] == k]
-            near = " and ".join(sides) if sides else nearest(header, names)
+            near = listed(sides, "and") if sides else nearest(header, names)
             remedy = N_("Did you mean {near}? Then correct the header of this column.", near=near) if near else (
                 N_("The joints are: {names}.", names=', '.join(names))
             )  # fmt: skip

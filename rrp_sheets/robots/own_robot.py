@@ -33,7 +33,7 @@ from rrp_sheets.robots.catalogue import (
     robot_names,
 )
 from rrp_sheets.robots.gestures import Gesture
-from rrp_sheets.texts import MessageError
+from rrp_sheets.texts import N_, MessageError
 
 FOLDER = "robots"
 _MOST_FILES = 40
@@ -62,7 +62,7 @@ def own_robot(folder: Path, name: str) -> Robot | None:
         files = _files(place)
         return _judged(place, name, tuple((p.name, p.stat().st_mtime_ns, p.stat().st_size) for p in files))
     except (CatalogueError, OSError) as problem:
-        why = problem.args[0] if isinstance(problem, CatalogueError) else problem.strerror or "it cannot be read"
+        why = problem.args[0] if isinstance(problem, CatalogueError) else problem.strerror or N_("it cannot be read")
         raise UnreadableWorkbook(Report().add("FILE019", None, name=f"{FOLDER}/{name}", why=why)) from None
 
 

@@ -98,8 +98,8 @@ def run(
         folder.keep_workbook(checked)
         trace = TraceWriter(folder.path / TRACE, plan, _header(reading, checked, settings, seed))
         recorder.begin(trace, runner.engine)
-        for one in drawn:
-            recorder.handle(NoticeEvent(0, Notice("note", one.text, row=f"Scene!{one.row}")))
+        for row, text in drawn:
+            recorder.handle(NoticeEvent(0, Notice("note", text, row=f"Scene!{row}")))
     except SheetsError:
         with suppress(RunBroken):  # what is told is why the run does not begin
             runner.stop()

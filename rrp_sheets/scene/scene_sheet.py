@@ -118,7 +118,7 @@ def _tell_time(time: Cell, report: Report) -> None:
         remedy = N_("Behind + write seconds: Ask done + 2.")
     elif time.text and not meant:
         remedy = sentences(remedy, N_("Or a stream, and seconds after its event: Say done + 2."))
-    report.add("SCENE001", time.address, text=time.text or "blank", remedy=remedy)
+    report.add("SCENE001", time.address, text=time.text or N_("blank"), remedy=remedy)
 
 
 def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Report) -> dict[str, Value] | None:
@@ -128,7 +128,7 @@ def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Rep
         remedy = (
             N_("Write it like this: {example}.", example=verb.example) if verb.example else N_("Leave the cell blank.")
         )
-        report.add("SCENE004", row.value.address, text=row.value.text or "blank", does=row.does.text,
+        report.add("SCENE004", row.value.address, text=row.value.text or N_("blank"), does=row.does.text,
                    remedy=sentences(*error.args, remedy))  # fmt: skip
         return None
 
@@ -168,7 +168,7 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | No
     if near is None and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
     near = near or _nearest_thing(text)
-    report.add("SCENE002", thing.address, text=text or "blank", **meant(near, _ANY, quoted=True))
+    report.add("SCENE002", thing.address, text=text or N_("blank"), **meant(near, _ANY, quoted=True))
     return None
 
 
@@ -208,7 +208,7 @@ def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
         near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
         otherwise = N_("It can do this: {names}.", names=", ".join(names))
         remedy = meant(near, otherwise, quoted=True)
-        report.add("SCENE003", does.address, text=does.text or "blank", kind=kind.name, **remedy)
+        report.add("SCENE003", does.address, text=does.text or N_("blank"), kind=kind.name, **remedy)
     return verb
 
 

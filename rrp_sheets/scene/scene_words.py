@@ -18,7 +18,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import N_, MessageError
+from rrp_sheets.texts import N_, MessageError, listed
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake
 
@@ -158,7 +158,7 @@ _CUP = ThingKind(
     "for a ball.",
 )  # fmt: skip
 _BOX = ThingKind(
-    "box", "A box", ("Box", "Green box"),
+    N_("box"), "A box", ("Box", "Green box"),
     (
         Verb("appears", "appear",
              (_at(2, 3, (0.8, 0.0), "where it stands"), _ON, _TURNED,
@@ -316,27 +316,16 @@ def known_things() -> Sequence[str]:
     return [*coloured, *(t for k in KINDS.values() for t in k.things), "Ball", "Cup"]
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """Numbers that a run has drawn for a row of the scene.
-
-    Attributes:
-        row: of the Scene sheet.
-        text: what it drew, in words.
-    """
-
-    row: int
-    text: str
-
-
-def draw_scene(actions: Sequence[SceneAction], seed: int) -> tuple[tuple[SceneAction, ...], tuple[Drawn, ...]]:
-    """The actions with a number for each range, and what was drawn. The same seed draws the same numbers.
+def draw_scene(
+    actions: Sequence[SceneAction], seed: int
+) -> tuple[tuple[SceneAction, ...], tuple[tuple[int, str], ...]]:
+    """The actions with a number for each range, and by row in words what was drawn; the same numbers for the same seed.
 
     Each number depends on the seed and its own cell alone: a row more or less changes no other.
 
     >>> action = SceneAction(0, "Red ball", "appear", {"at": (RandomRange(0.8, 1.2), 0.0, 0.4)}, row=4)
-    >>> (one,), (told,) = draw_scene([action], 7)
-    >>> 0.8 <= one.values["at"][0] <= 1.2, told.row, draw_scene([action], 7)[0][0] == one
+    >>> (one,), ((row, told),) = draw_scene([action], 7)
+    >>> 0.8 <= one.values["at"][0] <= 1.2, row, draw_scene([action], 7)[0][0] == one
     (True, 4, True)
     """
     found, told = [], []
@@ -347,7 +336,7 @@ def draw_scene(actions: Sequence[SceneAction], seed: int) -> tuple[tuple[SceneAc
         if action.span_us:
             time_us = round(1e6 * drawer.number("time", RandomRange(time_us / 1e6, (time_us + action.span_us) / 1e6)))
         if drawer.told:
-            told.append(Drawn(action.row, f"Drawn by the run: {', '.join(drawer.told)}."))
+            told.append((action.row, N_("Drawn by the run: {numbers}.", numbers=listed(drawer.told))))
             action = replace(action, time_us=time_us, span_us=0, values=values)
         found.append(action)
     return tuple(found), tuple(told)
@@ -368,7 +357,7 @@ class _Drawer:
         chance = random.Random(f"{self._name}\n{name}").random()
         number = among.low + chance * (among.high - among.low)
         number = min(max(round(number, 3), among.low), among.high)
-        self.told.append(f"{name} {number:g} of {among}")
+        self.told.append(N_("{name} {number:g} of {range}", name=name, number=number, range=str(among)))
         return number
 
 

@@ -312,7 +312,7 @@ def _figures(
             language=source.words.language, upright=True,
         )  # fmt: skip
     except SheetsError as error:
-        return (), [source.get("behaviours.no_diagram", why=error.message)]
+        return (), [source.get("behaviours.no_diagram", why=told(error.message, source.words.language))]
     return tuple(_figure(source, page, pictures) for page in pages), []
 
 
