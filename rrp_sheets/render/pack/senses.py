@@ -91,8 +91,8 @@ def kept(source: Source) -> tuple[Labelled, ...]:
     for entry, name in (("kept.data", FIELD), ("kept.retention", "Retention")):
         if text := source.protocol(name):
             lines.append(Labelled(get(entry), text, stated=True))
-            missing = unnamed(text, kinds) if name == FIELD else []
-            if missing:
-                less = get("kept.less_text", list=told(names_of(missing), source.words.language))
+            lacking = unnamed(text, kinds) if name == FIELD else []
+            if lacking:
+                less = get("kept.less_text", list=told(names_of(lacking), source.words.language))
                 lines.append(Labelled(get("kept.less"), less))
     return tuple(lines)
