@@ -25,8 +25,8 @@ from rrp_sheets.help.connectors import IN_USE, one_connector
 from rrp_sheets.help.devices import DONE_EXAMPLE
 from rrp_sheets.help.finding import EXAMPLES, TOPICS
 from rrp_sheets.help.functions import examples, typed
+from rrp_sheets.help.layout import checked
 from rrp_sheets.help.scene_page import EXAMPLE, TIMES
-from rrp_sheets.help.workbooks import checked
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
 from rrp_sheets.robots import load_robot

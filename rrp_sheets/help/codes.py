@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
 from rrp_sheets.diagnostics.catalogue import TOPICS, CodePage, completed, load_page
-from rrp_sheets.help.layout import entries, heading, paragraph, titled
-from rrp_sheets.help.workbooks import checked, grids
+from rrp_sheets.help.layout import checked, entries, grids, heading, paragraph, titled
 
 
 def all_codes() -> Iterator[str]:

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.help.connector_marbles import MARK_US, can_be_run, input_names, marbles, output_name, parts, workbook
-from rrp_sheets.help.layout import entries, heading, paragraph, titled
-from rrp_sheets.help.workbooks import checked, grids
+from rrp_sheets.help.layout import checked, entries, grids, heading, paragraph, titled
 from rrp_sheets.model.names import key
 from rrp_sheets.workbook.schema import BEHAVIOUR
 

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from rrp_sheets.help.functions import typed
-from rrp_sheets.help.layout import columns, entries, heading, paragraph, titled
-from rrp_sheets.help.workbooks import grids
+from rrp_sheets.help.layout import columns, entries, grids, heading, paragraph, titled
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting, load_robot

@@ -13,8 +13,7 @@ from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help.functions import first_line
-from rrp_sheets.help.layout import from_markdown, titled
-from rrp_sheets.help.workbooks import grids
+from rrp_sheets.help.layout import from_markdown, grids, titled
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.robots import load_robot
 from rrp_sheets.texts import N_, listed

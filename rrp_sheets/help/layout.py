@@ -1,4 +1,4 @@
-"""Text for a terminal of 80 to 100 columns: paragraphs, lists of terms, columns, and sheets as grids."""
+"""Text for a terminal of 80 to 100 columns: paragraphs, lists of terms, columns, and workbooks as grids."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ import re
 import textwrap
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from rrp_sheets.model.workbook import column_letters
+
+if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
+
 
 WIDTH = 88
 _TERM = 26  # the widest column of terms; a longer term stands on a line of its own
@@ -150,3 +155,26 @@ def from_markdown(text: str) -> Iterator[str]:
             yield lines(textwrap.dedent(block).split("\n"))
         else:
             yield paragraph(block)
+
+
+def checked(markdown: str) -> Checked:
+    """A Markdown workbook, read and checked."""
+    from rrp_sheets.checks import check_workbook
+    from rrp_sheets.workbook.reading import Reader
+    from rrp_sheets.workbook.text_books import read_markdown
+
+    reader = Reader(read_markdown(markdown.encode(), "help"), "help")
+    return check_workbook(reader.workbook, reader.report)
+
+
+def grids(markdown: str) -> Iterator[str]:
+    """Every sheet of a Markdown workbook as a grid."""
+    from rrp_sheets.workbook.raw import Extent
+    from rrp_sheets.workbook.text_books import read_markdown
+
+    book = read_markdown(markdown.encode(), "help")
+    for index, name in enumerate(book.names):
+        cells = book.sheet(index, Extent.WHOLE).cells
+        bottom, right = max(row for row, _ in cells), max(column for _, column in cells)
+        texts = {at: cell.text for at, cell in cells.items()}
+        yield grid(name, [[texts.get((r, c), "") for c in range(1, right + 1)] for r in range(1, bottom + 1)])

@@ -9,7 +9,6 @@ from itertools import pairwise
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.render.contents import Content, contents, is_blank
 from rrp_sheets.render.device_sentences import (
     device_says,
     device_stops,
@@ -20,7 +19,7 @@ from rrp_sheets.render.device_sentences import (
 )
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.texts import Texts, texts
-from rrp_sheets.render.words import Named, Wording, shown
+from rrp_sheets.render.words import Content, Named, Wording, contents, is_blank, shown
 from rrp_sheets.robots import Robot
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts as doing
-from rrp_sheets.render.pack import people, senses
+from rrp_sheets.render.pack import people
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
 from rrp_sheets.render.pack.source import Source, capital
 
@@ -99,8 +99,8 @@ def _senses(source: Source) -> str:
 
 
 def _keeps(source: Source) -> str:
-    entries = ["keeps_pictures" if senses.keeps_pictures(source) else "keeps_events"]
-    if senses.remembers_faces(source):
+    entries = ["keeps_pictures" if people.keeps_pictures(source) else "keeps_events"]
+    if people.remembers_faces(source):
         entries.append("keeps_faces" if source.checked.run.keeps_faces else "forgets_faces")
     return source.words.sentences([source.get(f"glance.{entry}") for entry in entries])
 

@@ -17,7 +17,7 @@ from rrp_sheets.model.values import Value, show
 from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend
 from rrp_sheets.render.measure import clean, typeset
-from rrp_sheets.render.pack import acts, front, people, senses
+from rrp_sheets.render.pack import acts, front, people
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.model import (
     BehaviourPart,
@@ -91,7 +91,7 @@ def make_pack(
             numbers=front.numbers(source, said, tests),
             findings=tuple(_finding(source, n, d) for n, d in enumerate(source.findings[:MOST_FINDINGS], 1)),
             findings_left_out=get("more", n=left) if left > 0 else "",
-            sensed=senses.sensed(source), kept=senses.kept(source), says=said, says_note=get("says.by_hand"),
+            sensed=people.sensed(source), kept=people.kept(source), says=said, says_note=get("says.by_hand"),
             makes=acts.makes(source), acts=acts.acts(source), cautions=acts.cautions(source),
             rivals=acts.rivals(source), hand=people.hand(source),
             hand_title=get("hand.title" if source.buttons else "hand.title_none"),
