@@ -24,9 +24,9 @@ def draw(checked: Checked, target: Path, behaviour: str = "", language: str = ""
         SheetsError: when it cannot be written or drawn.
     """
     from rrp_sheets.render.diagram import draw_diagram, to_dot
-    from rrp_sheets.render.output import NOTHING, SUFFIXES, target_of, write_diagram
+    from rrp_sheets.render.output import NOT_WRITTEN, NOTHING, SUFFIXES, target_of, write_diagram
 
-    path, suffix = target_of(target, "A diagram", (*SUFFIXES, ".dot"))
+    path, suffix = target_of(target, NOT_WRITTEN, (*SUFFIXES, ".dot"))
     behaviours = chosen(checked, behaviour)
     if suffix == ".dot":  # one graph: programs that read it draw the first of several and are silent on the others
         if not any(b.steps for b in behaviours):

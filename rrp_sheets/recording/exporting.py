@@ -15,6 +15,7 @@ from rrp_sheets.render.measure import typeset
 from rrp_sheets.render.output import png_with, target_of, words_of
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.atomic import write_atomically
 
 TABLES = (".xlsx", ".csv")
@@ -198,7 +199,7 @@ def picture_bytes(
 
 def write_picture(svg: str, size: tuple[float, float], path: Path, title: str, about: Mapping[str, str]) -> list[str]:
     """Write a picture into a file whose suffix tells the format, whole or not at all; see `picture_bytes`."""
-    target, suffix = target_of(path, "A picture", SUFFIXES)
+    target, suffix = target_of(path, N_("A picture cannot be written as “{suffix}”."), SUFFIXES)
     content, notes = picture_bytes(svg, size, suffix, title, about)
     write_atomically(target, content)
     return notes

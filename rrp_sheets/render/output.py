@@ -21,6 +21,8 @@ from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".svg", ".pdf", ".png")
+NOTHING = N_("There is nothing to draw: no behaviour has a row.")
+NOT_WRITTEN = N_("A diagram cannot be written as “{suffix}”.")
 _HEADING = 15.0  # points above a picture
 _GAP = 14.0
 _TALLEST = 1500.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
@@ -36,16 +38,16 @@ def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[s
     Raises:
         SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
     """
-    target, suffix = _target(path, N_("A diagram cannot be written as “{suffix}”."), SUFFIXES)
+    target, suffix = target_of(path, NOT_WRITTEN, SUFFIXES)
     if not pages:
-        raise SheetsError(N_("There is nothing to draw: no behaviour has a row."))
+        raise SheetsError(NOTHING)
     content, warnings = render_diagram(pages, suffix)
     write_atomically(target, content)
     return warnings
 
 
-def _target(path: str | os.PathLike[str], refusal: str, suffixes: Sequence[str]) -> tuple[Path, str]:
-    """Return the file to write and its suffix; raise SheetsError when the suffix names no possible format."""
+def target_of(path: str | os.PathLike[str], refusal: str, suffixes: Sequence[str]) -> tuple[Path, str]:
+    """Return the file to write and its suffix; raise SheetsError with that refusal when no format has such a suffix."""
     target = Path(path)
     suffix = target.suffix.casefold()
     if suffix not in suffixes:
@@ -148,7 +150,7 @@ def write_marbles(scores: Sequence[MarbleDiagram], path: str | os.PathLike[str])
     Raises:
         SheetsError: an unknown suffix, nothing to draw, a folder that cannot be written, or Typst failed.
     """
-    target, suffix = _target(path, N_("Marble diagrams cannot be written as “{suffix}”."), MARBLE_SUFFIXES)
+    target, suffix = target_of(path, N_("Marble diagrams cannot be written as “{suffix}”."), MARBLE_SUFFIXES)
     if suffix == ".txt":
         write_atomically(target, text_of(scores).encode())
         return []
