@@ -10,11 +10,15 @@ from pathlib import Path
 from string import Formatter
 from typing import Any
 
-from rrp_sheets.model.languages import known_language
+from rrp_sheets.model.names import key
 
 LOCALE = Path(__file__).parent / "locale"
 _SPECIFICATION = re.compile(r",|\.?\d{0,2}[fg]|")
 _LONGEST = 100_000  # characters of a message from another process
+LANGUAGE_NAMES: Mapping[str, tuple[str, ...]] = {"en": ("English", "English", "英語"), "ja": ("日本語", "Japanese")}
+"""By code: what its speakers call it, its English name, and further ones."""
+LANGUAGES: Mapping[str, str] = {code: names[0] for code, names in LANGUAGE_NAMES.items()}
+"""By code, each as its own speakers call it."""
 
 
 class LazyMessage(str):
@@ -100,6 +104,20 @@ def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
     plain = all(not conversion and _SPECIFICATION.fullmatch(str(spec)) for _, _, spec, conversion in parts)
     short = sum(len(value) for value in used if isinstance(value, str)) <= _LONGEST
     return LazyMessage(template, msgctxt=context, **places) if plain and short and "msgctxt" not in places else template
+
+
+def known_language(code: object) -> str:
+    """The code of a language as a record has it; English when there is none, or none that is known."""
+    return code if isinstance(code, str) and code in LANGUAGES else "en"
+
+
+def language_code(text: str) -> str:
+    """The code of the language that a text means; empty when it means none that there is.
+
+    >>> language_code("Japanese"), language_code("日本語"), language_code("EN"), language_code("Klingon")
+    ('ja', 'ja', 'en', '')
+    """
+    return next((code for code, names in LANGUAGE_NAMES.items() if key(text) in map(key, (code, *names))), "")
 
 
 # ---- several in one

@@ -21,7 +21,7 @@ from rrp_sheets.diagnostics import CODES, Diagnostic, Report
 from rrp_sheets.diagnostics.catalogue import completed, load_page
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.run_files import Stamp
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles

@@ -15,7 +15,7 @@ from chromium import becomes, listening, some
 from test_killed_server import HEADER, NOTES, Served
 
 from rrp_sheets import api
-from rrp_sheets.model.trace_events import RecordedNotice
+from rrp_sheets.model.run_files import RecordedNotice
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook.editing import read_sheets

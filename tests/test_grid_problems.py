@@ -10,7 +10,7 @@ from grid_books import EMPTY, TRACKING, Books
 from playwright.sync_api import expect
 
 from rrp_sheets import api
-from rrp_sheets.model.truths import FALSE_WORDS, TRUE_WORDS, truth_of
+from rrp_sheets.model.workbook import FALSE_WORDS, TRUE_WORDS, truth_of
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
 

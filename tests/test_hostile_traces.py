@@ -12,7 +12,7 @@ import pytest
 from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.trace_events import RecordedNotice
+from rrp_sheets.model.run_files import RecordedNotice
 from rrp_sheets.recording.metadata import facts_of
 from rrp_sheets.recording.table import write_xlsx
 from rrp_sheets.recording.trace_reader import TraceReader

@@ -14,7 +14,6 @@ from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
 from rrp_sheets.render.measure import width
 from rrp_sheets.render.sentences import explain, explain_text
@@ -23,6 +22,7 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.services.printing import gather
+from rrp_sheets.texts import LANGUAGES
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 UNITS = {"m", "rad", "cm", "Hz", "TRUE", "FALSE"}

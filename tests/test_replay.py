@@ -17,7 +17,7 @@ from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.model.trace_events import RecordedEvent
+from rrp_sheets.model.run_files import RecordedEvent
 from rrp_sheets.replay.replaying import replay
 from rrp_sheets.replay.report import as_text
 from rrp_sheets.resources import bundled

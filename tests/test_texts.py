@@ -15,8 +15,7 @@ from translations import MARKS, extract, update
 import rrp_sheets
 from rrp_sheets import texts
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.model.languages import LANGUAGES
-from rrp_sheets.texts import LOCALE, N_, LazyMessage, told
+from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, told
 from rrp_sheets.workers.codec import pack, unpack
 
 ROOT = Path(rrp_sheets.__file__).parents[1]

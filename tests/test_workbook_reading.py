@@ -8,8 +8,7 @@ from textwrap import dedent
 import pytest
 
 from rrp_sheets.formulas.limits import LONGEST_TEXT
-from rrp_sheets.model.truths import FALSE_WORDS, TRUE_WORDS
-from rrp_sheets.model.workbook import Address
+from rrp_sheets.model.workbook import FALSE_WORDS, TRUE_WORDS, Address
 from rrp_sheets.workbook import Reading, read
 
 HEAD = """

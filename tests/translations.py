@@ -13,9 +13,9 @@ from babel.messages.pofile import read_po, write_po
 
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
-from rrp_sheets.model.languages import LANGUAGES
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
+from rrp_sheets.texts import LANGUAGES
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))

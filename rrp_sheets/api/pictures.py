@@ -91,7 +91,7 @@ def marbles(
         SheetsError: when there is no such behaviour, stream or time in it.
     """
     from rrp_sheets import __version__
-    from rrp_sheets.model.stamp import Stamp
+    from rrp_sheets.model.run_files import Stamp
     from rrp_sheets.recording.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.render.marble_diagram import chosen
     from rrp_sheets.testing.output import scores

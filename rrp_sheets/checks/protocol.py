@@ -11,11 +11,10 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.model.durations import meant_duration, parse_duration
-from rrp_sheets.model.languages import language_code
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Protocol, Workbook
 from rrp_sheets.robots import DeviceType, Robot
-from rrp_sheets.texts import N_, listed
+from rrp_sheets.texts import N_, language_code, listed
 from rrp_sheets.workbook.schema import FIELDS
 
 ENGINES = FIELDS["engine"].words

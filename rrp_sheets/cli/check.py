@@ -14,8 +14,7 @@ import click
 
 from rrp_sheets.cli.terminal import opened
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.languages import LANGUAGES
-from rrp_sheets.texts import N_, counted, told
+from rrp_sheets.texts import LANGUAGES, N_, counted, told
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked

@@ -12,7 +12,7 @@ import click
 from rrp_sheets.cli.terminal import WorkbookArgument, fail, home_of, told
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.model.languages import LANGUAGES
+from rrp_sheets.texts import LANGUAGES
 
 
 @click.command(name="explain")

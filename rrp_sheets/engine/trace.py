@@ -18,7 +18,7 @@ from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import Notice, OperatorAction
-from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.private import private_text
 from rrp_sheets.texts import N_

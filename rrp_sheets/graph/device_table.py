@@ -11,9 +11,8 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Put, meant
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
-from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.values import Value
-from rrp_sheets.model.workbook import Address, Cell, Device, Workbook
+from rrp_sheets.model.workbook import Address, Cell, Device, Workbook, truth_of
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.robots.media_files import is_plain
 from rrp_sheets.texts import N_, sentences

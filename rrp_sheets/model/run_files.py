@@ -1,8 +1,15 @@
-"""Names of the folder of runs beside a workbook, and of the files in the folder of a run."""
+"""What a run leaves: the names of its files, the events of its trace, and the stamp that exports bear.
+
+Each event is one class for a kind of line, which the engine writes and others read. A stamp tells the origin: which
+workbook ran, by which program, in which session.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any, ClassVar
 
 RUNS = "runs"
 TRACE = "trace.jsonl"
@@ -18,3 +25,201 @@ STRIP = "strip.png"
 def faces_file(folder: Path) -> Path:
     """Return the file that keeps remembered faces for the workbooks of a folder."""
     return folder.absolute() / RUNS / "faces.json"
+
+
+ACTIONS = frozenset(("mark", "switch", "press", "scene", "speed", "edit", "pause", "resume", "step"))
+FACE_REMEMBERED = "The face is remembered as "
+"""Beginning of a notice; the name and a full stop follow. Who deletes a participant's faces looks for it."""
+
+
+@dataclass(slots=True)  # not frozen, which takes three times as long: a long run has a million of them
+class _Event:
+    """Event of a run.
+
+    Attributes:
+        us: time on the run's clock, in µs.
+        stream: its name in the trace; empty where there is none.
+        row: the row that it comes from; empty for sensor streams.
+        number: its place in the record; -1 outside of one.
+    """
+
+    what: ClassVar[str]
+    us: int
+    stream: str
+    row: str
+    number: int = field(default=-1, compare=False, kw_only=True)
+
+    @property
+    def t(self) -> float:
+        """Time on the run's clock, in seconds."""
+        return self.us / 1_000_000
+
+
+@dataclass(slots=True)
+class RecordedValue(_Event):
+    """Value on a stream, as JSON; `by` whoever sent it by hand, None for one that nobody sent."""
+
+    what: ClassVar[str] = "event"
+    value: Any
+    by: str | None = None
+
+    def entry(self) -> dict[str, Any]:
+        """Return the event as a line of the trace has it."""
+        entry = {"t": self.t, "stream": self.stream, "row": self.row, "value": self.value}
+        return entry if self.by is None else {**entry, "stimulated": True, "by": self.by}
+
+
+@dataclass(slots=True)
+class RecordedFailure(_Event):
+    """Failure of a row's formula: message, code of the diagnostic, and values of the inputs as JSON."""
+
+    what: ClassVar[str] = "error"
+    kind: ClassVar[str] = "error"
+    text: str
+    code: str
+    inputs: list[Any]
+
+    def entry(self) -> dict[str, Any]:
+        """Return the event as a line of the trace has it."""
+        return {"t": self.t, "row": self.row, "error": self.text, "code": self.code, "inputs": self.inputs}
+
+
+@dataclass(slots=True)
+class RecordedNotice(_Event):
+    """Notice of the world or of the engine: speech, a clamped command, a note; `sound` is the file of what was said."""
+
+    what: ClassVar[str] = "happening"
+    kind: str
+    text: str
+    sound: str = ""
+
+    def entry(self) -> dict[str, Any]:
+        """Return the event as a line of the trace has it."""
+        more = {"stream": self.stream, "row": self.row, "sound": self.sound}
+        entry = {"t": self.t, "happening": self.kind, "text": self.text}
+        return {**entry, **{name: text for name, text in more.items() if text}}
+
+
+@dataclass(slots=True)
+class RecordedAction(_Event):
+    """Action of an operator.
+
+    Attributes:
+        kind: one of `ACTIONS`; `send` of a value that a trace has as a `RecordedValue`.
+        text: in words.
+        by: who.
+        wall: seconds of the wall clock since the beginning, by which films are aligned; the changes of one edit have
+            the same.
+        detail: all that is needed to do it again.
+    """
+
+    what: ClassVar[str] = "action"
+    kind: str
+    text: str
+    by: str
+    wall: float
+    detail: Mapping[str, Any] = field(default_factory=dict)
+
+    def entry(self) -> dict[str, Any]:
+        """Return the event as a line of the trace has it."""
+        entry = {"t": self.t, "happening": self.kind, "text": self.text, "by": self.by, "wall": self.wall}
+        more = {"row": self.row, "detail": dict(self.detail)}
+        return {**entry, **{name: part for name, part in more.items() if part}}
+
+
+RecordedHappening = RecordedFailure | RecordedNotice | RecordedAction
+RecordedEvent = RecordedValue | RecordedHappening
+
+
+PROGRAM = "RRP Sheets"
+SHORT = 12  # hexadecimal digits of a hash that is read by people
+_NAMES = {
+    "run": "Run", "workbook": "Workbook", "digest": "Workbook SHA-256", "program": "Program", "mode": "Mode",
+    "seed": "Seed", "participant": "Participant", "condition": "Condition", "operator": "Operator", "began": "Began",
+    "ended": "Ended",
+}  # fmt: skip
+_WHOLE = ("time", "stopped", "end run")
+"""Ends of a run that are not failures."""
+
+
+_COLUMNS = {"digest": "workbook_sha256"}
+
+
+@dataclass(frozen=True, slots=True)
+class Stamp:
+    """Origin of an export; what is not known, or does not apply, is blank.
+
+    Attributes:
+        run: the name of the run's folder; blank for an export of a workbook that has not run.
+        workbook: its file.
+        digest: SHA-256 of that file, in hexadecimal.
+        program: the program's version, `0.2.0`.
+        mode: `simulated`, `pilot`, `real`.
+        language: of the words of a picture; it is no part of the stamp.
+        began: the wall clock at time 0 by ISO 8601, `2026-11-21T20:54:55.120+00:00`.
+        ended: how the run ended, as its record says: `time`, `stopped`, `end run`, `broken`, `cut`, `going`.
+    """
+
+    workbook: str = ""
+    digest: str = ""
+    program: str = ""
+    mode: str = ""
+    seed: str = ""
+    participant: str = ""
+    condition: str = ""
+    operator: str = ""
+    began: str = ""
+    ended: str = ""
+    run: str = ""
+    language: str = "en"
+
+    @staticmethod
+    def names() -> list[str]:
+        """Return the shown names of the fields, in the order of `values`."""
+        return list(_NAMES.values())
+
+    def values(self) -> list[str]:
+        """The texts, in the order of `names`; the version has the program's name with it."""
+        told = {f.name: str(getattr(self, f.name)) for f in fields(self)}
+        told["program"] = told["program"] and f"{PROGRAM} {told['program']}"
+        return [told[name] for name in _NAMES]
+
+    @staticmethod
+    def columns() -> list[str]:
+        """The columns of a table that say where its rows come from, in the order of `row`."""
+        return [*(_COLUMNS.get(name, name) for name in _NAMES), "complete"]
+
+    def row(self) -> dict[str, str | int | bool | None]:
+        """The cells of those columns; what is not known is None.
+
+        >>> told = Stamp("greeter.xlsx", seed="7", ended="broken").row()
+        >>> told["seed"], told["ended"], told["complete"], told["operator"]
+        (7, 'broken', False, None)
+        """
+        texts = dict(zip(self.columns(), self.values(), strict=False))
+        found: dict[str, str | int | bool | None] = {name: text or None for name, text in texts.items()}
+        if self.seed.isascii() and self.seed.isdigit():
+            found["seed"] = int(self.seed)
+        return found | {"complete": self.ended in _WHOLE if self.ended else None}
+
+    def pairs(self) -> list[tuple[str, str]]:
+        """Names and texts of what is known: for properties of a file, and for a page about the run.
+
+        >>> Stamp("greeter.xlsx", seed="7").pairs()
+        [('Workbook', 'greeter.xlsx'), ('Seed', '7')]
+        """
+        return [(name, text) for name, text in zip(self.names(), self.values(), strict=True) if text]
+
+    def line(self) -> str:
+        """One line for the foot of a page or picture.
+
+        >>> Stamp("greeter.xlsx", "37c20efdee336143", "0.2.0", "pilot", "7", "P07", began="2026-11-21 20:54:55").line()
+        'greeter.xlsx · 37c20efdee33 · RRP Sheets 0.2.0 · pilot: never data · seed 7 · P07 · began 2026-11-21 20:54:55'
+        """
+        mode = "pilot: never data" if self.mode == "pilot" else self.mode
+        parts = (
+            self.workbook, self.digest[:SHORT], self.program and f"{PROGRAM} {self.program}", mode,
+            self.seed and f"seed {self.seed}", self.participant, self.condition,
+            self.operator and f"operator {self.operator}", self.began and f"began {self.began}",
+        )  # fmt: skip
+        return " · ".join(filter(None, parts))

@@ -17,8 +17,7 @@ from typing import Any
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
-from rrp_sheets.model.run_files import TRACE
-from rrp_sheets.model.trace_events import FACE_REMEMBERED, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import FACE_REMEMBERED, TRACE, RecordedNotice, RecordedValue
 from rrp_sheets.perception import face_memory
 from rrp_sheets.recording.listing import as_dict, chosen, folders_below, runs_in, runs_place
 from rrp_sheets.recording.metadata import RunMetadata, facts_of

@@ -6,8 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK
-from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK, Stamp
 from rrp_sheets.recording.metadata import facts_of, stamp_of
 from rrp_sheets.recording.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.recording.timeline import build_timeline

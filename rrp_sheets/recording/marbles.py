@@ -14,11 +14,8 @@ from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
-from rrp_sheets.model.languages import known_language
 from rrp_sheets.model.names import key
-from rrp_sheets.model.run_files import TRACE, WORKBOOK
-from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedValue
+from rrp_sheets.model.run_files import TRACE, WORKBOOK, RecordedAction, RecordedEvent, RecordedValue, Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
@@ -27,6 +24,7 @@ from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots import load_robot, robot_names
+from rrp_sheets.texts import known_language
 
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
 _DRAG_US = 1_000_000  # between two places of one drag

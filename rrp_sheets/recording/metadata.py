@@ -17,10 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.engine.file_lock import is_locked
-from rrp_sheets.model.languages import known_language
-from rrp_sheets.model.run_files import RUNS, TRACE
-from rrp_sheets.model.stamp import Stamp
+from rrp_sheets.model.run_files import RUNS, TRACE, Stamp
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
+from rrp_sheets.texts import known_language
 
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 

@@ -16,8 +16,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.model.stamp import PROGRAM, Stamp
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedValue
+from rrp_sheets.model.run_files import PROGRAM, RecordedEvent, RecordedFailure, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.recording.tidy import Tidy, tidy_table
 from rrp_sheets.recording.timeline import build_timeline

@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import RecordedAction, RecordedEvent, RecordedNotice, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
 from rrp_sheets.robots import load_robot, robot_names

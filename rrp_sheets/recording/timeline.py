@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.model.names import key
-from rrp_sheets.model.trace_events import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import show
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.recording.tidy import units_of

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.run_files import TRACE
-from rrp_sheets.model.trace_events import (
+from rrp_sheets.model.run_files import (
     ACTIONS,
+    TRACE,
     RecordedAction,
     RecordedEvent,
     RecordedFailure,

@@ -11,8 +11,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import show_duration
-from rrp_sheets.model.languages import LANGUAGES
-from rrp_sheets.texts import N_, LazyMessage, listed, sentences, told
+from rrp_sheets.texts import LANGUAGES, N_, LazyMessage, listed, sentences, told
 
 
 @dataclass(frozen=True)

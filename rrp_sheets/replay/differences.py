@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import groupby
 from typing import Any
 
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedNotice
+from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice
 from rrp_sheets.replay.record import content, same_json
 
 MISSING, EXTRA, VALUE, TIME, ROW, ORDER = "missing", "extra", "value", "time", "row", "order"

@@ -17,7 +17,7 @@ from typing import Any
 
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US
 from rrp_sheets.model.exchange import DONE, commanded
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
+from rrp_sheets.model.run_files import RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Value
 from rrp_sheets.replay.record import same_json
 

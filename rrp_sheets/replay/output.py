@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
+from rrp_sheets.model.run_files import RecordedEvent, RecordedValue, Stamp
 from rrp_sheets.recording.marbles import stamped, value_from_json
 from rrp_sheets.recording.table import about_runs, csv_cell, properties_of, refuse_other_table
 from rrp_sheets.recording.tidy import Seconds

@@ -15,7 +15,7 @@ from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.exchange import DONE, commanded
 from rrp_sheets.model.names import key
-from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping, to_json
 from rrp_sheets.replay.edits import Editions
 from rrp_sheets.replay.ends import Ends

@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedValue
+from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedValue
 from rrp_sheets.recording.trace_reader import LONGEST_US, TraceHeader, TraceReader, TraceSummary
 
 

@@ -10,8 +10,7 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.run_files import WORKBOOK
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import WORKBOOK, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.replay.differences import Comparer
 from rrp_sheets.replay.edits import Editions

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from rrp_sheets.model.stamp import Stamp
-from rrp_sheets.model.trace_events import RecordedEvent
+from rrp_sheets.model.run_files import RecordedEvent, Stamp
 from rrp_sheets.replay.differences import Count, Difference
 from rrp_sheets.texts import told
 

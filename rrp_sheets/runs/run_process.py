@@ -25,8 +25,7 @@ from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice
-from rrp_sheets.model.run_files import TRACE
-from rrp_sheets.model.trace_events import RecordedValue
+from rrp_sheets.model.run_files import TRACE, RecordedValue
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.engine_process import ENGINE
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary

@@ -14,8 +14,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key
-from rrp_sheets.model.truths import truth_of
-from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.model.workbook import column_letters, truth_of
 from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis

@@ -11,8 +11,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.model.truths import FALSE_WORDS
-from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.atomic import write_atomically

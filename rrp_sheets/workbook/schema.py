@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 
-from rrp_sheets.model.languages import NAMES
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import LANGUAGE_NAMES, N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
 from rrp_sheets.workbook.raw import RawCell, RawSheet
@@ -305,7 +304,7 @@ FIELDS = {
         ), closed=True, prompt=N_("Whether pictures of the robot's camera are kept with a run's record.")),
         ProtocolField("Language", tuple(
             CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
-                       N_("of explanations, diagrams and the printed protocol")) for code, names in NAMES.items()
+                       N_("of explanations, diagrams and the printed protocol")) for code, names in LANGUAGE_NAMES.items()
         ), closed=True, prompt=N_("In which the workbook is explained, drawn and printed. Blank: English.")),
     )
 }  # fmt: skip

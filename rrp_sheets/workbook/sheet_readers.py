@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.model.truths import truth_of
 from rrp_sheets.model.workbook import (
     Address,
     Behaviour,
@@ -22,6 +21,7 @@ from rrp_sheets.model.workbook import (
     SceneRow,
     TestRow,
     TestSheet,
+    truth_of,
 )
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits

@@ -20,8 +20,7 @@ from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
-from rrp_sheets.model.run_files import POSES, TRACE, WORKBOOK
-from rrp_sheets.model.trace_events import RecordedEvent, RecordedValue
+from rrp_sheets.model.run_files import POSES, TRACE, WORKBOOK, RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Record, RecordType, Value
 from rrp_sheets.model.workbook import Row
 from rrp_sheets.recording.formatting import told

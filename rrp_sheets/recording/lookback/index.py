@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.model.trace_events import RecordedAction, RecordedEvent, RecordedValue
+from rrp_sheets.model.run_files import RecordedAction, RecordedEvent, RecordedValue
 from rrp_sheets.recording.timeline import Log
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 

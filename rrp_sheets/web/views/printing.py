@@ -17,9 +17,9 @@ from markupsafe import Markup
 
 from rrp_sheets.documents.journal import Version
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.languages import LANGUAGES, language_code
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
+from rrp_sheets.texts import LANGUAGES, language_code
 from rrp_sheets.web.models import TextPiece, date_and_time, pieces, said, show
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.runs.protocol_printer import Wanted

@@ -21,7 +21,7 @@ from rrp_sheets.documents.steps import Cells, RestoreRows
 from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
-from rrp_sheets.model.truths import FALSE_WORDS
+from rrp_sheets.model.workbook import FALSE_WORDS
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import explain
 from rrp_sheets.render.svg import frame, text

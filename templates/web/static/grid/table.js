@@ -91,7 +91,7 @@ export class Table {
     else cell.textContent = text;
   }
 
-  /** True for a text that switches its row off in the column On; compared as model/truths.py does. */
+  /** True for a text that switches its row off in the column On; compared as `truth_of` in model/workbook.py does. */
   isOff(text) {
     return this.off.has(text.normalize("NFKC").replace(/[\u00ad\u200b-\u200f\u2060\ufeff]/g, "").trim().replace(/^'/, "").trim().toLowerCase().replaceAll("ς", "σ"));
   }
