@@ -309,7 +309,7 @@ def test_the_sentences_of_the_advanced_connectors():
         DEVICES,
     )
     checked = check(book)
-    (said,) = explain(checked.graph, checked.workbook, checked.robot)
+    (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][:8] == [
         "With each “A” or “B”, the total is worked out anew: `IF(ISBLANK(b), total + 1, 0)` (“N”).",
         "Each “A” is counted (“M”).",
@@ -328,7 +328,7 @@ def test_a_blank_that_stops_an_actuator_is_told_as_such():
         DEVICES,
     )
     checked = check(book)
-    (said,) = explain(checked.graph, checked.workbook, checked.robot)
+    (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][1::2] == [
         "Whenever the result of row 2 comes, stop speaking (“Say”).",
         "Whenever “Hush” comes, stop following (“Head tracker”).",

@@ -21,7 +21,7 @@ def explained(tmp_path, rows, more=""):
     path = tmp_path / "w.md"
     path.write_text(f"## T\n{HEAD}{rows}\n{more}", encoding="utf-8")
     checked = api.check(path)
-    (said,) = explain(checked.graph, checked.workbook, checked.robot)
+    (said,) = explain(checked.graph, checked.workbook)
     return said
 
 
@@ -46,7 +46,7 @@ def wording():
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_the_workbooks_in_words(name, golden):
     checked = api.check(bundled("workbooks") / f"{name}.xlsx")
-    golden(f"{name}.txt", explain_text(checked.graph, checked.workbook, checked.robot))
+    golden(f"{name}.txt", explain_text(checked.graph, checked.workbook))
 
 
 @pytest.mark.parametrize(

@@ -136,7 +136,7 @@ def test_what_a_robot_of_ones_own_says_is_translated_as_far_as_it_is_the_program
 def test_nothing_english_is_left_in_the_explanations(name: str) -> None:
     """All that is left in Latin letters are names, texts and formulas of the workbook, and names of the robot's joints."""
     checked = api.check(bundled("workbooks") / f"{name}.xlsx")
-    said = explain_text(checked.graph, checked.workbook, checked.robot, language="ja")
+    said = explain_text(checked.graph, checked.workbook, language="ja")
     graph = checked.graph
     names = [s.name for s in graph.streams.values()] + [b.name for b in graph.behaviours]
     names += [*checked.robot.postures, *checked.robot.gestures, *(j.name for j in checked.robot.joints.values())]
@@ -154,7 +154,7 @@ def test_nothing_english_is_left_in_the_explanations(name: str) -> None:
 def test_the_workbooks_in_japanese(golden) -> None:
     for name in ("simple-tracking", "greeter-with-memory", "follow-my-pointing"):
         checked = api.check(bundled("workbooks") / f"{name}.xlsx")
-        golden(f"{name}.ja.txt", explain_text(checked.graph, checked.workbook, checked.robot, language="ja"))
+        golden(f"{name}.ja.txt", explain_text(checked.graph, checked.workbook, language="ja"))
 
 
 def test_a_japanese_workbook_speaks_japanese_by_itself(greeting: Path) -> None:
@@ -190,10 +190,7 @@ def test_a_connector_may_bring_its_sentence_in_other_languages(tmp_path: Path) -
     )
     behaviour = replace(checked.graph.behaviours[0], steps=(replace(step, connector=own),))
     graph = replace(checked.graph, behaviours=(behaviour,))
-    said = {
-        language: explain(graph, checked.workbook, checked.robot, language=language)[0].rows[0].text
-        for language in ("en", "ja")
-    }
+    said = {language: explain(graph, checked.workbook, language=language)[0].rows[0].text for language in ("en", "ja")}
     assert said == {"en": "“Head yaw” is turned.", "ja": "「Head yaw」を回し、「Yaw」として渡します。"}
 
 

@@ -260,7 +260,7 @@ def test_every_connector_has_a_picture_from_a_real_run(connector):
     score = example_score(connector)
     assert score.groups[-1].lane.marbles, "something comes out"
     assert not any(m.error for lane in score.lanes for m in lane.marbles)
-    ET.fromstring(draw_marbles([score], strips=1, legend=False)[0].svg)
+    ET.fromstring(draw_marbles([score], strips=1)[0].svg)
 
 
 def test_the_example_of_filter_is_what_filter_does():

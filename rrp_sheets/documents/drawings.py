@@ -55,9 +55,7 @@ def explain(checked: Checked, behaviour: str = "", language: str = "") -> str:
     from rrp_sheets.render.sentences import explain_text
 
     behaviours = chosen(checked, behaviour)
-    return explain_text(
-        checked.graph, checked.workbook, checked.robot, behaviours, language=language or checked.run.language
-    )
+    return explain_text(checked.graph, checked.workbook, behaviours, language=language or checked.run.language)
 
 
 def chosen(checked: Checked, name: str) -> list[BehaviourGraph]:

@@ -174,11 +174,7 @@ _LEAST_STEP = 44  # pixels
 
 
 def draw_example(score: MarbleDiagram) -> Markup:
-    """Draw the example of a connector: its inputs, a bar for the connector, the output, the time.
-
-    Args:
-        score: whose last group has the connector's bar and its output.
-    """
+    """Draw the example of a connector: its inputs, a bar for the connector, the output (the last group), the time."""
     *inputs, output = score.groups
     lanes = [group.lane for group in inputs]
     time = _Time(max(score.last_us, 1) / 1e6, (*lanes, output.lane))

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from rrp_sheets.help.functions import typed
 from rrp_sheets.help.layout import columns, entries, grids, heading, paragraph, titled
+from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import argument_name
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting, load_robot
 
 _SHOWN = 3  # further names of a device that are shown in the list
@@ -76,7 +77,8 @@ def one_device(found: FoundDevice) -> Iterator[str]:
             f'`rrp-sheets help "{found.name} done"`.'
         )
     if found.preset:
-        preset = ", ".join(f"{_setting(device, k)} = {v}" for k, v in found.preset.items())
+        names = {k: setting.name for k, setting in device.settings.items()}
+        preset = ", ".join(f"{names.get(k, k)} = {v}" for k, v in found.preset.items())
         yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
     if any(s.kind == "gesture" for s in device.settings.values()):
         yield titled("The robot's gestures", entries((g.name, f"{g.help}.") for g in load_robot().motions.values()))
@@ -110,10 +112,6 @@ def done_stream(found: FoundDevice) -> Iterator[str]:
     yield titled(example, *grids(DONE_EXAMPLE), between="\n\n")
 
 
-def _setting(device: DeviceType, k: str) -> str:
-    return next((s.name for n, s in device.settings.items() if key(n) == k), k)
-
-
 def described(setting: Setting) -> str:
     """Describe a setting: its purpose, its possible values, and the meaning of a blank cell."""
     parts = [setting.help[:1].upper() + setting.help[1:]]
@@ -132,8 +130,6 @@ def described(setting: Setting) -> str:
 
 
 def _default(setting: Setting) -> str:
-    from rrp_sheets.model.durations import show_duration
-
     if setting.kind == "duration" and isinstance(setting.default, int):
         return show_duration(setting.default)
     if isinstance(setting.default, bool):

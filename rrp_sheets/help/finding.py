@@ -244,7 +244,9 @@ def search(text: str, most: int = 20) -> list[HelpEntry]:
     def rank(name: HelpEntry) -> int:
         k = key(name.name)
         whole = f"{name.name} {name.what} {name.line}".casefold()
-        return 0 if k == wanted else 1 if k.startswith(wanted) else 2 if wanted in k else 3 if _in(words, whole) else 4
+        if wanted in k:
+            return 0 if k == wanted else 1 if k.startswith(wanted) else 2
+        return 3 if all(word in whole for word in words) else 4
 
     found = sorted(all_names(), key=rank)
     return [n for n in found if rank(n) < 4][:most]
@@ -273,7 +275,3 @@ def near(text: str, most: int = 8) -> list[HelpEntry]:
 
 def _begins(root: str, words: list[str]) -> bool:
     return any(word.startswith(root) for word in words)
-
-
-def _in(words: list[str], whole: str) -> bool:
-    return all(word in whole for word in words)

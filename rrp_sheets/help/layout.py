@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import textwrap
-import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.render.measure import columns as text_columns
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -79,7 +79,7 @@ def heading(text: str) -> Block:
     >>> heading("Maths")
     'Maths\n-----'
     """
-    return Block.of("heading", f"{text}\n{'-' * _wide(text)}", text)
+    return Block.of("heading", f"{text}\n{'-' * text_columns(text)}", text)
 
 
 def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TERM, kind: str = "entries") -> Block:
@@ -89,7 +89,7 @@ def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TE
     '  sample  at a fixed pace\n  map     works out'
     """
     pairs = list(pairs)
-    term = min(max((_wide(t) for t, _ in pairs), default=0), widest)
+    term = min(max((text_columns(t) for t, _ in pairs), default=0), widest)
     return Block.of(kind, "\n".join(_entry(left, right, indent, term) for left, right in pairs), rows=pairs)
 
 
@@ -97,15 +97,15 @@ def _entry(left: str, right: str, indent: int, term: int) -> str:
     space = " " * (indent + term + 2)
     lines = textwrap.wrap(right, WIDTH - len(space), break_long_words=False, break_on_hyphens=False) or [""]
     head = " " * indent + left
-    if _wide(left) > term:
+    if text_columns(left) > term:
         return "\n".join([head, *(space + line for line in lines)])
-    first = head + " " * (term - _wide(left) + 2) + lines[0]
+    first = head + " " * (term - text_columns(left) + 2) + lines[0]
     return "\n".join([first.rstrip(), *(space + line for line in lines[1:])])
 
 
 def columns(rows: Sequence[Sequence[str]], indent: int = 2) -> Block:
     """Rows in columns; the last one is wrapped."""
-    widths = [max(_wide(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
+    widths = [max(text_columns(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
     pairs = (("  ".join(_padded(c, w) for c, w in zip(row, widths, strict=False)), row[-1]) for row in rows)
     return Block.of("columns", entries(pairs, indent, widest=WIDTH), rows=rows)
 
@@ -123,7 +123,7 @@ def grid(sheet: str, rows: Sequence[Sequence[str]], indent: int = 2) -> Block:
     cells = [[_short(c) for c in row] + [""] * (width - len(row)) for row in rows]
     table = [["", *(column_letters(i + 1) for i in range(width))]]
     table += [[str(number), *row] for number, row in enumerate(cells, 1)]
-    widths = [max(_wide(row[i]) for row in table) for i in range(width + 1)]
+    widths = [max(text_columns(row[i]) for row in table) for i in range(width + 1)]
     printed = ["  ".join(_padded(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table]
     return Block.of("grid", "\n".join(" " * indent + line for line in [sheet, *printed]), sheet, cells)
 
@@ -134,12 +134,7 @@ def _short(cell: str) -> str:
 
 
 def _padded(text: str, width: int) -> str:
-    return text + " " * (width - _wide(text))
-
-
-def _wide(text: str) -> int:
-    """Return the number of columns that a text takes; Japanese letters take two."""
-    return sum(2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text)
+    return text + " " * (width - text_columns(text))
 
 
 def from_markdown(text: str) -> Iterator[str]:

@@ -140,12 +140,6 @@ class Marks:
     words: Mapping[int, str] = field(default_factory=dict)
 
 
-def stream_ids(behaviour: BehaviourGraph) -> dict[str, str]:
-    """Return the box id of every stream, numbered by first appearance, so that it is the same in every part."""
-    streams = dict.fromkeys(i for step in behaviour.steps for i in (*step.inputs, step.output))
-    return {stream: f"s{n}" for n, stream in enumerate(streams, 1)}
-
-
 def make_drawing(
     graph: Graph,
     behaviour: BehaviourGraph,
@@ -162,7 +156,8 @@ def make_drawing(
     `notes` says by stream id where a cut stream comes from or goes to ("from part 1"); `part` is the
     number of the part, for the ids of streams that stand in several. With `room`, values fit under streams' names.
     """
-    ids = stream_ids(behaviour)
+    streams = dict.fromkeys(i for step in behaviour.steps for i in (*step.inputs, step.output))
+    ids = {stream: f"s{n}" for n, stream in enumerate(streams, 1)}  # the same in every part
     drawing = Drawing()
 
     def place(stream_id: str) -> str:

@@ -52,10 +52,7 @@ _STATUSES = (ADDED, REMOVED, CHANGED, SAME)
 def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = TIMEOUT) -> list[Page]:
     """Draw the changes in a behaviour: the changed rows and those that they are connected to.
 
-    Args:
-        behaviour: with all rows of both workbooks.
-        number: of the behaviour, for the ids in the picture.
-        timeout: of each layout, in seconds.
+    Ids in the picture have the `number` of the behaviour; `timeout` is that of each layout, in seconds.
 
     Raises:
         SheetsError: Graphviz is missing or took too long.
@@ -184,15 +181,7 @@ def make_change_drawing(
     rows: Sequence[ChangedRow], streams: Mapping[str, ChangedStream], ids: Mapping[str, str], notes: Mapping[str, str],
     part: int = 1,
 ) -> Drawing:  # fmt: skip
-    """Return the boxes and arrows of some rows.
-
-    Args:
-        rows: in their order.
-        streams: by id.
-        ids: the box id of every stream.
-        notes: where a stream comes from or goes to, when that is not drawn here.
-        part: the number of the part.
-    """
+    """Return the boxes and arrows of some rows; `notes` tell where a stream comes from when that is not drawn here."""
     drawing = Drawing(margin=PADDING + SIGN)
 
     def place(stream: str) -> str:

@@ -124,9 +124,5 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
 def _thing(device: FoundDevice) -> str:
     """Return the name of what a sensor sees: the record's (`face`), unless the device has a name of its own."""
     record = device.type.payload
-    return _lowered(record.name if record and key(device.name) == key(device.type.name) else device.name)
-
-
-def _lowered(name: str) -> str:
-    """Lower the first letter: `Red ball` → `red ball`; `NAO` stays."""
-    return name if name[1:2].isupper() else name[:1].lower() + name[1:]
+    name = record.name if record and key(device.name) == key(device.type.name) else device.name
+    return name if name[1:2].isupper() else name[:1].lower() + name[1:]  # NAO stays

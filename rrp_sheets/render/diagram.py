@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
 
@@ -53,7 +53,6 @@ class Page:
         landscape: whether the page has to be turned for that.
         rows: the first and the last row.
         alt: for people who do not see the picture.
-        elements: the id in the picture of every stream.
     """
 
     title: str
@@ -68,7 +67,6 @@ class Page:
     alt: str
     part: int = 1
     parts: int = 1
-    elements: Mapping[str, str] = field(default_factory=dict)
     language: str = "en"
 
 
@@ -209,11 +207,9 @@ def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, c
     svg = draw_svg(
         fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt, chosen=chosen, words=words
     )
-    elements = {box.stream: f"{prefix}-{box.id}" for box in fit.drawing.boxes.values() if box.stream}
     return Page(
         title, caption, svg, fit.dot, fit.layout.width + 2 * PADDING, fit.layout.height + 2 * PADDING, fit.scale,
-        fit.landscape, (first, last), alt, part_number, parts, elements,
-        words.language,
+        fit.landscape, (first, last), alt, part_number, parts, words.language,
     )  # fmt: skip
 
 
@@ -232,13 +228,7 @@ def split_steps(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
 
 
 def split(rows: Sequence[tuple[Row, Iterable[str]]], most: int, kinds: Mapping[str, str]) -> list[tuple[Row, ...]]:
-    """Split rows into parts of similar length, with few streams cut between them.
-
-    Args:
-        rows: each with the streams that it reads and writes.
-        most: rows of a part.
-        kinds: of all streams.
-    """
+    """Split rows, each with its streams, into parts of similar length and at most `most` rows, with few streams cut."""
     if len(rows) <= most:
         return [tuple(row for row, _ in rows)]
     ideal = len(rows) / -(-len(rows) // most)
@@ -323,7 +313,8 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
         'stroke-width="0.9"/>'
     )
     parts.append(draw_badge(3, _LEGEND_X[0], y, 18, BADGE))
-    parts.append(draw_icon(_icon("filter"), _LEGEND_X[0] + 21, y + 3.4, INK))
+    example = connectors().get("filter")
+    parts.append(draw_icon(example.icon if example else "", _LEGEND_X[0] + 21, y + 3.4, INK))
     parts.append(text(_LEGEND_X[0] + 44, y + 12.4, words.get("legend.row"), NAME_PT))
     y += 36
     known = [c for c in dict.fromkeys(connectors()) if words.has(f"legend.connector.{c.name}")]
@@ -342,8 +333,3 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
     body = "\n".join([border, *parts])
     title = words.get("legend.title")
     return frame(body, wide, high, ident="legend", title=title, description=words.get("legend.alt")), wide, high
-
-
-def _icon(name: str) -> str:
-    connector = connectors().get(name)
-    return connector.icon if connector else ""

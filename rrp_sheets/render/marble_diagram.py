@@ -23,7 +23,6 @@ class Marble:
 
     Attributes:
         us: when, in microseconds.
-        value: what came.
         row: the row that gave it (`Tracking!4`), where there is one.
         error: why the row's formula failed; empty for a value.
     """
@@ -39,8 +38,7 @@ class Lane:
     """Line of one stream, with its marbles.
 
     Attributes:
-        id: of the stream.
-        label: its name; empty for an anonymous one.
+        label: the stream's name; empty for an anonymous one.
         kind: `sensor`, `stream`, `anonymous`, `actuator`, `done`.
         marbles: by time.
     """
@@ -58,11 +56,9 @@ class Bar:
     Attributes:
         row: its number in the sheet; 0 for none.
         inputs: names of the input streams.
-        connector: its name.
         icon: SVG elements in a 12 × 12 box.
         formula: as typed; of a period the duration.
         ticks: when its clock acts, in microseconds.
-        off: whether the row is switched off.
     """
 
     row: int
@@ -89,8 +85,6 @@ class MarbleDiagram:
     Attributes:
         title: of the behaviour or test.
         groups: from the sensors down to the actuators.
-        first_us: where the time begins.
-        last_us: where it ends.
         marks: times with a short text each that are pointed at.
         foot: where it comes from, a line below it; empty for none.
         language: of the diagram's own words.
@@ -136,12 +130,8 @@ def make_score(
 ) -> MarbleDiagram:
     """Return the marble diagram of a behaviour: sensors, then streams by the rows that give them, then actuators.
 
-    Args:
-        graph: of the workbook.
-        behaviour: one of it.
-        events: time (µs), stream id, row and value, in order.
-        errors: time, row and message.
-        last_us: where the run ended.
+    `events` have time (µs), stream id, row and value, in order; `errors` have time, row and message. The diagram
+    goes on at least until `last_us`.
     """
     steps = sorted((s for s in behaviour.steps if s.active), key=lambda s: s.number)
     refs = {s.ref: s for s in steps}
@@ -164,13 +154,9 @@ def make_score(
     groups = []
     for stream in (*outside, *inner, *actuators):
         bars = tuple(_bar(s, graph, marbles, last_us) for s in steps if s.output == stream.id)
-        lane = Lane(stream.id, stream.name, stream.kind.value, _in_order(marbles[stream.id]))
+        lane = Lane(stream.id, stream.name, stream.kind.value, tuple(sorted(marbles[stream.id], key=lambda m: m.us)))
         groups.append(Group(bars, lane))
     return MarbleDiagram(behaviour.name, tuple(groups), 0, last_us)
-
-
-def _in_order(marbles: list[Marble]) -> tuple[Marble, ...]:
-    return tuple(sorted(marbles, key=lambda m: m.us))
 
 
 def _bar(step: Step, graph: Graph, marbles: Mapping[str, list[Marble]], last_us: int) -> Bar:
@@ -322,12 +308,7 @@ _MOST_LABEL = 30
 
 
 def marble_text(score: MarbleDiagram, width: int = 100) -> list[str]:
-    """Return the lines of a marble diagram: a time axis, a line for each stream, and the marks.
-
-    Args:
-        score: what is drawn.
-        width: columns that may be taken.
-    """
+    """Return the lines of a marble diagram, at most `width` columns: a time axis, a line for each stream, the marks."""
     if not score.groups:
         return []
     longest = max((columns(_label(lane)) for lane in score.lanes), default=0)

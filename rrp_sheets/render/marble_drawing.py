@@ -67,14 +67,8 @@ class _Block:
         return _AXIS + sum(self.heights) + (12 if self.marks else 0)
 
 
-def draw_marbles(scores: Sequence[MarbleDiagram], *, strips: int = 0, legend: bool = True) -> list[Page]:
-    """Draw marble diagrams as pages.
-
-    Args:
-        scores: the diagrams, each begins a page of its own.
-        strips: how many strips a long time is cut into; 0 lets the busiest stream decide.
-        legend: whether to say below what the signs mean.
-    """
+def draw_marbles(scores: Sequence[MarbleDiagram], *, strips: int = 0) -> list[Page]:
+    """Draw marble diagrams, each from a new page on, its time in `strips`; with 0 the busiest stream says how many."""
     pages: list[Page] = []
     for number, score in enumerate(scores, 1):
         if not score.groups:
@@ -82,7 +76,7 @@ def draw_marbles(scores: Sequence[MarbleDiagram], *, strips: int = 0, legend: bo
         blocks = [b for strip in _strips(score, strips) for b in _blocks(strip, score)]
         sheets = list(_sheets(blocks))
         for part, sheet in enumerate(sheets, 1):
-            pages.append(_page(score, sheet, f"m{number}p{part}", (part, len(sheets)), legend))
+            pages.append(_page(score, sheet, f"m{number}p{part}", (part, len(sheets))))
     return pages
 
 
@@ -128,16 +122,15 @@ def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
         yield sheet
 
 
-def _page(score: MarbleDiagram, sheet: Sequence[_Block], ident: str, of: tuple[int, int], legend: bool) -> Page:
+def _page(score: MarbleDiagram, sheet: Sequence[_Block], ident: str, of: tuple[int, int]) -> Page:
     part, parts = of
     pieces: list[str] = []
     y = 2.0
     for block in sheet:
         pieces.append(_draw_block(block, y))
         y += block.height + _GAP
-    if legend:
-        pieces.append(_legend(y, texts(score.language)))
-    high = y + (_LEGEND if legend else -_GAP + 4)
+    pieces.append(_legend(y, texts(score.language)))
+    high = y + _LEGEND
     for words in wrap(clean(score.foot), _FOOT, 2) if score.foot else ():
         pieces.append(text(14, high + 5, words, 7, fill=SOFT))
         high += 10
@@ -177,7 +170,7 @@ def _draw_block(block: _Block, top: float) -> str:
                 parts.append(_draw_bar(bar, x, base))
                 base += _BAR
             base += 3
-        parts.append(_label(group, base, y + high, named=not block.bars))
+        parts.append(_label(group, y + high, named=not block.bars))
         parts.append(_draw_lane(group.lane, x, y + high, texts(block.score.language)))
         y += high
     if block.marks:
@@ -225,7 +218,7 @@ def _badge(bar: Bar, x: float, y: float, high: float) -> str:
     return box + text(x + 8.5, y + 9.3, str(bar.row), size, fill="#fff", bold=True, middle=True)
 
 
-def _label(group: Group, top: float, bottom: float, *, named: bool) -> str:
+def _label(group: Group, bottom: float, *, named: bool) -> str:
     """Draw the stream's name with its sign, and in later strips the numbers of its rows."""
     lane = group.lane
     base = bottom - 11.0

@@ -63,11 +63,7 @@ def render_diagram(
 ) -> tuple[bytes, list[str]]:
     """Return the bytes of a diagram file of that suffix, and warnings for the user.
 
-    Args:
-        pages: what is drawn.
-        suffix: of the file.
-        legend: for the last page of a .pdf.
-        about: what the file says of itself.
+    With `legend` the last page of a .pdf has one where there is room; `about` is what the file says of itself.
     """
     about = about or {}
     if suffix == ".svg":

@@ -9,9 +9,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from math import floor, log10
+from math import floor
 from statistics import median
 
+from rrp_sheets.render.marble_diagram import nice_step
 from rrp_sheets.render.measure import clean, shortened, width, wrap
 from rrp_sheets.render.output import metadata
 from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT
@@ -23,7 +24,7 @@ _LEFT, _RIGHT = 168.0, 18.0
 _HIGH, _GAP = 58.0, 14.0  # of a plot, and between two
 _LANE = 17.0
 _FAINT = "#d5d8dc"
-_TICKS = 8  # of the time axis, about
+_TICKS = 8  # of the time axis, at most
 _BREAK = 6.0  # times the usual distance of two points: a line does not go across a longer gap
 _OTHER = ' stroke-dasharray="4 2.5"'
 _SELDOM = 1.0  # s between two values
@@ -37,7 +38,6 @@ class Curve:
     """Numeric stream, or a numeric field of a stream's records.
 
     Attributes:
-        name: as people see it.
         kind: `sensor`, `stream`, `actuator`.
         unit: `m`; blank when it has none.
         points: seconds and values; perhaps fewer than there were.
@@ -133,18 +133,8 @@ class _Scale:
         return _LEFT + self.wide * min(max(t, 0.0), self.seconds) / self.seconds
 
     def ticks(self) -> list[float]:
-        step = _step(self.seconds / _TICKS)
+        step = nice_step(self.seconds, _TICKS)
         return [round(n * step, 9) for n in range(floor(self.seconds / step + 1e-9) + 1)]
-
-
-def _step(about: float) -> float:
-    """Return a round number that is not smaller.
-
-    >>> _step(0.23), _step(6.0), _step(70)
-    (0.5, 10.0, 100.0)
-    """
-    power: float = 10.0 ** floor(log10(about))
-    return next(power * n for n in (1.0, 2.0, 5.0, 10.0) if power * n >= about * (1 - 1e-9))
 
 
 def _grid(scale: _Scale, top: float, bottom: float, marked: Sequence[float]) -> Iterator[str]:

@@ -20,7 +20,7 @@ from rrp_sheets.render.device_sentences import (
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.render.words import Content, Named, Wording, contents, is_blank, shown
-from rrp_sheets.robots import Robot
+from rrp_sheets.texts import capital
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
 
@@ -48,14 +48,17 @@ class BehaviourText:
     sensors: tuple[str, ...]
     actuators: tuple[str, ...]
 
+    def lists(self, words: Texts) -> tuple[str, str]:
+        """Return the sensors and the actuators in words."""
+        takes_in, acts_on = (
+            words.get(f"behaviour.{kind}", list=words.listed(names)) if names else words.get(f"behaviour.no_{kind}")
+            for kind, names in (("sensors", self.sensors), ("actuators", self.actuators))
+        )
+        return takes_in, acts_on
+
 
 def explain(
-    graph: Graph,
-    workbook: Workbook,
-    robot: Robot,
-    behaviours: Sequence[BehaviourGraph] | None = None,
-    *,
-    language: str = "en",
+    graph: Graph, workbook: Workbook, behaviours: Sequence[BehaviourGraph] | None = None, *, language: str = "en"
 ) -> list[BehaviourText]:
     """Describe all behaviours (or some) in plain words."""
     words = texts(language)
@@ -66,28 +69,21 @@ def explain(
 
 
 def explain_text(
-    graph: Graph,
-    workbook: Workbook,
-    robot: Robot,
-    behaviours: Sequence[BehaviourGraph] | None = None,
-    *,
-    language: str = "en",
+    graph: Graph, workbook: Workbook, behaviours: Sequence[BehaviourGraph] | None = None, *, language: str = "en"
 ) -> str:
     """Describe behaviours in plain words, as one text for the terminal."""
     words = texts(language)
     blocks = []
-    for said in explain(graph, workbook, robot, behaviours, language=language):
-        lists = [
-            words.get(f"behaviour.{kind}", list=words.listed(names)) if names else words.get(f"behaviour.no_{kind}")
-            for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
-        ]
+    for said in explain(graph, workbook, behaviours, language=language):
         wide = max((len(str(row.number)) for row in said.rows), default=1)
         rows = []
         for row in said.rows:
             rows += ["", f"  {row.heading}"] if row.heading else []
             rows.append(f"  {row.number:>{wide}}  {row.text}")
         rows = rows[1:] if rows and not rows[0] else rows
-        blocks.append("\n".join([said.name, "=" * columns(said.name), said.paragraph, "", *lists, "", *rows]))
+        blocks.append(
+            "\n".join([said.name, "=" * columns(said.name), said.paragraph, "", *said.lists(words), "", *rows])
+        )
     return "\n\n".join(blocks) + "\n"
 
 
@@ -100,17 +96,12 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts, headings: Ma
         clean(behaviour.name),
         one_stop(_paragraph(behaviour, active, rows, words)),
         tuple(
-            RowText(s.number, rows.sentence(s), s.row.on and s.active, _heading(headings.get(s.number, "")))
+            RowText(s.number, rows.sentence(s), s.row.on and s.active, capital(clean(headings.get(s.number, ""))))
             for s in behaviour.steps
         ),
         tuple(_sensor(streams[i], words) for i in used),
         tuple(_actuator(streams[i], words) for i in driven),
     )
-
-
-def _heading(text: str) -> str:
-    text = clean(text)
-    return text[:1].upper() + text[1:]
 
 
 def _sensor(stream: Stream, words: Texts) -> str:
@@ -253,9 +244,9 @@ class Rows:
             return get("row.combineLatest", **values, work=work)
         name = self._entry(step)
         if self.texts.has(name):
-            return _capital(get(name, **values))
+            return capital(get(name, **values))
         own = step.connector.sentences.get(self.texts.language, step.connector.sentence)
-        return _capital(own.format_map(_Places(values)))
+        return capital(own.format_map(_Places(values)))
 
     def _entry(self, step: Step) -> str:
         """Return the catalogue entry for a connector that can be used in several ways."""
@@ -375,7 +366,7 @@ class Rows:
             "as": self.named(output if named else ""),
             "onto": self.texts.get("row.onto", name=output) if named else "",
         }  # fmt: skip
-        return {**plain, **{name.capitalize(): _capital(value) for name, value in plain.items()}}
+        return {**plain, **{name.capitalize(): capital(value) for name, value in plain.items()}}
 
     def named(self, noun: str) -> str:
         """Return the phrase for the name of a result; an empty noun gives the phrase for none."""
@@ -405,8 +396,3 @@ def one_stop(text: str) -> str:
     'Say “It is time.” Then wait.'
     """
     return text.replace(".”.", ".”")
-
-
-def _capital(text: str) -> str:
-    """Return the text with a capital letter at its start; a quoted name stays as it is."""
-    return text[:1].upper() + text[1:]

@@ -143,10 +143,9 @@ def _assemble(
     groups = {key(n): tuple(members) for n, members in data["groups"].items()}
     movers = {n: (data["chains"][joint.chain],) for n, joint in joints.items()}
     movers |= {n: tuple(r for member in members for r in movers[key(member)]) for n, members in groups.items()}
-    uses: dict[str, Mapping[str, tuple[str, ...]]] = {
-        "chains": movers,
-        "gestures": _gesture_uses({n: resources(g, movers) for n, g in motions.items()}),
-    }
+    moved = {n: resources(g, movers) for n, g in motions.items()}
+    moved[ANY] = tuple(dict.fromkeys(r for used in moved.values() for r in used))  # by one not known before the run
+    uses: dict[str, Mapping[str, tuple[str, ...]]] = {"chains": movers, "gestures": moved}
     devices: dict[str, DeviceType] = {}
     names: dict[str, FoundDevice] = {}
     for kind in ("sensor", "actuator"):
@@ -164,12 +163,6 @@ def _assemble(
     return Robot(
         name, data["robot"]["title"], folder, joints, groups, devices, names, data, dict(motions), talking
     )  # fmt: skip
-
-
-def _gesture_uses(gestures: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
-    """Return the resources that each gesture (by key) uses; one not known before the run may use all of them."""
-    uses = {name: tuple(used) for name, used in gestures.items()}
-    return {**uses, ANY: tuple(dict.fromkeys(r for used in uses.values() for r in used))}
 
 
 def _setting(entry: Mapping[str, Any]) -> Setting:
@@ -220,10 +213,7 @@ class Setting:
             `gesture` (also the workbook's own), `behaviour` (of the workbook), `angle` (rad; `30°` too), `words` (a
             list of texts), `label` (a text; blank is the stream's name), `truth`, `language`
             (its code), `sound file` (a .wav beside the workbook), or `duration` (whole microseconds).
-        unit: of a number.
-        choices: of a choice.
         default: when the cell is blank; None when there is none.
-        required: whether the cell must not be blank.
     """
 
     name: str

@@ -31,13 +31,7 @@ class _Line:
 
 
 def parse_gestures(rows: Sequence[GestureRow], robot: Robot, report: Report) -> tuple[Gesture, ...]:
-    """The gestures of the sheet, by the order of their first rows; what is not understood goes into the report.
-
-    Args:
-        rows: as they stand in the sheet.
-        robot: whose joints.
-        report: takes the findings, each with its cell.
-    """
+    """The gestures of the sheet, by the order of their first rows; what is not understood goes into the report."""
     _tell_unknown_columns(rows, robot, report)
     groups: dict[str, list[GestureRow]] = {}
     for row in rows:

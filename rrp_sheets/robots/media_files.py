@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import struct
 import wave
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
@@ -27,14 +28,7 @@ _PNG = b"\x89PNG\r\n\x1a\n"
 def check_pictures(
     actions: Sequence[SceneAction], rows: Mapping[int, SceneRow], folder: Path | None, report: Report
 ) -> tuple[SceneAction, ...]:
-    """Return the actions with whole paths of their pictures; those whose picture cannot be used are reported.
-
-    Args:
-        actions: in their order.
-        rows: of the sheet, by number.
-        folder: of the workbook.
-        report: takes the findings.
-    """
+    """Return the actions with whole paths of their pictures; those whose picture cannot be used are reported."""
     found = []
     for action in actions:
         name = action.values.get("picture")
@@ -139,24 +133,24 @@ def read_wave(folder: Path, name: str) -> Wave:
     Raises:
         BadSoundError: it is not there, is no sound, or is too large or too long.
     """
-    path = _beside(folder, name)
-    try:
-        with wave.open(str(path), "rb") as file:
-            _judge(file)
-            data = file.readframes(file.getnframes())
-            return Wave(data, file.getsampwidth(), file.getnchannels(), file.getframerate())
-    except (wave.Error, EOFError):
-        raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
-    except OSError as error:
-        raise BadSoundError("cannot be read ({strerror})", strerror=error.strerror) from None
+    with _opened(folder, name) as file:
+        data = file.readframes(file.getnframes())
+        return Wave(data, file.getsampwidth(), file.getnchannels(), file.getframerate())
 
 
 def look_at(folder: Path, name: str) -> None:
     """As :func:`read_wave`, without reading the sound itself."""
+    with _opened(folder, name):
+        pass
+
+
+@contextmanager
+def _opened(folder: Path, name: str) -> Iterator[wave.Wave_read]:
     path = _beside(folder, name)
     try:
         with wave.open(str(path), "rb") as file:
             _judge(file)
+            yield file
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:

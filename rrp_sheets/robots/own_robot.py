@@ -33,6 +33,7 @@ from rrp_sheets.robots.catalogue import (
     robot_names,
 )
 from rrp_sheets.robots.gestures import Gesture
+from rrp_sheets.robots.trajectory import pitch_limits
 from rrp_sheets.texts import N_, MessageError
 
 FOLDER = "robots"
@@ -46,11 +47,7 @@ _NAMED = ("groups", "postures", "posture_leans", "posture_ways", "languages")  #
 
 
 def own_robot(folder: Path, name: str) -> Robot | None:
-    """The robot of that name whose catalogue stands beside a workbook; None when there is none.
-
-    Args:
-        folder: where the workbook's files are.
-        name: as the Protocol says it.
+    """The robot of that name whose catalogue stands in the folder of a workbook; None when there is none.
 
     Raises:
         UnreadableFile: when there is one and it does not pass the checks.
@@ -189,13 +186,9 @@ _HEIGHT = (0.1, 3.0)  # m
 
 
 def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -> None:
-    """Raise CatalogueError unless a robot stays within the limits of another one.
+    """Raise CatalogueError unless a robot stays within the limits of `model`, a robot of the program.
 
-    Args:
-        robot: the one to check.
-        shape: its shape.
-        model: the program's own robot that it is held against; of another name, only its parts count, not its limits.
-        model_shape: that one's shape.
+    Of a model with another name only the parts count, not the limits.
     """
     known = robot.name == model.name
     for joint in model.joints.values():
@@ -266,19 +259,9 @@ def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
             "its table {name} does not rise, or has columns of different lengths", name="head_pitch_by_yaw"
         )
     for yaw in sorted({*yaws, *other["yaw"]}) if known else ():
-        low, high = (_between(other, side, yaw) for side in ("lower", "upper"))
-        _within("HeadPitch", "lower", _between(own, "lower", yaw), low - 1e-9, high)
-        _within("HeadPitch", "upper", _between(own, "upper", yaw), low, high + 1e-9)
-
-
-def _between(table: Mapping[str, Sequence[float]], side: str, yaw: float) -> float:
-    """The limit at a yaw, on the line between the two that stand beside it in the table."""
-    yaws, limits = table["yaw"], table[side]
-    for (first, low), (second, high) in itertools.pairwise(zip(yaws, limits, strict=True)):
-        if yaw <= second:
-            part = max((yaw - first) / (second - first), 0.0)
-            return float(low + part * (high - low))
-    return float(limits[-1])
+        (low, high), (own_low, own_high) = pitch_limits(other, yaw), pitch_limits(own, yaw)
+        _within("HeadPitch", "lower", own_low, low - 1e-9, high)
+        _within("HeadPitch", "upper", own_high, low, high + 1e-9)
 
 
 def _judge_devices(robot: Robot, model: Robot) -> None:
@@ -422,7 +405,6 @@ class Shape:
     """A URDF that may be used.
 
     Attributes:
-        links: their names.
         joints: in the file's order.
         meshes: the files of solids, each with how often it is used.
     """
@@ -502,7 +484,7 @@ def _judge_part(element: Any, above: Any, file: str) -> None:
             _judge_numbers(value, tag, name, above, file)
         elif name == "filename" or not _TEXT.fullmatch(value):
             raise CatalogueError("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40]))
-    for (part, name), _ in _NUMBERS.items():
+    for part, name in _NUMBERS:
         needed = part == tag and part not in ("origin", "dynamics", "limit") and name not in ("scale", *_MIXED)
         if needed and name not in element.attrib:
             raise CatalogueError("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name)
@@ -549,12 +531,10 @@ def _judge_solid(path: Path) -> int:
     corners = sum(line.startswith("v ") for line in lines)
     normals = sum(line.startswith("vn ") for line in lines)
     for line in lines:
-        if not _OBJ_LINE.fullmatch(line):
-            raise CatalogueError(
-                "“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40])
-            )
         words = line.split()
-        if line.startswith("v") and any(abs(float(word)) > _LARGEST_CORNER for word in words[1:]):
+        if not _OBJ_LINE.fullmatch(line) or (
+            line.startswith("v") and any(abs(float(word)) > _LARGEST_CORNER for word in words[1:])
+        ):
             raise CatalogueError(
                 "“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40])
             )

@@ -121,11 +121,17 @@ def joint_limits(robot: Robot, joint: str, yaw: float = 0.0) -> tuple[float, flo
     table = robot.data.get("head_pitch_by_yaw")
     if joint != "HeadPitch" or not table:
         return j.lower, j.upper
+    low, high = pitch_limits(table, yaw)
+    return max(low, j.lower), min(high, j.upper)
+
+
+def pitch_limits(table: Mapping[str, Sequence[float]], yaw: float) -> tuple[float, float]:
+    """Return the limits of the head's pitch at a yaw (rad), on the line between the two beside it in the table."""
     yaws = table["yaw"]
     i = min(max(bisect.bisect_right(yaws, yaw), 1), len(yaws) - 1)
     part = min(max((yaw - yaws[i - 1]) / (yaws[i] - yaws[i - 1]), 0.0), 1.0)
     low, high = (table[side][i - 1] + part * (table[side][i] - table[side][i - 1]) for side in ("lower", "upper"))
-    return max(low, j.lower), min(high, j.upper)
+    return low, high
 
 
 def moved(frames: Iterable[Keyframe]) -> tuple[str, ...]:

@@ -21,13 +21,10 @@ from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.media_files import check_pictures
 from rrp_sheets.scene.scene_words import (
     CHILD,
-    COLOURS,
     FACE_HEIGHT,
     FARTHEST,
     KINDS,
     METRES,
-    OPERATOR,
-    PERSONS,
     RADIANS,
     SHARES,
     Amount,
@@ -43,28 +40,11 @@ from rrp_sheets.scene.scene_words import (
     one,
     plain,
     span,
-    thing_names,
-    verb_names,
-    verbs_of,
 )
 from rrp_sheets.scene.scene_words import place as read_place
 from rrp_sheets.scene.scene_words import seconds as read_seconds
 from rrp_sheets.texts import N_, sentences
 
-__all__ = [
-    "BALL_COLOURS",
-    "OPERATOR",
-    "PERSONS",
-    "check_presses",
-    "parse_scene",
-    "scene_end_us",
-    "thing_names",
-    "verb_names",
-    "verbs_of",
-]
-
-
-BALL_COLOURS = COLOURS
 _ANY = N_(
     "Write a thing such as Red ball, Blue cup, Table or Wall; Person, Child or a name; Light, Noise, or Operator."
 )
@@ -77,12 +57,7 @@ def parse_scene(
     """The actions of a Scene sheet, in the order of their times; what is not understood goes into the report.
 
     Rows that wait for an event come where they would if it came at once. Numbers may be ranges: a run draws them.
-
-    Args:
-        rows: as they stand in the sheet.
-        report: takes the findings, each with its cell.
-        robot: whose touch zones a touch may name.
-        folder: of the workbook, where pictures are; None: they are not looked for.
+    Pictures are looked for in the workbook's `folder`; without one none is found.
     """
     found = [action for row in rows if (action := _action(row, report, robot)) is not None]
     cells = {row.thing.address.row: row for row in rows}
@@ -136,14 +111,7 @@ def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Rep
 def check_presses(
     rows: Sequence[SceneRow], actions: Sequence[SceneAction], buttons: Sequence[str], report: Report
 ) -> None:
-    """Warn of presses of buttons that the workbook does not have.
-
-    Args:
-        rows: as they stand in the sheet.
-        actions: what was understood of them.
-        buttons: the labels of the workbook's operator buttons.
-        report: takes the findings.
-    """
+    """Warn of presses of buttons whose labels are not among those of the workbook's operator buttons."""
     cells = {row.value.address.row: row.value for row in rows}
     for action in actions:
         label = str(action.values.get("label", ""))
@@ -255,12 +223,6 @@ Said = dict[str, Value]
 
 def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said:
     """Return the values in the Value cell of a Scene row, by name.
-
-    Args:
-        kind: of the thing.
-        verb: what it does.
-        text: the cell's.
-        colour: of the thing, as its name says.
 
     Raises:
         BadValueError: it cannot be understood.
@@ -438,11 +400,7 @@ _NEEDS = ("move", "circle", "away", "look", "disappear")  # verbs of things that
 
 
 def in_order(actions: Sequence[SceneAction]) -> tuple[SceneAction, ...]:
-    """Actions in the order of their times; those that wait for an event as if it came at once.
-
-    Args:
-        actions: in the order of the sheet.
-    """
+    """Put the actions of a sheet in the order of their times; those that wait for an event as if it came at once."""
     starts = _times(actions, 0)
     return tuple(actions[i] for i in sorted(range(len(actions)), key=lambda i: starts[i][0]))
 
@@ -468,13 +426,7 @@ def _times(actions: Sequence[SceneAction], waiting_us: int) -> list[tuple[int, i
 
 
 def check_presence(actions: Sequence[SceneAction], rows: Mapping[int, SceneRow], report: Report) -> None:
-    """Report things that move before they have come, come twice, or stand on a table that is not there.
-
-    Args:
-        actions: in their order.
-        rows: of the sheet, by number.
-        report: takes the findings.
-    """
+    """Report things that move before they have come, come twice, or stand on a table that is not there."""
     present: dict[str, str] = {}  # the kind of each thing that is there
     twice: set[str] = set()  # told once
     many = False

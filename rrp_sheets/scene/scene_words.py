@@ -60,7 +60,6 @@ class Verb:
         action: what it is to the simulator.
         parts: of the Value cell; the first may come without its word.
         examples: of the Value cell, each with a line of help; the first is the one in messages.
-        help: in a line.
     """
 
     name: str

@@ -20,8 +20,7 @@ from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
 from rrp_sheets.render.words import contents
 from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
-from rrp_sheets.scene.scene_sheet import BALL_COLOURS
-from rrp_sheets.scene.scene_words import KINDS, verb_names
+from rrp_sheets.scene.scene_words import COLOURS, KINDS, verb_names
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.workbook.schema import FIELDS
@@ -219,7 +218,7 @@ def _instead(robot: Robot) -> dict[str, dict[str, list[str]]]:
 def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:
     listed = {
         "joint": [*(j.name for j in robot.joints.values()), *robot.groups], "zone": robot.touch_zones,
-        "posture": robot.postures, "gesture": robot.gestures, "colour": setting.choices or BALL_COLOURS,
+        "posture": robot.postures, "gesture": robot.gestures, "colour": setting.choices or COLOURS,
         "language": robot.languages, "behaviour": [b.name for b in workbook.behaviours],
     }.get(setting.kind, setting.choices)  # fmt: skip
     return [{"text": c} for c in listed]

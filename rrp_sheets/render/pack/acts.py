@@ -10,10 +10,11 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Act, Labelled, Rival, Said
-from rrp_sheets.render.pack.source import Driver, Source, capital, driver_refs
+from rrp_sheets.render.pack.source import Driver, Source, driver_refs
 from rrp_sheets.robots import DeviceType, Robot
 from rrp_sheets.robots.gestures import Gesture
 from rrp_sheets.robots.trajectory import Planner
+from rrp_sheets.texts import capital
 
 MOST_TEXTS = 60  # of one row
 _FREE = frozenset({"memory", "all"})

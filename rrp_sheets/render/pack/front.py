@@ -11,7 +11,8 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import people
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
-from rrp_sheets.render.pack.source import Source, capital
+from rrp_sheets.render.pack.source import Source
+from rrp_sheets.texts import capital
 
 MOST_OCCASIONS = 8
 _OPEN = re.compile("‹[^|›]*›")  # what only the run decides; of several possibilities all are printed

@@ -30,12 +30,12 @@ from rrp_sheets.render.pack.model import (
     TableRow,
     TestSheetResult,
 )
-from rrp_sheets.render.pack.source import Source, capital
-from rrp_sheets.render.sentences import BehaviourText, Rows, explain
+from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.sentences import Rows, explain
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots import Setting
 from rrp_sheets.robots.catalogue import DeviceWords
-from rrp_sheets.texts import told
+from rrp_sheets.texts import capital, told
 from rrp_sheets.workbook import Reading
 
 MOST_FINDINGS = 300
@@ -255,9 +255,7 @@ def _part(
     source: Source, graph: BehaviourGraph, behaviour: Behaviour, groups: Mapping[int, str], marks: Mapping[int, str],
     draw: Draw,
 ) -> BehaviourPart:  # fmt: skip
-    said = explain(
-        source.checked.graph, source.checked.workbook, source.checked.robot, [graph], language=source.words.language
-    )[0]
+    (said,) = explain(source.checked.graph, source.checked.workbook, [graph], language=source.words.language)
     flags = source.flags(graph.key)
     figures, why = draw(source, graph, flags, marks)
     off = graph.key not in source.checked.run.behaviours
@@ -275,25 +273,13 @@ def _part(
         for r in behaviour.rows
     )  # fmt: skip
     paragraph = said.paragraph if len(said.rows) <= MOST_TOLD else ""
-    return BehaviourPart(
-        said.name, *_lists(source, said), paragraph, source.words.sentences([*notes, *why]), figures, sentences, rows
-    )
+    note = source.words.sentences([*notes, *why])
+    return BehaviourPart(said.name, *said.lists(source.words), paragraph, note, figures, sentences, rows)
 
 
 def _remarks(row: Row) -> str:
     """Return the notes of a row, and before them the texts of other columns that are for people."""
     return " · ".join(text if name == "Notes" else f"{name}: {text}" for name, text in row.remarks.items())
-
-
-def _lists(source: Source, said: BehaviourText) -> tuple[str, str]:
-    """Return the sensors and the actuators of a behaviour, in words."""
-    takes_in, acts_on = (
-        source.words.get(f"behaviour.{kind}", list=source.listed(names))
-        if names
-        else source.words.get(f"behaviour.no_{kind}")
-        for kind, names in (("sensors", said.sensors), ("actuators", said.actuators))
-    )
-    return takes_in, acts_on
 
 
 def _figures(

@@ -11,13 +11,11 @@ class Labelled:
 
     Attributes:
         stated: True when the workbook's authors say it in the Protocol sheet, False when the program knows it.
-        mono: whether it is a code, set in letters of one width.
     """
 
     label: str
     text: str
     stated: bool = False
-    mono: bool = False
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from rrp_sheets.model.names import key
 from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Hand, Labelled, Ref, Sensed, Stopping
-from rrp_sheets.render.pack.source import Source, capital, driver_refs
-from rrp_sheets.texts import told
+from rrp_sheets.render.pack.source import Source, driver_refs
+from rrp_sheets.texts import capital, told
 
 TOLD = "Participants are told"
 

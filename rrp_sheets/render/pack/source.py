@@ -41,11 +41,6 @@ class Driver:
     stream: Stream
     stops: bool
 
-    @property
-    def kind(self) -> str:
-        """Name of the device in the catalogue; empty when it is not known."""
-        return self.stream.device.type.name if self.stream.device else ""
-
 
 @dataclass(frozen=True)
 class Source:
@@ -169,11 +164,6 @@ def refs(rows: Iterable[tuple[str, Step]]) -> tuple[Ref, ...]:
 def driver_refs(drivers: Iterable[Driver]) -> tuple[Ref, ...]:
     """Group the rows of drivers by their behaviour."""
     return refs((d.behaviour, d.step) for d in drivers)
-
-
-def capital(text: str) -> str:
-    """Return the text with a capital letter at its start."""
-    return text[:1].upper() + text[1:]
 
 
 MOST = 24  # texts of one formula

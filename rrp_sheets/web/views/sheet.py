@@ -462,7 +462,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
                 drawing = Markup(analysis.drawing(behaviour))
             except SheetsError as error:
                 why = said(error)
-            words = words_of(explain(analysis.graph, analysis.workbook, analysis.robot, [behaviour])[0])
+            words = words_of(explain(analysis.graph, analysis.workbook, [behaviour])[0])
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
         left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
