@@ -448,7 +448,7 @@ def _draw_band(place: _Place, lane: Lane, base: float, colours: tuple[str, str],
     if failed:
         told.append(words_of.get("marbles.band_errors", n=failed, why=next(m.error for m in marbles if m.error)))
     parts = [
-        f"<title>{escape(clean(words_of.sentences(told)))}</title>",
+        f"<title>{escape(clean(' '.join(told)))}</title>",
         f'<rect x="{x:.1f}" y="{base - 5:.1f}" width="{wide:.1f}" height="10" fill="{fill}" stroke="{line}" '
         f'stroke-width="{0.6 if lane.kind == "stream" else 1.1}"/>',
     ]
