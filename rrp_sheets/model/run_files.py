@@ -1,4 +1,4 @@
-"""What a run leaves: the names of its files, the events of its trace, and the stamp that exports bear.
+"""Names of the files that a run leaves, events of its trace, and the stamp that its exports bear.
 
 Each event is one class for a kind of line, which the engine writes and others read. A stamp tells the origin: which
 workbook ran, by which program, in which session.
