@@ -12,7 +12,8 @@ from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.default_scene import default_scene
-from rrp_sheets.scene.scene_sheet import BALL_COLOURS, parse_scene, scene_end_us
+from rrp_sheets.scene.scene_sheet import parse_scene, scene_end_us
+from rrp_sheets.scene.scene_words import COLOURS
 from rrp_sheets.sim.colours import parse_colour
 
 ROBOT = load_robot()
@@ -121,7 +122,7 @@ def test_persons_are_they_and_balls_are_it() -> None:
 
 
 def test_every_ball_colour_has_a_look() -> None:
-    assert all(parse_colour(colour) is not None for colour in BALL_COLOURS)
+    assert all(parse_colour(colour) is not None for colour in COLOURS)
 
 
 def shown(*sensors: DeviceUse) -> dict[str, object]:
