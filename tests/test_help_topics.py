@@ -69,7 +69,7 @@ def test_the_readme_names_topics_that_there_are():
     readme = (FILES.parents[1] / "README.md").read_text(encoding="utf-8")
     table = readme.partition("| Topic | What it is about |")[2].partition("\n\n")[0]
     named = [line.split(" | ")[0] for line in table.splitlines()[2:]]
-    topics = [re.findall(r"\[(\w+)\]\(rrp_sheets/topics/\1\.md\)|`(\w+)`", cell) for cell in named]
+    topics = [re.findall(r"\[(\w+)\]\(rrp_sheets/help/\1\.md\)|`(\w+)`", cell) for cell in named]
     found = [linked or bare for cell in topics for linked, bare in cell]
     assert set(found) <= TOPICS.keys() and len(found) > 15
     linked = re.findall(r"\((rrp_sheets/[^)]+)\)", readme)
