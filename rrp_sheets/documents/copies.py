@@ -12,7 +12,6 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
-from rrp_sheets.scene.scene_sheet import thing_names, verb_names
 from rrp_sheets.scene.scene_words import thing_names, verb_names
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.atomic import write_atomically

@@ -25,7 +25,7 @@ from rrp_sheets.model.exchange import DeviceUse, OperatorAction, SceneAction
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
-from rrp_sheets.scene.scene_sheet import OPERATOR, parse_scene
+from rrp_sheets.scene.scene_sheet import parse_scene
 from rrp_sheets.scene.scene_words import OPERATOR, draw_scene
 from rrp_sheets.texts import N_, sentences
 

@@ -304,7 +304,8 @@ FIELDS = {
         ), closed=True, prompt=N_("Whether pictures of the robot's camera are kept with a run's record.")),
         ProtocolField("Language", tuple(
             CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
-                       N_("of explanations, diagrams and the printed protocol")) for code, names in LANGUAGE_NAMES.items()
+                       N_("of explanations, diagrams and the printed protocol"))
+            for code, names in LANGUAGE_NAMES.items()
         ), closed=True, prompt=N_("In which the workbook is explained, drawn and printed. Blank: English.")),
     )
 }  # fmt: skip
