@@ -12,6 +12,7 @@ from typing import Generic, TypeVar
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import N_
 
 T = TypeVar("T")
 
@@ -31,7 +32,10 @@ class Registry(Generic[T]):
         """Register `thing`; raises SheetsError when another thing has that name."""
         other = self._things.get(key(name))
         if other is not None:
-            raise SheetsError(f"There are two {self.kind}s named {name}.", "Uninstall or rename one of them.")
+            raise SheetsError(
+                N_("There are two {kind}s named {name}.", kind=self.kind, name=name),
+                N_("Uninstall or rename one of them."),
+            )
         self._things[key(name)] = (name, thing)
 
     def get(self, name: str) -> T | None:

@@ -91,11 +91,14 @@ def check_command(
         click.echo(json.dumps(found, ensure_ascii=False, indent=2))
     else:
         if mended is not None:
-            print_changes(changes, mended)
+            print_changes(changes, mended, language)
         print_findings(report, language=language)
         click.echo(verdict(report, language))
         if out is not None:
-            click.echo(f"Made {out}: the findings stand beside their rows, and all of them on its last sheet.")
+            words = N_(
+                "Made {path}: the findings stand beside their rows, and all of them on its last sheet.", path=out
+            )
+            click.echo(told(words, language))
     sys.exit(1 if report.errors else 0)
 
 
@@ -111,12 +114,14 @@ def _examples(checked: Checked) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
+def print_changes(changes: Sequence[CellChange], mended: Path, language: str) -> None:
     """Print what was changed, cell by cell."""
+    changed = click.style(told(N_("changed"), language), fg="green", bold=True)
     for c in changes:
-        what = f"inserted: {c.new}" if c.old is None else f"“{c.old}” → “{c.new}”"
-        click.echo(f"{click.style('changed', fg='green', bold=True)} {c.code} {c.place} {what}")
-    click.echo(f"Made {mended}." if changes else f"Nothing to change; {mended} is a copy.")
+        what = told(N_("inserted: {text}", text=c.new), language) if c.old is None else f"“{c.old}” → “{c.new}”"
+        click.echo(f"{changed} {c.code} {c.place} {what}")
+    made = N_("Made {path}.", path=mended)
+    click.echo(told(made if changes else N_("Nothing to change; {path} is a copy.", path=mended), language))
 
 
 def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: str = "en") -> None:

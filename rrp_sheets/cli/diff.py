@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.cli.terminal import opened
-from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import recognise
@@ -97,8 +98,6 @@ def _form(as_html: bool, as_svg: bool, output: Path | None) -> str:
 def _text(path: Path) -> str:
     from rrp_sheets.compare.side import open_workbook
 
-    pass
-
     try:
         return text_form(open_workbook(opened(path)))
     except UnreadableFile as error:
@@ -109,15 +108,16 @@ def _text(path: Path) -> str:
 
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
     from rrp_sheets.compare.as_text import as_dict, as_text, verdict
+    from rrp_sheets.workbook.atomic import write_atomically
 
     comparison = found.comparison
     made = _made(found, form) if output is not None or (form and not as_json) else ""
     if output is not None:
-        _write(output, made)
+        write_atomically(output, made.encode())
     if as_json:
         click.echo(json.dumps(as_dict(comparison), ensure_ascii=False, indent=2))
     elif output is not None:
-        click.echo(f"{verdict(comparison)} Written: {output}")
+        click.echo(sentences(verdict(comparison), N_("Written: {path}", path=output)))
     elif form:
         click.echo(made, nl=False)
     else:
@@ -131,15 +131,6 @@ def _made(found: Compared, form: str) -> str:
 
     lift_limit()  # no formula is looked at any more, and drawing may take what memory it needs
     return found.svg() if form == "svg" else as_html(found.comparison, found.html())
-
-
-def _write(output: Path, page: str) -> None:
-    from rrp_sheets.workbook.atomic import write_atomically
-
-    try:
-        write_atomically(output, page.encode())
-    except OSError as error:
-        raise SheetsError(f"“{output}” cannot be written ({error.strerror}).", "Name another file.") from None
 
 
 def text_form(reading: Reading) -> str:

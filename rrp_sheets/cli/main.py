@@ -14,6 +14,7 @@ import click
 from rrp_sheets import __version__
 from rrp_sheets.cli.terminal import fail, plain_output
 from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
+from rrp_sheets.texts import N_
 
 _COMMANDS = {
     "new": ("files", "Make a workbook to start from."),
@@ -119,11 +120,11 @@ def main() -> None:
         mute()
         sys.exit(0)
     except MemoryError:
-        fail(SheetsError("This needs more memory than may be used.", "Make the workbook smaller."), UNREADABLE)
+        fail(SheetsError(N_("This needs more memory than may be used."), N_("Make the workbook smaller.")), UNREADABLE)
     except OSError as error:  # a full disk, say, under our own output
         mute()
-        remedy = "Choose a shorter name." if error.errno == errno.ENAMETOOLONG else "Is the disk full?"
-        fail(SheetsError(f"Writing failed: {error.strerror or error}.", remedy), UNREADABLE)
+        remedy = N_("Choose a shorter name.") if error.errno == errno.ENAMETOOLONG else N_("Is the disk full?")
+        fail(SheetsError(N_("Writing failed: {reason}.", reason=error.strerror or error), remedy), UNREADABLE)
 
 
 def mute() -> None:

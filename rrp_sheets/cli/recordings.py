@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rrp_sheets.cli.terminal import WorkbookArgument, is_bundle, runs_of, told
+from rrp_sheets.cli.terminal import WorkbookArgument, is_bundle, print_notes, runs_of, said_when_slow
+from rrp_sheets.texts import N_, told
 
 if TYPE_CHECKING:
     from rrp_sheets.recording.deleting import Deletion
@@ -94,7 +95,7 @@ def delete(
         raise click.UsageError("Say whose runs: --participant CODE; or which: --run NAME.")
     if below and not participant:
         raise click.UsageError("--below goes with --participant; a run is named in its own folder.")
-    with told("Looking for everything that goes and everything that stays …"):
+    with said_when_slow("Looking for everything that goes and everything that stays …"):
         planned = plan(folder, participant, names)
     _require_here(planned, below)
     if not as_json:
@@ -105,7 +106,7 @@ def delete(
         click.echo("Nothing was deleted.", err=True)
         sys.exit(1)
     chosen = [d.within for d in planned.below] if below else []
-    with told("Deleting …"):
+    with said_when_slow("Deleting …"):
         begun = delete_runs(planned, below=chosen)
     if as_json:
         _print_json(planned, below, deleted=True, begun=begun)
@@ -125,8 +126,12 @@ def _require_here(planned: Deletion, below: bool) -> None:
 
     if not planned.runs and not below:
         raise SheetsError(
-            f"The runs of “{planned.participant}” are in folders below: {_listed([d.within for d in planned.below])}.",
-            "Delete them with --below, or name one of those folders.",
+            N_(
+                "The runs of “{participant}” are in folders below: {folders}.",
+                participant=planned.participant,
+                folders=_listed([d.within for d in planned.below]),
+            ),
+            N_("Delete them with --below, or name one of those folders."),
         )
 
 
@@ -246,11 +251,10 @@ def export_command(runs: tuple[Path, ...], output: Path, streams: str) -> None:
     from rrp_sheets import api
 
     names = [n.strip() for n in streams.split(",") if n.strip()]
-    with told(f"Writing {output.name} …"):
+    with said_when_slow(f"Writing {output.name} …"):
         notes = api.export(runs, output, streams=names)
-    for note in notes:
-        click.echo(f"Note: {note}", err=True)
-    click.echo(f"Written: {output}")
+    print_notes(notes)
+    click.echo(N_("Written: {path}", path=output))
 
 
 @click.command(name="faces")
@@ -309,10 +313,9 @@ def replay_command(trace: Path, other: Path | None, as_json: bool, output: Path 
     found = api.replay(trace, other)
     notes = write(found, output) if output is not None else []
     _show(found, as_json)
-    for note in notes:
-        click.echo(f"Note: {note}", err=True)
+    print_notes(notes, found.language)
     if output is not None and output.is_file():
-        click.echo(f"Written: {output}", err=as_json)
+        click.echo(told(N_("Written: {path}", path=output), found.language), err=as_json)
     sys.exit(0 if found.same else 1)
 
 
@@ -369,15 +372,14 @@ def pack_command(
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
     from rrp_sheets import api
 
-    with told(f"Packing {file.name} and printing its protocol …"):
+    with said_when_slow(f"Packing {file.name} and printing its protocol …"):
         packed = api.pack(file, output, runs=runs, against=against, today=day.date() if day else None)
-    for note in packed.notes:
-        click.echo(f"Note: {note}", err=True)
+    notes = [*packed.notes]
     if runs:
-        click.echo(
-            "Note: A run holds what was recorded of its participant, pictures and what was said included. "
-            "Look at it before you pass the bundle on.",
-            err=True,
-        )
+        notes.append(N_(
+            "A run holds what was recorded of its participant, pictures and what was said included. "
+            "Look at it before you pass the bundle on."
+        ))  # fmt: skip
+    print_notes(notes)
     size = packed.path.stat().st_size
     click.echo(f"Packed: {packed.path} ({len(packed.files)} files, {size / 1e6:.1f} MB)")

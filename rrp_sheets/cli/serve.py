@@ -17,6 +17,7 @@ from urllib.parse import quote
 import click
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.web.password import Password
@@ -125,7 +126,9 @@ def _place(folder: Path) -> tuple[Path, str]:
         return folder, "/"
     if folder.is_file():
         return folder.parent, f"/book/{quote(folder.name, safe='', errors='replace')}"
-    raise SheetsError(f"There is no folder {folder}.", "Give a folder with workbooks, or one workbook.")
+    raise SheetsError(
+        N_("There is no folder {folder}.", folder=folder), N_("Give a folder with workbooks, or one workbook.")
+    )
 
 
 def _ask_password() -> tuple[Password, str]:
@@ -160,12 +163,13 @@ def _from_file() -> str:
         if os.name == "posix" and path.stat().st_mode & 0o077:
             click.echo(f"Others on this computer may read {path}; only you should: chmod 600 {path}", err=True)
     except (OSError, UnicodeDecodeError) as error:
-        why = getattr(error, "strerror", None) or "it is no text"
+        why = getattr(error, "strerror", None) or N_("it is no text")
         raise SheetsError(
-            f"The password cannot be read from {name}: {why}.", f"Look at {_PASSWORD_FILE}, or unset it."
+            N_("The password cannot be read from {name}: {why}.", name=name, why=why),
+            N_("Look at {variable}, or unset it.", variable=_PASSWORD_FILE),
         ) from error
     if not text:
-        raise SheetsError(f"The first line of {name} is empty.", "Write the password there.")
+        raise SheetsError(N_("The first line of {name} is empty.", name=name), N_("Write the password there."))
     return text
 
 
@@ -224,7 +228,7 @@ def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | N
     from rrp_sheets.documents.copies import begin_tutorial, latest_tutorial
 
     if not folder.is_dir():
-        raise SheetsError(f"There is no folder {folder}.", "Make it first, or name another.")
+        raise SheetsError(N_("There is no folder {folder}.", folder=folder), N_("Make it first, or name another."))
     there = None if anew else latest_tutorial(folder)
     path = there or begin_tutorial(folder)
     click.echo(f"You go on with {path}; --anew begins with a fresh copy." if there else f"Made {path}.")

@@ -9,10 +9,9 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.terminal import WorkbookArgument, fail, home_of, told
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.cli.terminal import WorkbookArgument, fail, home_of, print_notes, said_when_slow
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.texts import LANGUAGES
+from rrp_sheets.texts import LANGUAGES, N_, told
 
 
 @click.command(name="explain")
@@ -32,15 +31,13 @@ def explain_command(file: Path, output: Path | None, behaviour: str, language: s
     if output is not None:
         refuse_workbook(output, file)
     text, checked = api.explain(file, behaviour, language or "")
-    print_findings(checked.report.errors, err=True, language=language or checked.run.language)
+    language = language or checked.run.language
+    print_findings(checked.report.errors, err=True, language=language)
     if output is None:
         click.echo(text)
     else:
-        try:
-            write_atomically(output, (text + "\n").encode())
-        except OSError as error:
-            raise SheetsError(f"“{output}” cannot be written ({error.strerror}).", "Name another file.") from None
-        click.echo(f"Written: {output}")
+        write_atomically(output, (text + "\n").encode())
+        click.echo(told(N_("Written: {path}", path=output), language))
     sys.exit(1 if checked.report.errors else 0)
 
 
@@ -61,10 +58,10 @@ def diagram_command(file: Path, output: Path | None, behaviour: str, language: s
 
     target = output or Path(file.name).with_suffix(".svg")
     checked, lacks = api.draw(file, target, behaviour, language or "")
-    print_findings(checked.report.errors, err=True, language=language or checked.run.language)
-    for note in lacks:
-        click.echo(f"Note: {note}", err=True)
-    click.echo(f"Drawn: {target}")
+    language = language or checked.run.language
+    print_findings(checked.report.errors, err=True, language=language)
+    print_notes(lacks, language)
+    click.echo(told(N_("Drawn: {path}", path=target), language))
     sys.exit(1 if checked.report.errors else 0)
 
 
@@ -88,24 +85,24 @@ def marbles_command(source: Path, output: Path | None, behaviour: str, first: st
 
     window = (_time(first, "--from"), _time(last, "--to"))
     names = [n.strip() for n in streams.split(",") if n.strip()]
-    with told(f"Reading {source.name} …"):
+    with said_when_slow(f"Reading {source.name} …"):
         checked, scores = api.marbles(source, behaviour=behaviour, window=window, streams=names)
     if scores is None:
         from rrp_sheets.cli.check import print_findings
 
         errors = checked.report.errors if checked else []
         print_findings(errors, err=True)
-        click.echo("The workbook has errors." if errors else "This workbook has no tests to draw.", err=True)
+        none = N_("This workbook has no tests to draw.")
+        click.echo(N_("The workbook has errors.") if errors else none, err=True)
         sys.exit(1)
     if output is None:
         columns = max(60, min(200, shutil.get_terminal_size((110, 24)).columns - 1))
         click.echo(text_of(scores, columns), nl=False)
         return
-    with told(f"Drawing {output.name} …"):
+    with said_when_slow(f"Drawing {output.name} …"):
         notes = api.draw_marbles(scores, output)
-    for note in notes:
-        click.echo(f"Note: {note}", err=True)
-    click.echo(f"Drawn: {output}")
+    print_notes(notes)
+    click.echo(N_("Drawn: {path}", path=output))
 
 
 def _time(text: str, option: str) -> int | None:
@@ -154,8 +151,8 @@ def print_command(
     except HasErrors as error:
         print_findings(error.checked.report.errors, err=True, language=language or error.checked.run.language)
         fail(error, 1)
-    print_findings(made.checked.report.errors, err=True, language=language or made.checked.run.language)
-    for note in made.notes:
-        click.echo(f"Note: {note}", err=True)
-    click.echo(f"Printed: {target}")
+    language = language or made.checked.run.language
+    print_findings(made.checked.report.errors, err=True, language=language)
+    print_notes(made.notes, language)
+    click.echo(told(N_("Printed: {path}", path=target), language))
     sys.exit(1 if made.checked.report.errors else 0)

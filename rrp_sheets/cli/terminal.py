@@ -6,7 +6,7 @@ import io
 import re
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_, told
 
 if TYPE_CHECKING:
     from rrp_sheets.services.bundle.unpacking import Bundle
@@ -56,7 +57,7 @@ def plain_output() -> None:
 
 
 @contextmanager
-def told(words: str, after: float = AFTER) -> Iterator[None]:
+def said_when_slow(words: str, after: float = AFTER) -> Iterator[None]:
     """Say on the error channel what is being done, when it takes longer than a moment."""
     timer = threading.Timer(after, click.echo, (words,), {"err": True})
     timer.daemon = True
@@ -111,7 +112,8 @@ def runs_of(path: Path) -> tuple[Path, ...]:
     runs = _opened(click.get_current_context(), path).runs
     if not runs:
         raise SheetsError(
-            f"There is no recorded run in “{path.name}”.", "Pack it with one: rrp-sheets pack FILE --run RUN"
+            N_("There is no recorded run in “{name}”.", name=path.name),
+            N_("Pack it with one: rrp-sheets pack FILE --run RUN"),
         )
     return runs
 
@@ -126,6 +128,12 @@ def _opened(ctx: click.Context, path: Path) -> Bundle:
     if len(bundle.notes) > _MOST_NOTES:
         click.echo(f"… and {len(bundle.notes) - _MOST_NOTES:,} more.", err=True)
     return bundle
+
+
+def print_notes(notes: Iterable[str], language: str = "en") -> None:
+    """Print notes on the error channel."""
+    for note in notes:
+        click.echo(told(N_("Note: {note}", note=note), language), err=True)
 
 
 def fail(error: SheetsError, code: int) -> NoReturn:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
-from rrp_sheets.cli.terminal import WorkbookArgument
+from rrp_sheets.cli.terminal import WorkbookArgument, print_notes
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.testing import CaseResult, TestReport
@@ -61,9 +62,8 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
 
         write_atomically(junit, as_junit(report))
     if marbles is not None and report.cases:
-        for note in api.draw_tests(report, marbles):
-            click.echo(f"Note: {note}", err=True)
-        click.echo(f"Drawn: {marbles}", err=True)
+        print_notes(api.draw_tests(report, marbles))
+        click.echo(N_("Drawn: {path}", path=marbles), err=True)
     sys.exit(_code(report))
 
 

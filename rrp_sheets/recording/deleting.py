@@ -23,6 +23,8 @@ from rrp_sheets.recording.listing import as_dict, chosen, folders_below, runs_in
 from rrp_sheets.recording.metadata import RunMetadata, facts_of
 from rrp_sheets.recording.participant_search import Unsearched, places_of
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
+from rrp_sheets.sim import face_memory
+from rrp_sheets.texts import N_, listed, sentences
 
 _NOTED, _KNOWN = FACE_REMEMBERED.encode(), b'"recognised":true'  # in the lines that tell of faces
 
@@ -103,7 +105,7 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
     try:
         return _plan(folder, participant, names, going)
     except FileNotFoundError:
-        raise SheetsError("Somebody else has deleted something here at this moment.", "Look again.") from None
+        raise SheetsError(N_("Somebody else has deleted something here at this moment."), N_("Look again.")) from None
 
 
 def _plan(folder: Path, participant: str, names: Sequence[str], going: Collection[str]) -> Deletion:
@@ -202,7 +204,8 @@ def _require_possible(part: Deletion, going: Collection[str]) -> None:
         busy = [f.run for f in chosen(list(places.values()), going=going) if f.ended == "going"]
         if busy:
             raise SheetsError(
-                f"The run {busy[0]} goes on, and would write the remembered faces again.", "Wait until it has ended."
+                N_("The run {run} goes on, and would write the remembered faces again.", run=busy[0]),
+                N_("Wait until it has ended."),
             )
 
 
@@ -220,18 +223,21 @@ def _of(participant: str, every: dict[str, RunMetadata], below: bool) -> list[Ru
     if not found and not below:
         codes = sorted({f.participant for f in every.values()} - {""})
         near = [c for c in codes if _squeezed(c) == _squeezed(participant)]
-        hint = (
-            f"Did you mean {' or '.join(near)}?" if near else f"Codes here: {', '.join(codes[:20])}." if codes else ""
-        )
-        raise SheetsError(f"No run here has the participant “{participant}”.", hint or "Look at the list of runs.")
+        hint = N_("Look at the list of runs.")
+        if near:
+            hint = N_("Did you mean {guess}?", guess=listed(near, "or"))
+        elif codes:
+            hint = N_("Codes here: {codes}.", codes=", ".join(codes[:20]))
+        raise SheetsError(N_("No run here has the participant “{participant}”.", participant=participant), hint)
     return found
 
 
 def _named(names: Sequence[str], every: dict[str, RunMetadata]) -> list[RunMetadata]:
     missing = [n for n in names if n not in every]
     if missing or not names:
-        which = f"“{missing[0]}”" if missing else "without a name"
-        raise SheetsError(f"There is no run {which} here.", "Look at the list of runs.")
+        nameless = N_("There is no run without a name here.")
+        words = N_("There is no run “{run}” here.", run=missing[0]) if missing else nameless
+        raise SheetsError(words, N_("Look at the list of runs."))
     return [every[n] for n in dict.fromkeys(names)]
 
 
@@ -239,7 +245,8 @@ def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collectio
     for facts in wanted:
         if facts.ended == "going" or facts.run in going or is_locked(runs_place(folder) / facts.run):
             raise SheetsError(
-                f"The run {facts.run} goes on, or is still being written.", "Stop it, and delete when it has ended."
+                N_("The run {run} goes on, or is still being written.", run=facts.run),
+                N_("Stop it, and delete when it has ended."),
             )
 
 
@@ -248,8 +255,8 @@ def _require_told(places: Sequence[Path]) -> None:
     for place in places:
         if is_locked(place) and not facts_of(place).readable:
             raise SheetsError(
-                f"The run {place.name} is just beginning, and does not say yet whose it is.",
-                "Delete again in a few seconds.",
+                N_("The run {run} is just beginning, and does not say yet whose it is.", run=place.name),
+                N_("Delete again in a few seconds."),
             )
 
 
@@ -260,7 +267,10 @@ def _root(folder: Path) -> Path:
         SheetsError: it is a run itself.
     """
     if (folder / TRACE).is_file():
-        raise SheetsError(f"“{folder}” is a run itself.", "Name the folder with the workbooks, and the run with --run.")
+        raise SheetsError(
+            N_("“{folder}” is a run itself.", folder=folder),
+            N_("Name the folder with the workbooks, and the run with --run."),
+        )
     return folder.absolute().parent if runs_place(folder) == folder else folder
 
 
@@ -268,7 +278,7 @@ def _kept(root: Path) -> tuple[list[str], str]:
     try:
         return face_memory.kept(root), ""
     except SheetsError as error:
-        return [], f"{error.message} {error.remedy}"
+        return [], sentences(error.message, error.remedy)
 
 
 def _squeezed(code: str) -> str:
@@ -301,8 +311,8 @@ def _delete_folder(place: Path) -> None:
         return
     except OSError as error:
         raise SheetsError(
-            f"“{error.filename or place}” cannot be deleted ({error.strerror}).",
-            "See that you may write there, and that no other program has it open; then delete again.",
+            N_("“{path}” cannot be deleted ({reason}).", path=error.filename or place, reason=error.strerror),
+            N_("See that you may write there, and that no other program has it open; then delete again."),
         ) from None
 
 
@@ -350,14 +360,17 @@ def _fate(
     name: str, run: str, runs: Mapping[str, RunMetadata], gone: Collection[str], participant: str, recognised: bool
 ) -> FaceFate:
     if participant and key(name) == key(participant):
-        return FaceFate(name, True, "it has that code as its name")
+        return FaceFate(name, True, N_("it has that code as its name"))
     if run in gone:
-        return FaceFate(name, True, f"it was remembered in the run {run}")
-    also = " It was recognised in a run that is deleted." if recognised else ""
+        return FaceFate(name, True, N_("it was remembered in the run {run}", run=run))
+    why: str = N_("no run here says whose it is.")
     if run:
         whose = runs[run].participant if run in runs else ""
-        return FaceFate(name, False, f"it was remembered in the run {run}{f' of {whose}' if whose else ''}.{also}")
-    return FaceFate(name, False, f"no run here says whose it is.{also}")
+        plain, more = N_("it was remembered in the run {run}."), N_("it was remembered in the run {run} of {whose}.")
+        why = N_(more if whose else plain, run=run, whose=whose)
+    return FaceFate(
+        name, False, sentences(why, N_("It was recognised in a run that is deleted.") if recognised else "")
+    )
 
 
 def _faces(place: Path) -> Iterator[tuple[str, bool]]:

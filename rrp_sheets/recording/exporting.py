@@ -46,7 +46,10 @@ def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> l
         try:
             (write_csv if suffix == ".csv" else write_xlsx)(traces, target)
         except OSError as error:
-            raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+            raise SheetsError(
+                N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror),
+                N_("Name another file."),
+            ) from None
         return _pilots(traces)
     place = traces[0].parent
     svg, wide, high = draw_run_plots(place, streams)
@@ -57,13 +60,17 @@ def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> l
 def _require(suffix: str, target: Path, runs: int, streams: Sequence[str]) -> None:
     if suffix not in (*TABLES, *SUFFIXES):
         raise SheetsError(
-            f"A run cannot be exported as “{target.suffix or target.name}”.",
-            f"Let the file's name end with {', '.join(TABLES)} for a table, {', '.join(SUFFIXES)} for plots.",
+            N_("A run cannot be exported as “{suffix}”.", suffix=target.suffix or target.name),
+            N_(
+                "Let the file's name end with {tables} for a table, {plots} for plots.",
+                tables=", ".join(TABLES),
+                plots=", ".join(SUFFIXES),
+            ),
         )
     if streams and suffix in TABLES:
-        raise SheetsError("Streams can be chosen for plots, not for a table.", "Leave out --streams.")
+        raise SheetsError(N_("Streams can be chosen for plots, not for a table."), N_("Leave out --streams."))
     if suffix in SUFFIXES and runs > 1:
-        raise SheetsError("A picture is of one run.", "Name one run, or export a table: -o study.xlsx")
+        raise SheetsError(N_("A picture is of one run."), N_("Name one run, or export a table: -o study.xlsx"))
 
 
 def trace_of(run: Path) -> Path:
@@ -74,15 +81,21 @@ def trace_of(run: Path) -> Path:
     """
     trace = run / TRACE if run.is_dir() else run
     if not trace.is_file():
-        raise UnreadableFile("FILE001", f"There is no run “{run}”.", "Name a run's folder; see `rrp-sheets runs`.")
+        raise UnreadableFile(
+            "FILE001", N_("There is no run “{run}”.", run=run), N_("Name a run's folder; see `rrp-sheets runs`.")
+        )
     if trace.suffix != Path(TRACE).suffix:
         raise UnreadableFile(
-            "FILE001", f"“{run}” is not a record of a run.", "Name a run's folder; see `rrp-sheets runs`."
+            "FILE001",
+            N_("“{run}” is not a record of a run.", run=run),
+            N_("Name a run's folder; see `rrp-sheets runs`."),
         )
     if trace.name == TRACE:
         facts = facts_of(trace.parent)
         if not facts.readable:
-            raise UnreadableFile("FILE001", f"“{run}” is not a record of a run: {facts.why}", facts.remedy)
+            raise UnreadableFile(
+                "FILE001", N_("“{run}” is not a record of a run: {why}", run=run, why=facts.why), facts.remedy
+            )
     return trace
 
 
@@ -92,19 +105,24 @@ def _require_apart(traces: Sequence[Path], target: Path) -> None:
     for trace in traces:
         place = trace.resolve()
         if place in seen:
-            raise SheetsError(f"The run “{trace.parent.name}” is named twice.", "Name every run once.")
+            raise SheetsError(N_("The run “{run}” is named twice.", run=trace.parent.name), N_("Name every run once."))
         seen.add(place)
         if target.absolute().parent.resolve() == place.parent and target.name in (WORKBOOK, TABLE):
-            raise SheetsError(f"“{target.name}” belongs to the record of the run.", "Give the file another name.")
+            raise SheetsError(
+                N_("“{name}” belongs to the record of the run.", name=target.name), N_("Give the file another name.")
+            )
 
 
 def _pilots(traces: Sequence[Path]) -> list[str]:
     pilots = [t.parent.name for t in traces if stamp_of(t.parent).mode == "pilot"]
     if not pilots:
         return []
-    named = ", ".join(pilots[:5]) + (f" and {len(pilots) - 5} more" if len(pilots) > 5 else "")
-    return [f"A pilot, whose data never counts as a session: {named}. See the column mode." if len(traces) > 1
-            else "This was a pilot: its data never counts as a session."]  # fmt: skip
+    if len(traces) == 1:
+        return [N_("This was a pilot: its data never counts as a session.")]
+    names = ", ".join(pilots[:5])
+    if len(pilots) > 5:
+        names = N_("{names} and {n} more", names=names, n=len(pilots) - 5)
+    return [N_("A pilot, whose data never counts as a session: {names}. See the column mode.", names=names)]
 
 
 _LANES = {
@@ -152,10 +170,13 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
 
 def _nothing(place: Path, only: Collection[str]) -> SheetsError:
     if not only:
-        return SheetsError(f"“{place.name}” has no numbers that change.", "Export it as a table: -o run.xlsx")
+        return SheetsError(
+            N_("“{name}” has no numbers that change.", name=place.name), N_("Export it as a table: -o run.xlsx")
+        )
     known = [c["name"] for c in build_timeline(place)["curves"]]
-    remedy = f"Streams with numbers are: {', '.join(known[:20])}." if known else "This run has no numbers at all."
-    return SheetsError(f"No stream called {', '.join(only)} has numbers.", remedy)
+    numbers = N_("Streams with numbers are: {names}.", names=", ".join(known[:20]))
+    remedy = numbers if known else N_("This run has no numbers at all.")
+    return SheetsError(N_("No stream called {names} has numbers.", names=", ".join(only)), remedy)
 
 
 def title_of(stamp: Stamp) -> str:

@@ -22,27 +22,28 @@ from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.media_files import BadSoundError, look_at
 from rrp_sheets.robots.own_robot import FOLDER, files_of
+from rrp_sheets.texts import N_, sentences
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
 
 
-_WHAT = {
-    TRACE: "every event of the run",
-    WORKBOOK: "the workbook that ran",
-    "robot.toml": "the robot's catalogue",
-    "gestures.toml": "the robot's gestures",
-    TABLE: "the run as a table, one row per event",
-    DIAGRAM: "the diagram of the behaviours",
-    POSES: "how the robot and the things around it stood",
-    CAMERA: "pictures of the robot's camera",
-    FILM: "the robot, filmed",
-    STRIP: "six moments of the run, and what its camera saw if that is kept",
+_WHAT: dict[str, str] = {
+    TRACE: N_("every event of the run"),
+    WORKBOOK: N_("the workbook that ran"),
+    "robot.toml": N_("the robot's catalogue"),
+    "gestures.toml": N_("the robot's gestures"),
+    TABLE: N_("the run as a table, one row per event"),
+    DIAGRAM: N_("the diagram of the behaviours"),
+    POSES: N_("how the robot and the things around it stood"),
+    CAMERA: N_("pictures of the robot's camera"),
+    FILM: N_("the robot, filmed"),
+    STRIP: N_("six moments of the run, and what its camera saw if that is kept"),
 }
 
 
 _HEARD = {
-    "say": "what the robot said", "person": "what a person said", "sound": "a sound that the robot played",
+    "say": N_("what the robot said"), "person": N_("what a person said"), "sound": N_("a sound that the robot played"),
 }  # fmt: skip
 _RECORDED = re.compile(rf"({'|'.join(_HEARD)})-\d+\.wav")
 
@@ -58,7 +59,9 @@ class RunFolder:
         self._was_there = self.path.exists()
         self._held: int | None = None
         if (self.path / TRACE).exists():
-            raise SheetsError(f"There is a run in “{self.path}” already.", "Name another folder with --out.")
+            raise SheetsError(
+                N_("There is a run in “{path}” already.", path=self.path), N_("Name another folder with --out.")
+            )
 
     def make(self) -> None:
         """Make the folder; raise SheetsError when that cannot be done."""
@@ -66,8 +69,8 @@ class RunFolder:
             private_folder(self.path)
             self._held = lock_folder(self.path)
         except OSError as error:
-            message = f"The folder “{self.path}” cannot be made ({error.strerror})."
-            raise SheetsError(message, "Name another folder with --out.") from None
+            message = N_("The folder “{path}” cannot be made ({reason}).", path=self.path, reason=error.strerror)
+            raise SheetsError(message, N_("Name another folder with --out.")) from None
 
     def _default(self) -> Path:
         name = re.sub(r"[^\w.-]+", "-", self.source.stem).strip("-") or "run"
@@ -106,8 +109,8 @@ class RunFolder:
                     (self.path / name).parent.mkdir(parents=True, exist_ok=True)
                     shutil.copyfile(source, self.path / name)
         except OSError as error:
-            message = f"Nothing can be written into “{self.path}” ({error.strerror})."
-            raise SheetsError(message, "Make room, or name another folder with --out.") from None
+            message = N_("Nothing can be written into “{path}” ({reason}).", path=self.path, reason=error.strerror)
+            raise SheetsError(message, N_("Make room, or name another folder with --out.")) from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
         """Write the table and the diagram (see :func:`finish_folder`), and release the folder."""
@@ -127,7 +130,7 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
 
     A diagram that cannot be drawn must not take the rest of the run with it.
     """
-    problems = []
+    problems: list[str] = []
     with locked(path):  # when its own process has been ended, nobody holds it any more
         for name, make in ((TABLE, _table), (DIAGRAM, _draw)):
             half = path / f".{name}"  # this process may be ended any time
@@ -136,17 +139,18 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
                 half.replace(path / name)
             except (SheetsError, OSError) as error:
                 half.unlink(missing_ok=True)
-                problems.append(f"{name} could not be made: {error}")
+                why = sentences(error.message, error.remedy) if isinstance(error, SheetsError) else str(error)
+                problems.append(N_("{file} could not be made: {why}", file=name, why=why))
         try:
             stamp_pictures(path)
         except OSError as error:
-            problems.append(f"The pictures do not say which run they are of ({error.strerror}).")
+            problems.append(N_("The pictures do not say which run they are of ({reason}).", reason=error.strerror))
     return files_in(path), tuple(problems)
 
 
 def files_in(path: Path) -> dict[str, str]:
     """Return the files of a run's folder, each with its description."""
-    files = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
+    files: dict[str, str] = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
     for wav in sorted(path.glob("*.wav")):
         files[wav.name] = describe(wav.name)
     return files
@@ -159,7 +163,7 @@ def describe(name: str) -> str:
     ('the robot, filmed', 'what the robot said')
     """
     recorded = _RECORDED.fullmatch(name)
-    return _WHAT.get(name, _HEARD[recorded[1]] if recorded else "a sound of the workbook" if _is_wav(name) else "")
+    return _WHAT.get(name, _HEARD[recorded[1]] if recorded else N_("a sound of the workbook") if _is_wav(name) else "")
 
 
 def _is_wav(name: str) -> bool:
@@ -229,14 +233,14 @@ def sounds(checked: Checked) -> list[str]:
 def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
     """Return the sounds and pictures by name, and in words what cannot be found of them."""
     files: dict[str, Path] = {}
-    lacks = []
+    lacks: list[str] = []
     folder = folder_of(checked.workbook)
     for name in sounds(checked):
         try:
             look_at(folder, name)
             files[name] = folder / name
         except BadSoundError as problem:
-            lacks.append(f"The sound “{name}” {problem}.")
+            lacks.append(N_("The sound “{name}” {problem}.", name=name, problem=problem.args[0]))
     for action in checked.scene or ():
         if picture := action.values.get("picture"):
             files[Path(picture).name] = Path(picture)

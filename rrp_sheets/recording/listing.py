@@ -11,6 +11,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.recording.metadata import RunMetadata, facts_of, newest_first, run_names
+from rrp_sheets.texts import N_
 
 _LIBRARIES = "node_modules"
 _MOST_FOLDERS = 50_000
@@ -24,11 +25,16 @@ def runs_place(folder: Path) -> Path:
         SheetsError: there is no such folder, or its `runs` leads elsewhere.
     """
     if not folder.is_dir():
-        raise SheetsError(f"There is no folder “{folder}”.", "Name the folder with the workbooks.")
+        raise SheetsError(
+            N_("There is no folder “{folder}”.", folder=folder), N_("Name the folder with the workbooks.")
+        )
     inside = folder / RUNS
     if inside.is_dir():
         if not inside.resolve().is_relative_to(folder.resolve()):
-            raise SheetsError(f"“{inside}” leads to another folder.", f"Name that folder itself: {inside.resolve()}")
+            raise SheetsError(
+                N_("“{path}” leads to another folder.", path=inside),
+                N_("Name that folder itself: {path}", path=inside.resolve()),
+            )
         return inside
     if folder.resolve().name == RUNS:
         return folder
@@ -119,15 +125,15 @@ def ended(facts: RunMetadata) -> str:
     by = facts.ended_by
     match facts.ended:
         case "time":
-            return "its time was over"
+            return N_("its time was over")
         case "end run":
-            return f"ended by the row {by}" if by else "ended by a row"
+            return N_("ended by the row {row}", row=by) if by else N_("ended by a row")
         case "stopped":
-            return f"stopped by {by}" if by else "stopped by hand"
+            return N_("stopped by {name}", name=by) if by else N_("stopped by hand")
         case "broken":
-            return f"broke off at the row {by}" if by else "broke off"
+            return N_("broke off at the row {row}", row=by) if by else N_("broke off")
         case "going":
-            return "is going"
+            return N_("is going")
         case "unreadable":
-            return "cannot be read"
-    return "broke off: the record has no end"
+            return N_("cannot be read")
+    return N_("broke off: the record has no end")

@@ -24,7 +24,7 @@ from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots import load_robot, robot_names
-from rrp_sheets.texts import known_language
+from rrp_sheets.texts import N_, known_language, told
 
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
 _DRAG_US = 1_000_000  # between two places of one drag
@@ -94,7 +94,7 @@ def _people(events: Iterable[RecordedEvent], language: str) -> tuple[Group, ...]
     dragged: dict[str, int] = {}  # a thing that is dragged is put to many places: where it comes to lie is shown
     for event in events:
         if isinstance(event, RecordedValue) and event.by is not None:
-            marbles.append(Marble(event.us, f"sent: {event.stream}"))
+            marbles.append(Marble(event.us, told(N_("sent: {stream}", stream=event.stream), language)))
         elif isinstance(event, RecordedAction) and event.kind in _ACTS:
             row = f" {event.row}" if event.row else ""
             kind = "" if event.kind == "mark" else f"{event.kind}{row}: "

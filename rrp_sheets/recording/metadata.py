@@ -19,7 +19,7 @@ from typing import Any
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.model.run_files import RUNS, TRACE, Stamp
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
-from rrp_sheets.texts import known_language
+from rrp_sheets.texts import N_, known_language
 
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 
@@ -97,19 +97,20 @@ def facts_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
     try:
         about = trace.stat()
         if not stat.S_ISREG(about.st_mode):  # a pipe would be waited for without an end
-            raise IsADirectoryError(errno.EISDIR, "it is no file")
+            raise IsADirectoryError(errno.EISDIR, N_("it is no file"))
         header, summary, seconds = read_ends(trace)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
-        why = f"There is no {TRACE} in it." if missing else f"Its {TRACE} cannot be read: {error.strerror}."
-        return RunMetadata(
-            run, why=why, remedy="The folder of a run holds everything that was recorded; copy it whole."
-        )
+        cannot = N_("Its {file} cannot be read: {reason}.", file=TRACE, reason=error.strerror)
+        why = N_("There is no {file} in it.", file=TRACE) if missing else cannot
+        remedy = N_("The folder of a run holds everything that was recorded; copy it whole.")
+        return RunMetadata(run, why=why, remedy=remedy)
     if header is None or not header.fields:
         if header is not None and run in going:
             return RunMetadata(run, ended="going")
-        why = f"Its {TRACE} does not begin as a record of a run does."
-        return RunMetadata(run, why=why, remedy="Copy the folder again from where it comes; it was perhaps cut off.")
+        why = N_("Its {file} does not begin as a record of a run does.", file=TRACE)
+        remedy = N_("Copy the folder again from where it comes; it was perhaps cut off.")
+        return RunMetadata(run, why=why, remedy=remedy)
     if summary is not None:
         ended = summary.text("ended") or "cut"
     else:

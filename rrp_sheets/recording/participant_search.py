@@ -23,6 +23,7 @@ from typing import BinaryIO
 
 from rrp_sheets.model.run_files import CAMERA, RUNS
 from rrp_sheets.recording.listing import is_software
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
 _CHUNK = 1 << 20  # bytes that are read at once
@@ -105,10 +106,10 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
         try:
             places = list(search.within(path, shown))
         except (OSError, _OutOfTime):
-            places = [" (its name)"] if search.in_name(path) else []
+            places = [_named(shown)] if search.in_name(path) else []
             search.skipped.append("")
-        left.found += [f"{shown}{where}" for where in places]
-        if "" in places:
+        left.found += places
+        if shown in places:
             continue  # it is to be opened anyway
         day = _day_of(path)
         left.unsearched += [Unsearched(f"{shown}{inner}", day) for inner in search.skipped]
@@ -148,9 +149,9 @@ class _Search:
         return self._code.stands_in(os.fsencode(path.name))
 
     def within(self, path: Path, shown: str) -> Iterator[str]:
-        """Yield the places in a file where the code occurs: blank for somewhere; raise _OutOfTime."""
+        """Yield the places in a file where the code occurs: its name for somewhere; raise _OutOfTime."""
         if self.in_name(path):
-            yield " (its name)"
+            yield _named(shown)
         name = path.name.casefold()
         if name.endswith(_PICTURES) or not path.is_file():
             return
@@ -165,13 +166,13 @@ class _Search:
             elif file.read(len(_ZIP)) == _ZIP or name.endswith((".zip", ".xlsx", ".xlsm")):
                 found = self._in_zip(file, "")
             elif path.name == _JOURNAL:
-                yield from self._in_journal(path)
+                yield from self._in_journal(path, shown)
                 return
             else:
                 file.seek(0)
                 found = self._in_bytes(file)
         if found:
-            yield ""
+            yield shown
 
     def _require_time(self) -> None:
         if time.monotonic() > self._deadline:
@@ -219,24 +220,28 @@ class _Search:
             data = _words(data)
         return self._code.stands_in(data)
 
-    def _in_journal(self, path: Path) -> Iterator[str]:
+    def _in_journal(self, path: Path, shown: str) -> Iterator[str]:
         """Yield the edits and kept versions of workbooks that have the code; versions are workbooks themselves."""
         try:
             with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
                 for book, edits in database.execute("select book, edits from edits"):
                     if self._code.stands_in(str(edits).encode()):
-                        yield f" (an edit of {book})"
+                        yield N_("{file} (an edit of {book})", file=shown, book=book)
                         break
                 for book, name, content in database.execute("select book, name, content from versions"):
                     self._require_time()
                     kept = content if isinstance(content, bytes) else b""
                     packed = kept.startswith(_ZIP) and self._in_zip(io.BytesIO(kept), f": {book}, version “{name}”")
                     if packed or self._code.stands_in(str(name).encode()) or self._code.stands_in(kept):
-                        yield f" (the version “{name}” of {book})"
+                        yield N_("{file} (the version “{name}” of {book})", file=shown, name=name, book=book)
         except sqlite3.Error:
             with path.open("rb") as file:
                 if self._in_bytes(file):
-                    yield ""
+                    yield shown
+
+
+def _named(file: str) -> str:
+    return N_("{file} (its name)", file=file)
 
 
 def _is_film(name: str) -> bool:

@@ -23,6 +23,7 @@ from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.render.plots import Curve, draw_plots
 from rrp_sheets.render.texts import texts
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.table import MoreSheet, write_table
@@ -210,9 +211,12 @@ def refuse_other_table(target: Path) -> None:
         if ours is None or not target.is_file() or not target.stat().st_size or ours(target):
             return
     except OSError as error:
-        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+        raise SheetsError(
+            N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror), N_("Name another file.")
+        ) from None
     raise SheetsError(
-        f"“{target}” is there already and is no table of a run; it was left as it is.", "Give the file another name."
+        N_("“{path}” is there already and is no table of a run; it was left as it is.", path=target),
+        N_("Give the file another name."),
     )
 
 

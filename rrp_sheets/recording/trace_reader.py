@@ -24,6 +24,7 @@ from rrp_sheets.model.run_files import (
     RecordedNotice,
     RecordedValue,
 )
+from rrp_sheets.texts import N_
 
 LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _LONGEST_SECONDS = LONGEST_US / 1e6
@@ -147,7 +148,9 @@ class TraceReader:
         self.summary: TraceSummary | None = None
         self._is_named = is_named
         if not self.path.is_file():  # a pipe would be waited for without an end
-            raise UnreadableFile("FILE001", f"There is no trace “{self.path}”.", "Name a run's folder.")
+            raise UnreadableFile(
+                "FILE001", N_("There is no trace “{path}”.", path=self.path), N_("Name a run's folder.")
+            )
         with self._opened() as file:
             line = file.readline().decode()
             self.header = _header(_parsed(line)) if line.endswith("\n") else TraceHeader()
@@ -156,10 +159,10 @@ class TraceReader:
     def damaged(self) -> UnreadableFile:
         """Return the error for a trace whose content cannot be that of a run."""
         if self._is_named:
-            words = f"“{self.path}” is not a trace, or it is damaged."
-            return UnreadableFile("FILE001", words, "Name a run's folder.")
-        words = f"“{self.path.parent.name}” is not a record of a run."
-        return UnreadableFile("FILE001", words, "Copy its folder again.")
+            words = N_("“{path}” is not a trace, or it is damaged.", path=self.path)
+            return UnreadableFile("FILE001", words, N_("Name a run's folder."))
+        words = N_("“{run}” is not a record of a run.", run=self.path.parent.name)
+        return UnreadableFile("FILE001", words, N_("Copy its folder again."))
 
     def __iter__(self) -> Iterator[RecordedEvent]:
         return self.containing()
@@ -220,8 +223,8 @@ class TraceReader:
             with self.path.open("rb") as file:
                 yield file
         except OSError as error:
-            words = f"“{self.path}” cannot be read ({error.strerror})."
-            raise UnreadableFile("FILE001", words, "Name a run's folder.") from None
+            words = N_("“{path}” cannot be read ({reason}).", path=self.path, reason=error.strerror)
+            raise UnreadableFile("FILE001", words, N_("Name a run's folder.")) from None
         except _FAULTS:
             raise self.damaged() from None
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.worker_process import WorkerError, WorkerProcess
 
 WITHIN = 180.0
@@ -45,7 +46,7 @@ def replay_apart(
     def listen(part: float | None) -> None:
         if stopped():
             worker.kill()
-            raise Stopped("The replay was stopped.", "Replay it again.")
+            raise Stopped(N_("The replay was stopped."), N_("Replay it again."))
         if part is not None:
             told(part)
 
@@ -53,8 +54,8 @@ def replay_apart(
     try:
         return dict(worker.ask([_TASK, str(trace), str(other or "")], within, listen))
     except WorkerError as none:
-        remedy = "Try it again." if none.gone else "Replay it by rrp-sheets replay."
-        raise SheetsError(f"The replay {none.why}.", remedy) from None
+        remedy = N_("Try it again.") if none.gone else N_("Replay it by rrp-sheets replay.")
+        raise SheetsError(N_("The replay {why}.", why=none.why), remedy) from None
     finally:
         worker.close(0.5)
 

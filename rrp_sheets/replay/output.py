@@ -19,7 +19,7 @@ from rrp_sheets.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Diff
 from rrp_sheets.replay.record import same_json
 from rrp_sheets.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
 from rrp_sheets.replay.result import Replayed
-from rrp_sheets.texts import told
+from rrp_sheets.texts import N_, told
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
@@ -31,7 +31,9 @@ _MARKS_APART = 0.06  # of the window
 _WHOLE_US = 30_000_000  # a time that is shown as a whole
 _SHOWN_US = 20_000_000  # of a longer one, so much
 _BEFORE_US = 2_000_000
-_MARKS = {MISSING: "gone", EXTRA: "new", VALUE: "other value", TIME: "other time", ROW: "other row"}
+_MARKS = {
+    MISSING: N_("gone"), EXTRA: N_("new"), VALUE: N_("other value"), TIME: N_("other time"), ROW: N_("other row"),
+}  # fmt: skip
 MOST = 300  # lines of a list
 _MOST_PICTURES = 4
 
@@ -57,10 +59,12 @@ def write(found: Replayed, target: Path) -> list[str]:
             write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties, count)
             return []
     except OSError as error:
-        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+        raise SheetsError(
+            N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror), N_("Name another file.")
+        ) from None
     scores = difference_scores(found)
     if not scores:
-        return [f"Nothing differs that could be drawn, so “{target.name}” is not written."]
+        return [N_("Nothing differs that could be drawn, so “{name}” is not written.", name=target.name)]
     from rrp_sheets.render.output import write_marbles
 
     return write_marbles(scores, target)
@@ -93,17 +97,21 @@ def difference_scores(found: Replayed) -> list[MarbleDiagram]:
         return []
     here = [d for d in found.differences if d.stream in streams and d.what == "event"]
     first, last = _window(here, round(found.seconds * 1e6))
-    now = f"with {found.other}" if found.other else "replayed"
     groups = []
     courses = [_by_stream(course, streams, first, last) for course in (found.recorded, found.came)]
     for stream in streams:
         kind = "actuator" if stream in found.actuators else "stream"
         name = stream.rpartition("!")[2]
-        name = f"row {name[1:]}" if name.startswith("#") else name
-        for which, label in enumerate((name, "  instead")):
+        if name.startswith("#"):
+            name = told(N_("row {n}", n=name[1:]), found.language)
+        for which, label in enumerate((name, f"  {told(N_('instead'), found.language)}")):
             groups.append(Group((), Lane(f"{stream} {which}", label, kind, tuple(courses[which][stream]))))
-    title = f"{found.run}: as it was recorded, and below each line {now}"
-    score = MarbleDiagram(title, tuple(groups), 0, last, _marks(here, first, last))
+    title = N_("{run}: as it was recorded, and below each line replayed", run=found.run)
+    if found.other:
+        words = N_("{run}: as it was recorded, and below each line with {other}")
+        title = N_(words, run=found.run, other=found.other)
+    marks = tuple((us, told(mark, found.language)) for us, mark in _marks(here, first, last))
+    score = MarbleDiagram(told(title, found.language), tuple(groups), 0, last, marks)
     return stamped([score.between(first, last)], found.stamp)
 
 

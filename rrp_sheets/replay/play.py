@@ -21,7 +21,7 @@ from rrp_sheets.replay.edits import Editions
 from rrp_sheets.replay.ends import Ends
 from rrp_sheets.replay.record import content, same_json
 from rrp_sheets.replay.source import ReplaySource
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, sentences
 
 
 class ValueDecoder:
@@ -90,7 +90,9 @@ class Spool:
         try:
             self._file.write(_ENCODE(parts) + "\n")
         except OSError as error:
-            raise SheetsError(f"The replay cannot be stored ({error.strerror}).", "Free space on the disk.") from None
+            raise SheetsError(
+                N_("The replay cannot be stored ({reason}).", reason=error.strerror), N_("Free space on the disk.")
+            ) from None
         self._count += 1
 
     def __len__(self) -> int:
@@ -193,7 +195,7 @@ class ReplayPlayer(RunObserver):
             if self._ends is not None:
                 self._ends.made(us, stream, value, told)
         if len(events) > MOST_CAME:
-            raise RunBroken(f"More than {MOST_CAME:,} values came.", "Replay a shorter run.")
+            raise RunBroken(N_("More than {most:,} values came.", most=MOST_CAME), N_("Replay a shorter run."))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Store the failure of a formula."""
@@ -211,7 +213,7 @@ class ReplayPlayer(RunObserver):
                 self._by_frames(engine)
         except RunBroken as error:
             row = engine.row
-            played.broken = f"{error.message} It was at {row}." if row else error.message
+            played.broken = sentences(error.message, N_("It was at {row}.", row=row) if row else "")
             engine.close()
         else:
             self._end()

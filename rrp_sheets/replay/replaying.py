@@ -61,8 +61,11 @@ def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
         return None
     if found is None and needed:
         raise SheetsError(
-            f"The workbook that ran is not beside “{recorded.path.name}” ({WORKBOOK}).",
-            f"Name the run's folder, or the workbook: --with {recorded.header.text('name') or 'FILE.xlsx'}.",
+            N_("The workbook that ran is not beside “{trace}” ({file}).", trace=recorded.path.name, file=WORKBOOK),
+            N_(
+                "Name the run's folder, or the workbook: --with {file}.",
+                file=recorded.header.text("name") or "FILE.xlsx",
+            ),
         )
     return found
 

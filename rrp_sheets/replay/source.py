@@ -56,14 +56,19 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
         reading, checked = open_checked(path)
     except UnreadableFile as error:
         raise UnreadableFile(
-            error.code, f"The workbook of this run, “{path.name}”, cannot be read: {error.message}",
-            "Copy the run's folder again, or name the workbook: --with FILE.",
-        ) from None  # fmt: skip
+            error.code,
+            N_("The workbook of this run, “{name}”, cannot be read: {message}", name=path.name, message=error.message),
+            N_("Copy the run's folder again, or name the workbook: --with FILE."),
+        ) from None
     if checked.report.errors:
         first, program = checked.report.errors[0], recorded.header.text("program")
         raise SheetsError(
-            f"The workbook of this run has errors for this version of the program ({__version__}): {first.message}",
-            f"Replay it with the version that made it ({program}), or --with a mended workbook.",
+            N_(
+                "The workbook of this run has errors for this version of the program ({version}): {message}",
+                version=__version__,
+                message=first.message,
+            ),
+            N_("Replay it with the version that made it ({program}), or --with a mended workbook.", program=program),
         )
     plan, everything = _plan(checked, recorded)
     return ReplaySource(recorded.header.text("name") or path.name, reading, checked, plan, everything)
@@ -84,15 +89,21 @@ def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> Replay
     reading, checked = open_checked(path)
     if checked.report.errors:
         first = checked.report.errors[0]
-        where = f" ({first.address})" if first.address else ""
-        raise SheetsError(f"“{path.name}” has errors and cannot run{where}: {first.message}",
-                          "See `rrp-sheets check`, mend them, and replay again.")  # fmt: skip
+        words = N_("“{name}” has errors and cannot run: {message}")
+        if first.address:
+            words = N_("“{name}” has errors and cannot run ({address}): {message}")
+        raise SheetsError(
+            N_(words, name=path.name, address=str(first.address or ""), message=first.message),
+            N_("See `rrp-sheets check`, mend them, and replay again."),
+        )
     if like is None:
         plan, everything = _plan(checked, recorded)
     else:
         plan, everything = make_plan(checked, everything=like.everything), like.everything
     if not plan.steps:
-        raise SheetsError(f"No row of “{path.name}” is switched on.", "Write TRUE in the On cells of some rows.")
+        raise SheetsError(
+            N_("No row of “{name}” is switched on.", name=path.name), N_("Write TRUE in the On cells of some rows.")
+        )
     return ReplaySource(path.name, reading, checked, plan, everything)
 
 

@@ -22,6 +22,7 @@ from rrp_sheets.model.exchange import Notice
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunSettings
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import SharedCell
 from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter
@@ -34,7 +35,7 @@ ENGINE = Task(f"{__name__}.serve", ALONE_WITHIN, ALONE_STILL_WITHIN)
 MOST_WAITING = 4_000_000  # bytes of events that a watcher may be behind; what is more is not shown, but in the trace
 LIGHT = 200_000  # bytes: less than that is little
 ENDING_TOLD_WITHIN = 2.0  # s, for the program to say why the simulator has ended
-ORPHANED = "the end of the program that had started it"
+ORPHANED = N_("the end of the program that had started it")
 """Name under which the record says that a run was stopped by the end of its program."""
 
 
@@ -70,7 +71,7 @@ class RunEventSender(RunObserver):
     def _post_missed(self) -> None:
         """Tell how many events were left out, when there is room again."""
         if self._missed:
-            text = f"{self._missed:,} values came faster than they can be shown. The record has them all."
+            text = N_("{n:,} values came faster than they can be shown. The record has them all.", n=self._missed)
             self._writer.post(pack(NoticeEvent(self._missed_us, Notice("note", text))))
             self._missed = 0
 
@@ -119,7 +120,7 @@ class _Engine:
             elif kind == "command":
                 self._control.ask(unpack(OperatorCommand, words[0]))
             elif kind == "simulator ended":
-                self._ending.put(words[0])
+                self._ending.put(unpack(str, words[0]))
             else:
                 self._requests.put((words[0], unpack(RunSettings, words[1])))
         if self._running.is_set():  # the program has died: the robot comes to its rest, the files are written

@@ -30,6 +30,7 @@ from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.engine_process import ENGINE
 from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
+from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
 from rrp_sheets.workers.transport import ready
@@ -42,8 +43,8 @@ STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is jus
 SEND_WITHIN = 2.0  # s, for the engine to take a message; its connection holds hundreds of them
 FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
 CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
-REMEDY_STUCK = "Look at that row's connector and formula; if they are of ours, please report it with the workbook."
-REMEDY_SLOW = "Let these rows work with shorter texts and lists, or less often."
+REMEDY_STUCK = N_("Look at that row's connector and formula; if they are of ours, please report it with the workbook.")
+REMEDY_SLOW = N_("Let these rows work with shorter texts and lists, or less often.")
 ROW_WITHIN = 2.0
 """Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s
 are no slow row but one that never ends; and a robot should not be without its engine for longer."""
@@ -195,8 +196,8 @@ class RunProcess:
                 selector.unregister(self._simulator)
             messages = worker.receive(0)
             if messages is None:
-                words = f"The run's process has ended unexpectedly{worker.exit_summary()}{self._where()}."
-                return self._alone(view, RunBroken(words, REMEDY_DIED))
+                words = N_("The run's process has ended unexpectedly{summary}", summary=worker.exit_summary())
+                return self._alone(view, RunBroken(_sentence(words, self._row()), REMEDY_DIED))
             for message in messages:
                 ended = self._take(message, view)
                 if ended is not None:
@@ -221,8 +222,9 @@ class RunProcess:
         if failure:
             simulator.kill()
         if simulator.gone:
-            self._ending = failure or f"The simulator has ended unexpectedly{simulator.exit_words()}."
-            self._send("simulator ended", self._ending)
+            words = N_("The simulator has ended unexpectedly{summary}.", summary=simulator.exit_words())
+            self._ending = failure or words
+            self._send("simulator ended", pack(self._ending))
         if self._resting is None and (simulator.resting or simulator.gone):
             self._resting = time.monotonic()
 
@@ -242,18 +244,14 @@ class RunProcess:
             heard=heard, silent_after=patience, waits=self._simulator.working and not self._simulator.gone, rows=rows
         )
         if self._deaf and not failure:
-            failure = f"The run has taken no message for {SEND_WITHIN:g} s{self._where()}"
+            failure = _at(N_("The run has taken no message for {seconds:g} s", seconds=SEND_WITHIN), self._row())
         if not failure:
             return None
-        return RunBroken(f"{failure}.", REMEDY_SLOW if "costliest" in failure else REMEDY_STUCK)
+        return RunBroken(_sentence(failure), REMEDY_SLOW if "costliest" in failure else REMEDY_STUCK)
 
     def _row(self) -> str:
         """Return the name of the row that is being evaluated; empty when there is none."""
         return self._started.rows.get(self._worker.cell[RANK], "") if self._started else ""
-
-    def _where(self) -> str:
-        row = self._row()
-        return f" while the row {row} was being worked out" if row else ""
 
     def _tell_finishing(self, view: RunObserver) -> None:
         """Tell the view once that the robot is brought to rest: as the simulator reports it, not as the engine asks."""
@@ -268,7 +266,9 @@ class RunProcess:
         if kind == "failed":
             raise unpack(SheetsError, rest[0])
         if kind == "memory":
-            raise RunBroken("The workbook needs more memory than a run may have.", "Divide it into smaller ones.")
+            raise RunBroken(
+                N_("The workbook needs more memory than a run may have."), N_("Divide it into smaller ones.")
+            )
         if kind == "checked":
             return RunOutcome(findings=unpack(tuple[Diagnostic, ...], rest[0]))
         if kind == "starting":
@@ -293,7 +293,7 @@ class RunProcess:
             view: receives the notices and the end.
             error: why the run breaks off; None when it was stopped and its rows did not end in time.
         """
-        start, row, where = self._started, self._row(), self._where()
+        start, row = self._started, self._row()
         self._worker.kill()
         self._simulator.rest()
         if start is None or not (start.folder / TRACE).is_file():
@@ -304,8 +304,10 @@ class RunProcess:
         self._finisher = WorkerProcess()  # it starts while the robot comes to rest
         notices, hindrance = self._await_rest(view)
         if error is None and hindrance is None:
-            words = f"The rows did not end within {ROWS_END_WITHIN:g} s of Stop, so the engine was ended"
-            notices = (*notices, Notice("note", f"{words}{where}."))
+            words = N_(
+                "The rows did not end within {seconds:g} s of Stop, so the engine was ended", seconds=ROWS_END_WITHIN
+            )
+            notices = (*notices, Notice("note", _sentence(words, row)))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
         summary = close_trace(start, row, error, notices, by)
@@ -335,7 +337,16 @@ class RunProcess:
         with suppress(SheetsError):
             files, problems = self._finisher.ask([FINISH, str(folder)], FINISH_WITHIN)
             return files, tuple(problems)
-        return files_in(folder), ("The table and the diagram could not be made.",)
+        return files_in(folder), (N_("The table and the diagram could not be made."),)
+
+
+def _at(words: str, row: str) -> str:
+    """Return what happened, with the row that was being worked out if there is one."""
+    return N_("{what} while the row {row} was being worked out", what=words, row=row) if row else words
+
+
+def _sentence(words: str, row: str = "") -> str:
+    return N_("{before}.", before=_at(words, row))
 
 
 def run_apart(path: Path, settings: RunSettings | None = None, view: RunObserver | None = None) -> RunOutcome:
@@ -434,15 +445,16 @@ class Watchdog:
         self._instant, self._rank = instant, rank
         if not settling:
             if max(self._process.computing, self._process.still) > silent_after:
-                return f"The run has not gone on for {silent_after:g} s"
+                return N_("The run has not gone on for {seconds:g} s", seconds=silent_after)
             return ""
-        where = f" while the row {rows[rank]} was being worked out" if rank in rows else ""
+        row = rows.get(rank, "")
         if self._row.computing > ROW_WITHIN:
-            return f"The run has not gone on for {ROW_WITHIN:g} s{where}"
+            return _at(N_("The run has not gone on for {seconds:g} s", seconds=ROW_WITHIN), row)
         if self._row.still > STILL_WITHIN:
-            return f"The run has stood still for {STILL_WITHIN:g} s{where}"
+            return _at(N_("The run has stood still for {seconds:g} s", seconds=STILL_WITHIN), row)
         if sum(self._costs.values()) > INSTANT_WITHIN:
             costly = sorted((r for r in self._costs if r in rows), key=lambda r: -self._costs[r])[:_MOST_NAMED]
             named = ", ".join(f"{rows[r]} ({self._costs[r]:.1f} s)" for r in costly)
-            return f"The rows of one instant took more than {INSTANT_WITHIN:g} s; the costliest are {named}"
+            words = N_("The rows of one instant took more than {seconds:g} s; the costliest are {rows}")
+            return N_(words, seconds=INSTANT_WITHIN, rows=named)
         return ""

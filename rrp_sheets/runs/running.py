@@ -37,6 +37,7 @@ from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSett
 from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.scene.scene_sheet import scene_end_us
 from rrp_sheets.scene.scene_words import draw_scene
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -114,15 +115,15 @@ def run(
 def _plan(checked: Checked, settings: RunSettings) -> Plan:
     """Return the plan of the rows that run; raise SheetsError when nothing can, or not in this way."""
     if checked.report.errors:
-        raise SheetsError("This workbook has errors and cannot run.", "See `rrp-sheets check`.")
+        raise SheetsError(N_("This workbook has errors and cannot run."), N_("See `rrp-sheets check`."))
     if settings.fast and checked.run.engine != "frame":
         raise SheetsError(
-            "This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast.",
-            "Leave out --fast, or write frame as the Engine of its Protocol.",
+            N_("This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast."),
+            N_("Leave out --fast, or write frame as the Engine of its Protocol."),
         )
     plan = make_plan(checked, everything=settings.everything)
     if not plan.steps:
-        raise SheetsError("No row of this workbook is switched on.", "Write TRUE in the On cells of some rows.")
+        raise SheetsError(N_("No row of this workbook is switched on."), N_("Write TRUE in the On cells of some rows."))
     return plan
 
 
@@ -168,8 +169,10 @@ def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> t
         if out_of_memory:
             runner.engine.close()
             broken = RunBroken(
-                f"{f'The row {row}' if row else 'The run'} needs more memory than a run may have.",
-                "Keep less in that row: fewer values, or shorter texts and lists.",
+                N_("The row {row} needs more memory than a run may have.", row=row)
+                if row
+                else N_("The run needs more memory than a run may have."),
+                N_("Keep less in that row: fewer values, or shorter texts and lists."),
             )
         wall = time.monotonic() - began
         try:
@@ -310,7 +313,7 @@ def _place(at: Value) -> tuple[float, float, float]:
     return x, y, z[0] if z else 0.0
 
 
-_ROBOT = "the robot itself"  # where an error is counted that is no row's: it has fallen
+_ROBOT = N_("the robot itself")  # where an error is counted that is no row's: it has fallen
 
 
 class Recorder(RunObserver):

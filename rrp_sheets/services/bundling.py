@@ -10,9 +10,10 @@ from rrp_sheets.services.bundle.packing import Packed
 from rrp_sheets.services.bundle.packing import pack as pack_files
 from rrp_sheets.services.printing import HasErrors, make
 from rrp_sheets.services.query_worker import QueryWorker
+from rrp_sheets.texts import N_
 
 _WITHIN = 90.0  # s; the tests of the workbook may take 20
-_DRAFT = "The workbook has errors: protocol.pdf is marked as a draft."
+_DRAFT = N_("The workbook has errors: protocol.pdf is marked as a draft.")
 
 
 def pack(path: Path, target: Path | None, runs: Sequence[str], against: Path | None, today: date | None) -> Packed:

@@ -17,6 +17,7 @@ from rrp_sheets.model.changed import ADDED, REMOVED, SIGN_NAMES, ChangedBehaviou
 from rrp_sheets.render.change_diagram import draw_changes, legend_page
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.output import stack
+from rrp_sheets.texts import N_, sentences
 
 _MOST_BEHAVIOURS = 12  # that are drawn; lists name all
 Drawn = tuple[ChangedBehaviour, list[Page], str]  # a behaviour, its pictures, and what is wrong with them
@@ -36,7 +37,9 @@ class Compared:
             try:
                 out.append((behaviour, draw_changes(behaviour, number), ""))
             except SheetsError as error:
-                out.append((behaviour, [], f"It could not be drawn: {error}"))
+                out.append(
+                    (behaviour, [], N_("It could not be drawn: {why}", why=sentences(error.message, error.remedy)))
+                )
         return out
 
     def svg(self) -> str:
@@ -80,9 +83,10 @@ class _ShownBehaviour:
 
 
 def _shown(behaviour: ChangedBehaviour, pages: Sequence[Page], trouble: str) -> _ShownBehaviour:
-    word = {ADDED: " is new", REMOVED: " is gone"}.get(behaviour.sign, ": what changed")
+    words = {ADDED: N_("{name} is new"), REMOVED: N_("{name} is gone")}
+    title = N_(words.get(behaviour.sign, N_("{name}: what changed")), name=behaviour.name)
     pictures = [(Markup(page.svg), page.caption) for page in pages]  # of our own drawing, with all texts escaped
-    return _ShownBehaviour(f"{behaviour.name}{word}", pictures, trouble, list(_lines(behaviour.rows)))
+    return _ShownBehaviour(title, pictures, trouble, list(_lines(behaviour.rows)))
 
 
 MOST = 1_000  # rows of one table
@@ -110,6 +114,7 @@ def _lines(rows: Sequence[ChangedRow]) -> Iterator[tuple[ChangedRow | None, str]
 def _left_out(rows: Sequence[ChangedRow]) -> str:
     changed = sum(1 for row in rows if row.sign)
     if changed:
-        return f"… and {changed:,} more changed rows; the list has them"
+        return N_("… and {n:,} more changed rows; the list has them", n=changed)
     first, last = rows[0].number, rows[-1].number
-    return f"Row {first}: unchanged" if first == last else f"Rows {first} to {last}: unchanged"
+    words = N_("Row {first}: unchanged") if first == last else N_("Rows {first} to {last}: unchanged")
+    return N_(words, first=first, last=last)

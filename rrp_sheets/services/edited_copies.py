@@ -14,6 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.check_worker import read_and_check
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
 from rrp_sheets.workbook.atomic import write_atomically
@@ -63,7 +64,9 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     name = sheet_named(names, named) if named else behaviours[0].name if behaviours else names[0]
     at = place(spot.strip().upper())
     if at is None:
-        raise SheetsError(f"“{cell}” is no cell.", "Write a cell as C5, or with its sheet as Tracking!C5.")
+        raise SheetsError(
+            N_("“{cell}” is no cell.", cell=cell), N_("Write a cell as C5, or with its sheet as Tracking!C5.")
+        )
     before = _text(path, name, at)
     edit(path, [SetCell(name, *at, typed(value))], expected_digest=reading.digest)
     after = read(path)
@@ -89,10 +92,14 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
         SheetsError: the copy cannot be written, or its name is taken.
     """
     if target.suffix.casefold() != ".xlsx":
-        raise SheetsError(f"The copy's name ends in .xlsx; “{target.name}” does not.", f"Try “{target.stem}.xlsx”.")
+        raise SheetsError(
+            N_("The copy's name ends in .xlsx; “{name}” does not.", name=target.name),
+            N_("Try “{name}.xlsx”.", name=target.stem),
+        )
     if target.exists() and not is_marked_copy(target):
         raise SheetsError(
-            f"There is already a file “{target.name}”; it was left as it is.", "Choose another name, or move that file."
+            N_("There is already a file “{name}”; it was left as it is.", name=target.name),
+            N_("Choose another name, or move that file."),
         )
     findings = list(report)
     if path.is_dir() or path.suffix.casefold() != ".xlsx":
@@ -130,9 +137,11 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
     read(path)  # whatever keeps it from being read is told about the file that the user named
     suffix = target.suffix.casefold()
     if suffix not in _COPIED:
-        raise SheetsError(f"“{target.name}” is no name for the copy.", "Name an .xlsx file, or an .md file.")
+        raise SheetsError(
+            N_("“{name}” is no name for the copy.", name=target.name), N_("Name an .xlsx file, or an .md file.")
+        )
     if target.exists() and target.resolve() == path.resolve():
-        raise SheetsError("The copy would replace the workbook itself.", "Give the copy another name.")
+        raise SheetsError(N_("The copy would replace the workbook itself."), N_("Give the copy another name."))
     with TemporaryDirectory(prefix="rrp-fix-") as folder:
         work = Path(folder) / target.name
         if path.is_file() and path.suffix.casefold() == suffix:

@@ -17,6 +17,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Address, GestureRow
 from rrp_sheets.robots import Joint, Robot
 from rrp_sheets.robots.gestures import SIDES, parse_angle
+from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.schema import GESTURES, recognise
@@ -70,22 +71,23 @@ def pose(
         MissingPart: when the simulator is not installed here.
     """
     if not name.strip():
-        raise SheetsError("A gesture needs a name.", 'Write one: --name "High five".')
+        raise SheetsError(N_("A gesture needs a name."), N_('Write one: --name "High five".'))
     reading = read(path)
     robot = robot_of(reading.workbook, Report())
     mine = [row for row in reading.workbook.gestures if key(row.name.text) == key(name)]
     asked = dict(_joint(text, robot) for text in wanted)
     if posture and key(posture) not in {key(p) for p in robot.postures}:
         guess = nearest(posture, robot.postures)
-        remedy = f"Did you mean {guess}?" if guess else f"The postures are: {', '.join(robot.postures)}."
-        raise SheetsError(f"There is no posture “{posture}”.", remedy)
+        known = N_("The postures are: {names}.", names=", ".join(robot.postures))
+        remedy = N_("Did you mean {guess}?", guess=guess) if guess else known
+        raise SheetsError(N_("There is no posture “{posture}”.", posture=posture), remedy)
     before = {} if posture else _angles_so_far(mine, robot, at)
     taken, notes = _take(robot, posture, {**before, **asked}, picture)
     joints = {j: _rounded(taken[j], robot.joints[key(j)]) for j in _written(robot, posture, before, asked)}
     if not joints:
         raise SheetsError(
-            "Nothing would be moved: no joint and no posture is named.",
-            "Name joints, for example RShoulderPitch=-60°, or a posture with --posture.",
+            N_("Nothing would be moved: no joint and no posture is named."),
+            N_("Name joints, for example RShoulderPitch=-60°, or a posture with --posture."),
         )
     time = at if at is not None else max((t for row in mine if (t := _seconds(row)) is not None), default=None)
     if at is None:
@@ -106,13 +108,17 @@ def _joint(text: str, robot: Robot) -> tuple[str, float]:
     if not found or joint is None:
         names = [j.name for j in robot.joints.values()]
         sides = [n for n in names if key(n)[1:] == key(name) and n[0] in SIDES]
-        near = " or ".join(sides) or nearest(name, names)
-        example = f"{near.split(' or ')[0]}=0.5" if near else "RShoulderPitch=-60°"
-        remedy = f"Did you mean {near}? " if near and joint is None else ""
-        raise SheetsError(f"“{text}” names no joint and its angle.", f"{remedy}Write it like this: {example}")
+        near = sides or [n for n in (nearest(name, names),) if n]
+        example = f"{near[0]}=0.5" if near else "RShoulderPitch=-60°"
+        guess = N_("Did you mean {guess}?", guess=listed(near, "or")) if near and joint is None else ""
+        remedy = sentences(guess, N_("Write it like this: {example}", example=example))
+        raise SheetsError(N_("“{text}” names no joint and its angle.", text=text), remedy)
     angle = parse_angle(value)
     if angle is None or (not joint.unit and "°" in value):
-        raise SheetsError(f"“{value}” is no angle for {joint.name}.", f"Write rad or degrees: {joint.name}=0.5")
+        raise SheetsError(
+            N_("“{value}” is no angle for {joint}.", value=value, joint=joint.name),
+            N_("Write rad or degrees: {joint}=0.5", joint=joint.name),
+        )
     return joint.name, angle
 
 
@@ -187,7 +193,8 @@ def _take(
             Image.fromarray(world.watch()).save(picture)
         return world.state().joints, tuple(notes)
     except OSError as error:
-        raise SheetsError(f"The picture cannot be written ({error.strerror or error}).", "Name another file.") from None
+        words = N_("The picture cannot be written ({reason}).", reason=error.strerror or error)
+        raise SheetsError(words, N_("Name another file.")) from None
     finally:
         world.stop()
 

@@ -36,8 +36,8 @@ class HasErrors(SheetsError):
 
     def __init__(self, checked: Checked) -> None:
         super().__init__(
-            "The workbook has errors: it cannot run, and a board cannot judge it. Nothing was printed.",
-            "Mend them, or print a draft of it (--draft).",
+            N_("The workbook has errors: it cannot run, and a board cannot judge it. Nothing was printed."),
+            N_("Mend them, or print a draft of it (--draft)."),
         )
         self.checked = checked
 
@@ -71,10 +71,7 @@ def print_pack(
     found = gather(path, against=against, language=language, draft=draft, today=today)
     gathered()
     made = _set(found, paper)
-    try:
-        write_atomically(target, made.data)
-    except OSError as error:
-        raise SheetsError(f"“{target}” cannot be written ({error.strerror}).", "Name another file.") from None
+    write_atomically(target, made.data)
     return made
 
 
@@ -111,8 +108,8 @@ def gather(
         raise HasErrors(checked)
     rows = sum(len(b.rows) for b in checked.workbook.behaviours)
     if rows > MOST_ROWS:
-        message = f"The workbook has {rows:,} rows; at most {MOST_ROWS:,} can be printed."
-        raise SheetsError(message, "Divide it into several workbooks.")
+        message = N_("The workbook has {n:,} rows; at most {most:,} can be printed.", n=rows, most=MOST_ROWS)
+        raise SheetsError(message, N_("Divide it into several workbooks."))
     words = texts(language or checked.run.language)
     tests, note = _tested(checked, words)
     changes = _changes((reading, checked), against, words) if against is not None else None

@@ -16,6 +16,7 @@ from typing import Any
 from rrp_sheets.compare.changes import Comparison
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError, WorkerProcess
 
@@ -58,7 +59,7 @@ class QueryWorker:
 
     def compare(self, first: Path, second: Path) -> Comparison:
         """Compare two workbooks by what they mean."""
-        found = self.ask(f"{first.name} and {second.name}", "compare_workbooks", str(first), str(second))
+        found = self.ask(listed([first.name, second.name], "and"), "compare_workbooks", str(first), str(second))
         return unpack(Comparison, found)
 
     def lookback(self, place: Path, what: str, number: int = 0) -> str:
@@ -67,7 +68,7 @@ class QueryWorker:
 
     def drawn(self, first: Path, second: Path) -> str:
         """Return the changes between two workbooks, drawn and row by row, as HTML for a part of a page."""
-        return str(self.ask(f"{first.name} and {second.name}", "drawn", str(first), str(second)))
+        return str(self.ask(listed([first.name, second.name], "and"), "drawn", str(first), str(second)))
 
     def close(self) -> None:
         """End the process."""
@@ -83,14 +84,14 @@ class QueryWorker:
             try:
                 return self._worker.ask([f"{self._tasks}.{task}", *arguments], self._within)
             except WorkerError as none:
-                message = f"{what} cannot be shown: it {none.why}."
-                raise SheetsError(message, "It is perhaps too large, or damaged.") from None
+                message = N_("{what} cannot be shown: it {why}.", what=what, why=none.why)
+                raise SheetsError(message, N_("It is perhaps too large, or damaged.")) from None
 
 
 @contextmanager
 def _place(places: threading.BoundedSemaphore) -> Iterator[None]:
     if not places.acquire(blocking=False):
-        raise SheetsError("Too much is asked for at once here.", "Wait a minute, and try it again.")
+        raise SheetsError(N_("Too much is asked for at once here."), N_("Wait a minute, and try it again."))
     try:
         yield
     finally:

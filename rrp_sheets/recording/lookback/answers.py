@@ -28,10 +28,11 @@ from rrp_sheets.recording.lookback.index import Index, index_trace
 from rrp_sheets.recording.lookback.poses import PoseIndex, index_poses, picture, picture_times
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.robots import Robot, load_robot
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import Reading, read
 
 Stamp = tuple[int, int]
-_LOST = SheetsError("There is no such part of the run.", "Load the page again: the record has perhaps changed.")
+_LOST = SheetsError(N_("There is no such part of the run."), N_("Load the page again: the record has perhaps changed."))
 _MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
 _MOST_SHOWN = 2_000  # rows of a sheet
 _LONGEST = 2_000  # letters of a cell
@@ -168,7 +169,7 @@ def read_book(place: Path) -> RecordedWorkbook:
     try:
         reading = read(place / WORKBOOK)
     except SheetsError as error:
-        return RecordedWorkbook(load_robot(), None, {}, f"{error.message} {error.remedy}")
+        return RecordedWorkbook(load_robot(), None, {}, sentences(error.message, error.remedy))
     robot = robot_of(reading.workbook, Report())
     if sum(len(b.rows) for b in reading.workbook.behaviours) > _MOST_CHECKED:
         return RecordedWorkbook(robot, build_graph(reading.workbook, robot, connectors(), Report()), {})
@@ -228,7 +229,9 @@ def drawing(book: RecordedWorkbook, number: int) -> str:
     if any(i not in book.graph.streams for s in behaviour.steps for i in (*s.inputs, s.output)):
         return ""
     if len(behaviour.steps) > MOST_ROWS:
-        raise SheetsError(f"“{behaviour.name}” is too long to be drawn: more than {MOST_ROWS} rows.", "")
+        raise SheetsError(
+            N_("“{name}” is too long to be drawn: more than {most} rows.", name=behaviour.name, most=MOST_ROWS), ""
+        )
     drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS)
     return drawn[0].svg if drawn else ""
 

@@ -17,6 +17,7 @@ from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.recording.metadata import stamp_of
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 
 SUFFIX = ".zip"
@@ -125,11 +126,12 @@ def _run(folder: Path) -> dict[str, str]:
 def differences(told: Mapping[str, Any]) -> list[str]:
     """Return in words the versions that differ from those in a bundle's list, which is untrusted."""
     mine = here()
-    out = []
-    for part, name in (("program", "RRP Sheets"), ("python", "Python"), ("platform", "the system")):
+    out: list[str] = []
+    for part, name in (("program", "RRP Sheets"), ("python", "Python"), ("platform", N_("the system"))):
         there = _text(told.get(part))
         if there != mine[part]:
-            out.append(f"{name}: {there or 'not known'} there, {mine[part]} here")
+            words = N_("{name}: {there} there, {here} here")
+            out.append(N_(words, name=name, there=there or N_("not known"), here=mine[part]))
     others = told.get("dependencies")
     if isinstance(others, Mapping):
         changed = [
@@ -138,7 +140,8 @@ def differences(told: Mapping[str, Any]) -> list[str]:
             if name in others and _text(others[name]) != version
         ]
         if changed:
-            out.append(f"parts of the program: {', '.join(changed[:8])}{' …' if len(changed) > 8 else ''}")
+            some = ", ".join(changed[:8]) + (" …" if len(changed) > 8 else "")
+            out.append(N_("parts of the program: {changed}", changed=some))
     return out
 
 

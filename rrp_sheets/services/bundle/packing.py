@@ -20,6 +20,7 @@ from rrp_sheets.recording.folder import material
 from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import is_safe, versions
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP
@@ -77,7 +78,9 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     _refuse_names(content)
     if checked.report.errors:
         count = len(checked.report.errors)
-        notes.append(f"The workbook has {count} error{'s' if count > 1 else ''}; it cannot run before they are mended.")
+        one = N_("The workbook has {n} error; it cannot run before they are mended.")
+        more = N_("The workbook has {n} errors; it cannot run before they are mended.")
+        notes.append(N_(more if count > 1 else one, n=count))
     if printer is not None:
         try:
             content[manifest.PAPER], lacks = printer(path)
@@ -85,7 +88,8 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         except UnreadableFile:  # the approved version: whoever named it wants to see what changed
             raise
         except SheetsError as error:
-            notes.append(f"{manifest.PAPER} is not in it: {error}")
+            why = sentences(error.message, error.remedy)
+            notes.append(N_("{file} is not in it: {why}", file=manifest.PAPER, why=why))
     told = versions(name, reading, checked, folders)
     content[manifest.README] = readme(name, told, manifest.PAPER in content).encode()
     files = _write(target, content, told)
@@ -99,18 +103,27 @@ def _refuse_bundle(path: Path) -> None:
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
         if manifest.LIST in packed.namelist():
             raise SheetsError(
-                f"“{path.name}” is a bundle already: it can be passed on as it is.",
-                f"Run it with: rrp-sheets run {path.name}. To change it, unpack it, and pack the workbook in it again.",
+                N_("“{name}” is a bundle already: it can be passed on as it is.", name=path.name),
+                N_(
+                    "Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it again.",
+                    name=path.name,
+                ),
             )
 
 
 def _refuse_target(target: Path, path: Path) -> None:
     if target.suffix.casefold() != manifest.SUFFIX:
-        raise SheetsError(f"A bundle's name ends with {manifest.SUFFIX}, not “{target.suffix}”.", "Name it so with -o.")
+        raise SheetsError(
+            N_("A bundle's name ends with {suffix}, not “{other}”.", suffix=manifest.SUFFIX, other=target.suffix),
+            N_("Name it so with -o."),
+        )
     if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
-        raise SheetsError(f"“{target}” cannot be the bundle.", "Name another file with -o.")
+        raise SheetsError(N_("“{path}” cannot be the bundle.", path=target), N_("Name another file with -o."))
     if not target.absolute().parent.is_dir():
-        raise SheetsError(f"“{target}” cannot be written: there is no folder “{target.parent}”.", "Make it first.")
+        raise SheetsError(
+            N_("“{path}” cannot be written: there is no folder “{folder}”.", path=target, folder=target.parent),
+            N_("Make it first."),
+        )
     refuse_open_file(target)
 
 
@@ -119,7 +132,7 @@ def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
     if path.is_file():
         data = path.read_bytes()
         if reading.format == "xlsx" and hashlib.sha256(data).hexdigest() != reading.digest:
-            raise SheetsError(f"“{path.name}” was changed just now.", "Pack it again.")
+            raise SheetsError(N_("“{name}” was changed just now.", name=path.name), N_("Pack it again."))
         return {path.name: data}
     files = sorted(p for p in path.iterdir() if p.is_file() and (p.suffix.casefold() in SUFFIXES or p.name == ORDER))
     return {f"{path.absolute().name}/{p.name}": p.read_bytes() for p in files}
@@ -138,7 +151,9 @@ def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]
 def _run_folders(path: Path, runs: Sequence[str]) -> list[Path]:
     folders = list(dict.fromkeys(_run_folder(path, run) for run in runs))
     if len({f.name.casefold() for f in folders}) < len(folders):
-        raise SheetsError("Two of the runs' folders have the same name.", "Rename one of them, or make two bundles.")
+        raise SheetsError(
+            N_("Two of the runs' folders have the same name."), N_("Rename one of them, or make two bundles.")
+        )
     return folders
 
 
@@ -147,11 +162,11 @@ def _refuse_names(content: Mapping[str, Content]) -> None:
     for name in content:
         if not is_safe(name):
             raise SheetsError(
-                f"“{name[:100]}” is no name that every system can have.",
-                'Rename that file: shorter, and without \\ : * ? " < > |.',
+                N_("“{name}” is no name that every system can have.", name=name[:100]),
+                N_('Rename that file: shorter, and without \\ : * ? " < > |.'),
             )
     if len({name.casefold() for name in content}) < len(content):
-        raise SheetsError("Two files have names that only differ in capital letters.", "Rename one of them.")
+        raise SheetsError(N_("Two files have names that only differ in capital letters."), N_("Rename one of them."))
 
 
 def _run_folder(path: Path, run: str) -> Path:
@@ -159,10 +174,9 @@ def _run_folder(path: Path, run: str) -> Path:
     for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
         if (folder / TRACE).is_file():
             return folder.resolve()
-    hint = (
-        f"The runs of this folder: {', '.join(_names(beside)[-5:])}." if _names(beside) else "Run the workbook first."
-    )
-    raise SheetsError(f"There is no run “{run}”.", hint)
+    names = _names(beside)
+    here = N_("The runs of this folder: {names}.", names=", ".join(names[-5:]))
+    raise SheetsError(N_("There is no run “{run}”.", run=run), here if names else N_("Run the workbook first."))
 
 
 def _names(beside: Path) -> list[str]:
@@ -177,7 +191,8 @@ def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
         if path.is_file() and not path.is_symlink():
             content[f"{RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
         elif path != folder / manifest.ROBOTS:
-            notes.append(f"“{path.name}” of the run {folder.name} is not in it: it is no file of that folder.")
+            words = N_("“{file}” of the run {run} is not in it: it is no file of that folder.")
+            notes.append(N_(words, file=path.name, run=folder.name))
     return content
 
 
@@ -215,10 +230,11 @@ def _umask() -> int:
 
 
 def _unwritable(target: Path, error: OSError) -> SheetsError:
-    what = f" ({error.filename})" if error.filename and Path(str(error.filename)).name != target.name else ""
-    return SheetsError(
-        f"“{target}” cannot be written: {error.strerror}{what}.", "Make room, or name another file with -o."
-    )
+    words = N_("“{path}” cannot be written: {reason}.")
+    if error.filename and Path(str(error.filename)).name != target.name:
+        words = N_("“{path}” cannot be written: {reason} ({file}).")
+    message = N_(words, path=target, reason=error.strerror, file=error.filename)
+    return SheetsError(message, N_("Make room, or name another file with -o."))
 
 
 def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, object]:

@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import differences, is_safe
+from rrp_sheets.texts import N_
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.raw import unreadable
 
@@ -80,14 +82,14 @@ def unpack(path: Path, folder: Path, most_bytes: int = manifest.MOST_BYTES) -> B
         UnreadableFile: when it is none, or is refused.
     """
     if not path.is_file():
-        raise unreadable("FILE001", name=path.name, hint="Check the spelling and the folder.")
+        raise unreadable("FILE001", name=path.name, hint=N_("Check the spelling and the folder."))
     try:
         return _unpack(path, folder, most_bytes)
     except _Refused as problem:
         why = problem.args[0]
     except BROKEN_ZIP as problem:
         full = isinstance(problem, OSError) and problem.errno is not None
-        why = f"{problem.strerror}" if full and isinstance(problem, OSError) else "it is damaged, or cut off"
+        why = f"{problem.strerror}" if full and isinstance(problem, OSError) else N_("it is damaged, or cut off")
     raise unreadable("FILE020", name=path.name, why=why)
 
 
@@ -96,22 +98,23 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
         entries = {e.filename: e for e in _judged(archive, most_bytes)}
         told = _list(archive, entries)
         files = _files(told)
-        notes = []
+        notes: list[str] = []
         for name, entry in entries.items():
             if name == manifest.LIST:
                 continue
             if name not in files:
-                notes.append(f"“{name}” is not in the bundle's list; it was left out.")
+                notes.append(N_("“{file}” is not in the bundle's list; it was left out.", file=name))
                 continue
             if _put(archive, entry, folder / name) != files[name]:
-                notes.append(f"“{name}” has been changed since the bundle was made.")
-        notes += [f"“{name}” is missing in the bundle." for name in files if name not in entries]
+                notes.append(N_("“{file}” has been changed since the bundle was made.", file=name))
+        notes += [N_("“{file}” is missing in the bundle.", file=name) for name in files if name not in entries]
     workbook = told.get("workbook")
     if not isinstance(workbook, str) or not is_safe(workbook) or "/" in workbook or not (folder / workbook).exists():
-        raise _Refused("the workbook that its list names is not in it")
+        raise _Refused(N_("the workbook that its list names is not in it"))
     others = differences(told)
     if others:
-        notes.append(f"Not the same as where the bundle was made: {'; '.join(others)}.")
+        listed = reduce(lambda before, after: N_("{before}; {after}", before=before, after=after), others)
+        notes.append(N_("Not the same as where the bundle was made: {listed}.", listed=listed))
     home = folder if (folder / workbook).is_file() else folder / workbook
     notes += catalogue_note(home)
     runs = tuple(sorted(p.parent for p in folder.glob(f"{RUNS}/*/{TRACE}")))
@@ -124,18 +127,18 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     entries = archive.infolist()
     names = {e.filename.casefold() for e in entries}
     if "[content_types].xml" in names:
-        raise _Refused("it is a workbook of Excel under another name: let its name end with .xlsx")
+        raise _Refused(N_("it is a workbook of Excel under another name: let its name end with .xlsx"))
     if manifest.LIST not in names:
-        raise _Refused(f"there is no {manifest.LIST} in it")
+        raise _Refused(N_("there is no {file} in it", file=manifest.LIST))
     if len(names) != len(entries):
-        raise _Refused("two of its files have one name")
+        raise _Refused(N_("two of its files have one name"))
     if len(entries) > manifest.MOST_FILES:
-        raise _Refused(f"it has {len(entries):,} files; {manifest.MOST_FILES:,} are possible")
+        raise _Refused(N_("it has {n:,} files; {most:,} are possible", n=len(entries), most=manifest.MOST_FILES))
     unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
     if unpacked_size > most_bytes:
-        raise _Refused(f"unpacked it would be larger than {most_bytes // 10**6:,} MB")
+        raise _Refused(N_("unpacked it would be larger than {n:,} MB", n=most_bytes // 10**6))
     if unpacked_size > _WHOLE_FROM and unpacked_size > _WHOLE_RATIO * max(packed_size, 1):
-        raise _Refused("its files are compressed as no files of a bundle are")
+        raise _Refused(N_("its files are compressed as no files of a bundle are"))
     for e in entries:
         _judge(e)
     return [e for e in entries if not e.is_dir()]
@@ -143,29 +146,29 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
 
 def _judge(e: zipfile.ZipInfo) -> None:
     if not is_safe(e.filename.removesuffix("/")):
-        raise _Refused("a file in it has a name that is not taken, or would be written outside of its folder")
+        raise _Refused(N_("a file in it has a name that is not taken, or would be written outside of its folder"))
     if e.flag_bits & _ENCRYPTED:
-        raise _Refused("it is protected by a password")
+        raise _Refused(N_("it is protected by a password"))
     kind = stat.S_IFMT(e.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
-        raise _Refused(f"“{e.filename}” is a link and no file")
+        raise _Refused(N_("“{name}” is a link and no file", name=e.filename))
     if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise _Refused(f"“{e.filename}” is compressed in an unusual way")
+        raise _Refused(N_("“{name}” is compressed in an unusual way", name=e.filename))
     if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
-        raise _Refused(f"“{e.filename}” is compressed as no file of a bundle is")
+        raise _Refused(N_("“{name}” is compressed as no file of a bundle is", name=e.filename))
 
 
 def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> dict[str, Any]:
     if manifest.LIST not in entries or entries[manifest.LIST].file_size > _MOST_LIST:
-        raise _Refused(f"its {manifest.LIST} is no list")
+        raise _Refused(N_("its {file} is no list", file=manifest.LIST))
     try:
         told = json.loads(archive.read(manifest.LIST).decode())
     except (ValueError, RecursionError):
-        raise _Refused(f"its {manifest.LIST} is damaged") from None
+        raise _Refused(N_("its {file} is damaged", file=manifest.LIST)) from None
     if not isinstance(told, dict) or told.get("kind") != manifest.KIND:
-        raise _Refused(f"its {manifest.LIST} is another program's")
+        raise _Refused(N_("its {file} is another program's", file=manifest.LIST))
     if told.get("schema") != manifest.SCHEMA:
-        raise _Refused("it was made by a newer version of this program; update it")
+        raise _Refused(N_("it was made by a newer version of this program; update it"))
     return told
 
 
@@ -173,7 +176,7 @@ def _files(told: Mapping[str, Any]) -> dict[str, str]:
     """Return the hash of every file, by name."""
     files = told.get("files")
     if not isinstance(files, dict):
-        raise _Refused(f"its {manifest.LIST} names no files")
+        raise _Refused(N_("its {file} names no files", file=manifest.LIST))
     return {
         name: str(about.get("sha256", "")) for name, about in files.items() if isinstance(about, dict) and is_safe(name)
     }
@@ -187,7 +190,7 @@ def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
         while piece := source.read(_PIECE):
             left -= len(piece)
             if left < 0:
-                raise _Refused(f"“{entry.filename}” is larger than it says")
+                raise _Refused(N_("“{name}” is larger than it says", name=entry.filename))
             total.update(piece)
             into.write(piece)
     return total.hexdigest()
@@ -195,17 +198,17 @@ def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
 
 def catalogue_note(home: Path) -> list[str]:
     """Return the differences of the catalogues in words; nothing when both have the same bytes."""
-    notes = []
+    notes: list[str] = []
     for place in sorted(p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
         if place.name not in robot_names():
-            notes.append(f"The robot “{place.name}” of the bundle is not known here.")
+            notes.append(N_("The robot “{name}” of the bundle is not known here.", name=place.name))
             continue
         mine = {p.name: p.read_bytes() for p in files_of(load_robot(place.name))}
         other = {p.name: p.read_bytes() for p in place.iterdir() if p.is_file()}
         changed = sorted(n for n in mine.keys() | other.keys() if mine.get(n) != other.get(n))
         if changed:
-            named = ", ".join(changed[:5])
-            notes.append(f"The robot's catalogue is another one than here ({named}); the bundle's own is used.")
+            words = N_("The robot's catalogue is another one than here ({files}); the bundle's own is used.")
+            notes.append(N_(words, files=", ".join(changed[:5])))
     return notes
 
 
