@@ -12,7 +12,7 @@ pytest.importorskip("cv2")
 from portraits import FACE, Studio
 
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
-from rrp_sheets.model.trace_events import FACE_REMEMBERED
+from rrp_sheets.model.run_files import FACE_REMEMBERED
 from rrp_sheets.perception.faces import SAME, Faces
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.process import Spec

@@ -26,10 +26,9 @@ from rrp_sheets.model.workbook import Address
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
-from rrp_sheets.replay.differences import Count, Difference
 from rrp_sheets.replay.output import account
 from rrp_sheets.replay.report import as_text, in_words
-from rrp_sheets.replay.result import Replayed, Spoken
+from rrp_sheets.replay.result import Count, Difference, Replayed, Spoken
 from rrp_sheets.services.printing import gather
 from rrp_sheets.texts import N_, LazyMessage, capital, listed, sentences, small, told
 from rrp_sheets.workbook import read

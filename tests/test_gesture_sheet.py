@@ -18,7 +18,7 @@ from rrp_sheets.workbook import read
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
-from rrp_sheets.cli.pose import pose_command
+from rrp_sheets.cli.files import pose_command
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld

@@ -17,7 +17,7 @@ from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.recording.lookback import answer
-from rrp_sheets.recording.lookback.index import PIECE_EVENTS, index_trace
+from rrp_sheets.recording.lookback_index import PIECE_EVENTS, index_trace
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim import recording
 from rrp_sheets.sim.film import FilmFile, write_strip

@@ -129,7 +129,7 @@ def pack(
         UnreadableFile: when the workbook cannot be read.
         SheetsError: when there is no such run, or the bundle cannot be written.
     """
-    from rrp_sheets.services.bundling import pack as pack_bundle
+    from rrp_sheets.services.bundle.packing import pack_with_protocol
 
     made, approved = (None if p is None else Path(p) for p in (target, against))
-    return pack_bundle(Path(path), made, runs, approved, today)
+    return pack_with_protocol(Path(path), made, runs, approved, today)

@@ -26,7 +26,7 @@ _COMMANDS = {
     "formula": ("formula", "Try a formula with inputs."),
     "help": ("help", "Explain connectors, functions, devices, the scene, a code or a name."),
     "set": ("files", "Change one cell of a workbook and leave all else as it is."),
-    "pose": ("pose", "Write a keyframe of a gesture from the simulated robot's joints."),
+    "pose": ("files", "Write a keyframe of a gesture from the simulated robot's joints."),
     "convert": ("files", "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files."),
     "run": ("run", "Run a workbook on the simulated robot."),
     "test": ("test", "Run the tests that stand in a workbook."),

@@ -55,7 +55,7 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
 
     Exit code: 0, or 2 when there is no such folder.
     """
-    from rrp_sheets.recording.listing import as_dict, chosen, runs_in
+    from rrp_sheets.recording.metadata import as_dict, chosen, runs_in
 
     found = chosen(runs_in(folder), participant=participant, workbook=workbook)
     if as_json:
@@ -154,7 +154,7 @@ def _confirmed(participant: str) -> bool:
 
 
 def _table(found: Sequence[RunMetadata]) -> list[str]:
-    from rrp_sheets.recording.listing import ended, length
+    from rrp_sheets.recording.metadata import ended, length
     from rrp_sheets.render.measure import clean, columns
 
     rows = [_HEADS]

@@ -19,8 +19,7 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import FACE_REMEMBERED, TRACE, RecordedNotice, RecordedValue
 from rrp_sheets.perception import face_memory
-from rrp_sheets.recording.listing import as_dict, chosen, folders_below, runs_in, runs_place
-from rrp_sheets.recording.metadata import RunMetadata, facts_of
+from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, facts_of, folders_below, runs_in, runs_place
 from rrp_sheets.recording.participant_search import Unsearched, places_of
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.sim import face_memory

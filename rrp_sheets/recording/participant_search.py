@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from rrp_sheets.model.run_files import CAMERA, RUNS
-from rrp_sheets.recording.listing import is_software
+from rrp_sheets.recording.metadata import is_software
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.package import BROKEN_ZIP
 

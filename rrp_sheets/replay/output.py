@@ -15,10 +15,9 @@ from rrp_sheets.recording.table import about_runs, csv_cell, properties_of, refu
 from rrp_sheets.recording.tidy import Seconds
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
-from rrp_sheets.replay.differences import EXTRA, MISSING, ROW, TIME, VALUE, Difference
 from rrp_sheets.replay.record import same_json
 from rrp_sheets.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
-from rrp_sheets.replay.result import Replayed
+from rrp_sheets.replay.result import EXTRA, MISSING, ROW, TIME, VALUE, Difference, Replayed
 from rrp_sheets.texts import N_, told
 from rrp_sheets.workbook.atomic import write_atomically
 

@@ -12,16 +12,21 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.run_files import WORKBOOK, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.recording.metadata import stamp_of
-from rrp_sheets.replay.differences import Comparer
 from rrp_sheets.replay.edits import Editions
-from rrp_sheets.replay.ends import Ends
-from rrp_sheets.replay.matching import Matching, itself, matching
-from rrp_sheets.replay.matching import remarks as other_remarks
-from rrp_sheets.replay.play import Played, ReplayPlayer, Script, Told
+from rrp_sheets.replay.play import Ends, Played, ReplayPlayer, Script, Told
 from rrp_sheets.replay.record import Events, Recorded, moments, read_record
 from rrp_sheets.replay.report import ending, unknown
-from rrp_sheets.replay.result import Replayed, Spoken
-from rrp_sheets.replay.source import ReplaySource, another, remarks, the_one_that_ran
+from rrp_sheets.replay.result import Comparer, Replayed, Spoken
+from rrp_sheets.replay.workbooks import (
+    Matching,
+    ReplaySource,
+    another,
+    differing_remarks,
+    itself,
+    matching,
+    remarks,
+    the_one_that_ran,
+)
 from rrp_sheets.texts import N_
 
 _SAYS = ("SayInput", "SayParameter")
@@ -117,7 +122,7 @@ def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySourc
         lambda row: there if (there := found.rows.get(row, "")) in ids else "", lambda row: back.get(row, ""),
         exact=False,
     ).compare(expected, came)  # fmt: skip
-    notes = [*remarks(recorded, source, own=False), *other_remarks(ran, source, found), *played.left_out]
+    notes = [*remarks(recorded, source, own=False), *differing_remarks(ran, source, found), *played.left_out]
     return replace(
         _about(recorded, source, ran), other=source.name, compared=tally.count, differences=compared.differences,
         counts=compared.counts, ending=ending(recorded, played), remarks=tuple(notes),

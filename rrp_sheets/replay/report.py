@@ -8,12 +8,11 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.values import record_from_mapping, show
-from rrp_sheets.replay.differences import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
+from rrp_sheets.replay.result import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
 from rrp_sheets.texts import N_, listed, told
 
 if TYPE_CHECKING:
-    from rrp_sheets.replay.ends import Ends
-    from rrp_sheets.replay.play import Played
+    from rrp_sheets.replay.play import Ends, Played
     from rrp_sheets.replay.record import Recorded
     from rrp_sheets.replay.result import Replayed
 

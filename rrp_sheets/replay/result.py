@@ -1,13 +1,15 @@
-"""Results of a replay as data, which JSON can hold."""
+"""Results of a replay as data, which JSON can hold, and the comparison that finds every difference, event by event."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import groupby
 from typing import Any
 
-from rrp_sheets.model.run_files import RecordedEvent, Stamp
-from rrp_sheets.replay.differences import Count, Difference
+from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice, Stamp
+from rrp_sheets.replay.record import content, same_json
 from rrp_sheets.texts import told
 
 SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
@@ -94,3 +96,296 @@ class Replayed:
             "difference_count": len(self.differences),
             "differences": [asdict(d) for d in shown],
         }  # fmt: skip
+
+
+MISSING, EXTRA, VALUE, TIME, ROW, ORDER = "missing", "extra", "value", "time", "row", "order"
+MOVED_US = 1_000_000
+"""So far from each other two equal values are taken for one that came at another time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One event that differs between record and replay.
+
+    Attributes:
+        kind: `missing` (it was recorded, and did not come), `extra` (it came, and was not recorded), `value`, `time`
+            (the same value earlier or later), `row` (the same command, by another row) or `order`.
+        what: `event`, `error` (a formula failed), or `happening` (something that the engine told).
+        stream: its name in the trace; empty for an error.
+        us: when it was recorded; of an `extra` when it came (µs).
+        came_us: when it came; of a `missing` when it was recorded.
+        row: the row that gave it, in the workbook that ran; of an `extra` of a new row empty.
+        came_row: the same row in the workbook that was played; empty when it is not in it.
+        recorded: the value, as JSON.
+        came: the value, as JSON.
+    """
+
+    kind: str
+    what: str
+    stream: str
+    us: int
+    came_us: int
+    row: str
+    came_row: str
+    recorded: Any = None
+    came: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """Numbers of events of a row or a sensor stream, and of those that are the same.
+
+    Attributes:
+        stream: its name in the trace; empty for the errors of a row.
+        row, came_row: as in :class:`Difference`.
+        recorded: how many there were.
+        came: how many came now.
+        same: how many are the same.
+    """
+
+    stream: str
+    row: str
+    came_row: str
+    recorded: int
+    came: int
+    same: int
+
+
+@dataclass(frozen=True)
+class ReplayDifferences:
+    """Differences and counts that a comparison has found.
+
+    Attributes:
+        differences: in the order of time.
+        counts: by stream and row, in the order of their first events.
+    """
+
+    differences: tuple[Difference, ...]
+    counts: tuple[Count, ...]
+
+
+class Comparer:
+    """Comparison of the events of a record with those of its replay.
+
+    Args:
+        here: the place of a row in the workbook that was played, for one of the workbook that ran; empty when it is
+            not in it.
+        there: the other way round.
+        exact: whether 1 and 1.0 are different, and the order within a moment counts.
+    """
+
+    def __init__(self, here: Callable[[str], str], there: Callable[[str], str], *, exact: bool) -> None:
+        self._here = here
+        self._there = there
+        self._exact = exact
+
+    def compare(self, recorded: Iterable[RecordedEvent], came: Iterable[RecordedEvent]) -> ReplayDifferences:
+        """Return all differences; streams of both have the names of the record.
+
+        Both are read once and side by side, time by time: only what has no counterpart is kept.
+        """
+        lanes: dict[tuple[str, str], _Lane] = {}
+        order = _Order(self._text) if self._exact else None
+        for was, now in _side_by_side(recorded, came):
+            here: dict[tuple[str, str], tuple[list[RecordedEvent], list[RecordedEvent]]] = {}
+            for event in was:
+                here.setdefault(_lane(event, event.row), ([], []))[0].append(event)
+            for event in now:
+                here.setdefault(_lane(event, self._there(event.row) or f"+{event.row}"), ([], []))[1].append(event)
+            for key, pair in here.items():
+                lane = lanes.get(key)
+                if lane is None:
+                    lane = lanes[key] = _Lane((pair[0] or pair[1])[0].stream)
+                self._count(lane, *pair)
+                left, over = self._moment(*pair, lane.same, lane.found)
+                lane.left += left
+                lane.over += over
+                lane.recorded |= bool(pair[0])
+            if order is not None:
+                order.add(was, now)
+        found: list[Difference] = []
+        counts: list[Count] = []
+        for lane in sorted(lanes.values(), key=lambda lane: not lane.recorded):
+            lane.found += self._moved(lane.left, lane.over)
+            lane.found += [self._difference(MISSING, e, None) for e in lane.left]
+            lane.found += [self._difference(EXTRA, None, e) for e in lane.over]
+            found += lane.found
+            counts += lane.counts()
+        if not found and order is not None and order.first is not None:
+            found.append(self._difference(ORDER, *order.first))
+        found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
+        return ReplayDifferences(tuple(found), tuple(counts))
+
+    def _count(self, lane: _Lane, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
+        """Count the events by row, as several rows may command one actuator stream."""
+        for event in was:
+            lane.was.setdefault((event.row, self._here(event.row)), [0, 0, 0])[0] += 1
+        for event in now:
+            lane.now.setdefault((self._there(event.row), event.row), [0, 0, 0])[1] += 1
+
+    # ---- one stream
+    def _moment(
+        self, was: list[RecordedEvent], now: list[RecordedEvent], same: Counter[str], found: list[Difference]
+    ) -> tuple[list[RecordedEvent], list[RecordedEvent]]:
+        """Pair what came at one time: equal values first, then others in their order; return what is left of both."""
+        if len(was) == len(now) == 1 and _is_alike(was[0], now[0]) and self._same_row(was[0], now[0]):
+            same[was[0].row] += 1
+            return [], []
+        values: dict[str, deque[RecordedEvent]] = defaultdict(deque)
+        for event in now:
+            values[self._text(event)].append(event)
+        left = []
+        used: set[int] = set()
+        for event in was:
+            others = values.get(self._text(event))
+            if not others:
+                left.append(event)
+                continue
+            mine = next((o for o in others if self._same_row(event, o)), others[0])
+            others.remove(mine)
+            used.add(id(mine))
+            if self._same_row(event, mine):
+                same[event.row] += 1
+            else:
+                found.append(self._difference(ROW, event, mine))
+        over = [e for e in now if id(e) not in used]
+        pairs = min(len(left), len(over))
+        found += [self._difference(VALUE, a, b) for a, b in zip(left, over, strict=False)]
+        return left[pairs:], over[pairs:]
+
+    def _moved(self, left: list[RecordedEvent], over: list[RecordedEvent]) -> list[Difference]:
+        """Pair equal values that came at another time, not far away, and remove them from both lists."""
+        waiting: dict[str, deque[RecordedEvent]] = defaultdict(deque)
+        for event in over:
+            waiting[self._text(event)].append(event)
+        found, gone = [], set()
+        for event in left:
+            others = waiting.get(self._text(event))
+            while others and others[0].us < event.us - MOVED_US:
+                others.popleft()
+            if others and others[0].us <= event.us + MOVED_US:
+                other = others.popleft()
+                gone |= {id(event), id(other)}
+                found.append(self._difference(TIME, event, other))
+        left[:] = [e for e in left if id(e) not in gone]
+        over[:] = [e for e in over if id(e) not in gone]
+        return found
+
+    def _same_row(self, a: RecordedEvent, b: RecordedEvent) -> bool:
+        return self._here(a.row) == b.row
+
+    def _text(self, event: RecordedEvent) -> str:
+        return same_json(content(event) if self._exact else _alike(content(event)))
+
+    def _difference(self, kind: str, was: RecordedEvent | None, now: RecordedEvent | None) -> Difference:
+        event = was or now
+        assert event is not None
+        row = was.row if was else self._there(now.row) if now else ""
+        came_row = now.row if now else self._here(was.row) if was else ""
+        return Difference(
+            kind, event.what, event.stream, (was or event).us, (now or event).us, row, came_row,
+            _told(was), _told(now),
+        )  # fmt: skip
+
+
+@dataclass
+class _Lane:
+    """State of the comparison of one stream.
+
+    Attributes:
+        same: how many recorded events of a row are the same.
+        left, over: recorded events that did not come, and such that came, with no counterpart at their time.
+        was, now: how many were recorded and came, by the row and its place in the other workbook.
+        recorded: whether the record has anything of it.
+    """
+
+    stream: str
+    same: Counter[str] = field(default_factory=Counter)
+    found: list[Difference] = field(default_factory=list)
+    left: list[RecordedEvent] = field(default_factory=list)
+    over: list[RecordedEvent] = field(default_factory=list)
+    was: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    now: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    recorded: bool = False
+
+    def counts(self) -> list[Count]:
+        """Return the counts by row, those of the record first."""
+        rows = {key: list(numbers) for key, numbers in self.was.items()}
+        for (row, _), numbers in rows.items():
+            numbers[2] = self.same[row]
+        for key, (_, came, _) in self.now.items():
+            rows.setdefault(key, [0, 0, 0])[1] += came
+        return [Count(self.stream, row, came_row, *numbers) for (row, came_row), numbers in rows.items()]
+
+
+class _Order:
+    """Search for the first two events that came in another order.
+
+    Attributes:
+        first: these two; None when there are none so far.
+    """
+
+    def __init__(self, text: Callable[[RecordedEvent], str]) -> None:
+        self.first: tuple[RecordedEvent, RecordedEvent] | None = None
+        self._text = text
+        self._waiting: tuple[deque[RecordedEvent], deque[RecordedEvent]] = deque(), deque()
+
+    def add(self, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
+        """Add the events that were recorded, and those that came, at one time."""
+        if self.first is not None:
+            return
+        mine, other = self._waiting
+        mine.extend(was)
+        other.extend(now)
+        while mine and other:
+            a, b = mine.popleft(), other.popleft()
+            if _is_alike(a, b) and a.stream == b.stream and a.row == b.row:
+                continue
+            if (a.us, a.what, a.stream, a.row) != (b.us, b.what, b.stream, b.row) or self._text(a) != self._text(b):
+                self.first = a, b
+                self._waiting = deque(), deque()
+                return
+
+
+def _side_by_side(
+    first: Iterable[RecordedEvent], second: Iterable[RecordedEvent]
+) -> Iterator[tuple[list[RecordedEvent], list[RecordedEvent]]]:
+    """Yield the events of both for each time, in the order of time."""
+    moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
+    heads = [next(moment, None) for moment in moments]
+    while times := [head[0] for head in heads if head is not None]:
+        us = min(times)
+        here: list[list[RecordedEvent]] = [[], []]
+        for n in range(2):
+            head = heads[n]
+            if head is not None and head[0] == us:
+                here[n] = list(head[1])
+                heads[n] = next(moments[n], None)
+        yield here[0], here[1]
+
+
+def _lane(event: RecordedEvent, row: str) -> tuple[str, str]:
+    """Return the key of what is compared together: events of a stream, errors of a row, notices of the engine."""
+    return event.what, row if isinstance(event, RecordedFailure) else event.stream
+
+
+def _is_alike(a: RecordedEvent, b: RecordedEvent) -> bool:
+    """Return whether two events are the same at the first look, as most are; others may be the same too."""
+    return a.us == b.us and type(a) is type(b) and repr(content(a)) == repr(content(b))
+
+
+def _told(event: RecordedEvent | None) -> Any:
+    if event is None:
+        return None
+    return event.text if isinstance(event, RecordedNotice) else content(event)
+
+
+def _alike(value: Any) -> Any:
+    """Return a value in which equal numbers are the same, however they were computed."""
+    if isinstance(value, float) and value.is_integer():
+        return int(value)
+    if isinstance(value, list):
+        return [_alike(v) for v in value]
+    if isinstance(value, dict):
+        return {n: _alike(v) for n, v in value.items()}
+    return value

@@ -8,7 +8,7 @@ from pathlib import Path
 from flask import current_app
 
 from rrp_sheets.runs.check_worker import CheckWorker
-from rrp_sheets.services.bundling import Packer
+from rrp_sheets.services.bundle.packing import Packer
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.run.run_session import RunManager

@@ -1,4 +1,4 @@
-"""Packing a workbook with its files, its runs and a readme as a bundle."""
+"""Packing a workbook with its files, its printed protocol, its runs and a readme as a bundle."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,8 @@ from rrp_sheets.recording.folder import material
 from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services.bundle import manifest
 from rrp_sheets.services.bundle.manifest import is_safe, versions
+from rrp_sheets.services.printing import HasErrors, make
+from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_open_file
@@ -29,6 +32,8 @@ from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
 _FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip knows no earlier time
 _MODE = 0o100644 << 16
 _PIECE = 1 << 20
+_PACKED_WITHIN = 90.0  # s; the tests of the workbook may take 20
+_DRAFT = N_("The workbook has errors: protocol.pdf is marked as a draft.")
 Content = Path | bytes
 Printer = Callable[[Path], tuple[bytes, Sequence[str]]]
 """Prints a workbook's protocol: its path in, the PDF out, and what that lacks, in words."""
@@ -94,6 +99,42 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     content[manifest.README] = readme(name, told, manifest.PAPER in content).encode()
     files = _write(target, content, told)
     return Packed(target, files, tuple(notes))
+
+
+def pack_with_protocol(
+    path: Path, target: Path | None, runs: Sequence[str], against: Path | None, today: date | None
+) -> Packed:
+    """Make a bundle with the printed protocol in it; see `api.pack`."""
+
+    def printed(book: Path) -> tuple[bytes, Sequence[str]]:
+        try:
+            found = make(book, against=against, today=today)
+            return found.data, found.notes
+        except HasErrors:
+            found = make(book, against=against, today=today, draft=True)
+            return found.data, [*found.notes, _DRAFT]
+
+    return pack(path, target, runs, printed)
+
+
+class Packer(QueryWorker):
+    """Query worker that packs bundles; usable from any thread, one request at a time."""
+
+    def __init__(self) -> None:
+        super().__init__(_PACKED_WITHIN, __name__)
+
+    def pack(self, path: Path, runs: list[Path], target: Path) -> None:
+        """Create a bundle of a workbook and the runs in those folders.
+
+        Raises:
+            SheetsError: it cannot be made, or not in time.
+        """
+        self.ask(path.name, "pack_apart", str(path), [str(run) for run in runs], str(target))
+
+
+def pack_apart(path: str, runs: Sequence[str], target: str) -> None:
+    """Make a bundle in a worker process."""
+    pack_with_protocol(Path(path), Path(target), runs, None, None)
 
 
 def _refuse_bundle(path: Path) -> None:

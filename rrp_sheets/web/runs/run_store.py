@@ -11,8 +11,7 @@ from typing import BinaryIO
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
-from rrp_sheets.recording.listing import ended, length
-from rrp_sheets.recording.metadata import RunMetadata, facts_of, run_names
+from rrp_sheets.recording.metadata import RunMetadata, ended, facts_of, length, run_names
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import date_and_time
 from rrp_sheets.web.workbook_repository import addressable, printable

@@ -13,8 +13,7 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.recording.folder import describe
-from rrp_sheets.recording.listing import clock, length
-from rrp_sheets.recording.metadata import RunMetadata, newest_first
+from rrp_sheets.recording.metadata import RunMetadata, clock, length, newest_first
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import rows_asked, run_or_404, seconds_of

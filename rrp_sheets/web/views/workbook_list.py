@@ -17,8 +17,7 @@ from rrp_sheets.documents.copies import begin_tutorial, latest_tutorial
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS
 from rrp_sheets.private import private_folder
-from rrp_sheets.recording.listing import runs_place
-from rrp_sheets.recording.metadata import RunMetadata
+from rrp_sheets.recording.metadata import RunMetadata, runs_place
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.media_files import SUFFIX as SOUND
 from rrp_sheets.robots.media_files import SUFFIXES as PICTURES

@@ -1,4 +1,7 @@
-"""Answers to the page that looks back at a run: overview, pieces of values and poses, sheets, diagrams, pictures."""
+"""Answers to the page that looks back at a run: overview, pieces of values and poses, sheets, diagrams, pictures.
+
+A long run is sent in pieces. A process of its own (`services/query_worker.py`) reads it, as records are untrusted.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +27,15 @@ from rrp_sheets.model.run_files import POSES, TRACE, WORKBOOK, RecordedEvent, Re
 from rrp_sheets.model.values import Record, RecordType, Value
 from rrp_sheets.model.workbook import Row
 from rrp_sheets.recording.formatting import told
-from rrp_sheets.recording.lookback.index import Index, index_trace
-from rrp_sheets.recording.lookback.poses import PoseIndex, index_poses, picture, picture_times
+from rrp_sheets.recording.lookback_index import (
+    Index,
+    PoseIndex,
+    index_poses,
+    index_trace,
+    is_number,
+    picture,
+    picture_times,
+)
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.texts import N_, sentences
@@ -312,12 +322,8 @@ def _text(index: Index, of: int, event: RecordedEvent, words: ValueFormatter) ->
 
 def _seen(value: Any) -> list[Any] | None:
     """Return the place of a thing in the camera's picture: angles (rad), distance (m), name; None if it has none."""
-    if not isinstance(value, dict) or not all(_is_number(value.get(n)) for n in ("x", "y")):
+    if not isinstance(value, dict) or not all(is_number(value.get(n)) for n in ("x", "y")):
         return None
-    numbers = [round(float(value[n]), 4) if _is_number(value.get(n)) else None for n in _SEEN]
+    numbers = [round(float(value[n]), 4) if is_number(value.get(n)) else None for n in _SEEN]
     name = value.get("name")
     return [*numbers, name[:_MOST_NAME] if isinstance(name, str) else ""]
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e6
