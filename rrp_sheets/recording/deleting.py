@@ -22,7 +22,6 @@ from rrp_sheets.perception import face_memory
 from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, facts_of, folders_below, runs_in, runs_place
 from rrp_sheets.recording.participant_search import Unsearched, places_of
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
-from rrp_sheets.sim import face_memory
 from rrp_sheets.texts import N_, listed, sentences
 
 _NOTED, _KNOWN = FACE_REMEMBERED.encode(), b'"recognised":true'  # in the lines that tell of faces
