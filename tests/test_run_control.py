@@ -17,7 +17,7 @@ from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.recording.marbles import trace_scores
-from rrp_sheets.recording.tidy import tidy
+from rrp_sheets.recording.table import tidy
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.run_process import Watchdog
 from rrp_sheets.runs.running import start_of

@@ -16,6 +16,7 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.run_files import RecordedFailure, RecordedNotice, RecordedValue
+from rrp_sheets.recording.table import tidy
 from rrp_sheets.recording.tidy import tidy
 from rrp_sheets.recording.trace_reader import TraceReader
 

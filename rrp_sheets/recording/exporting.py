@@ -1,15 +1,19 @@
-"""Exports of runs as a table or plots, by the file's suffix, and files of pictures."""
+"""Exports of runs as a table or plots, by the file's suffix; the comparison of two runs; files of pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK, Stamp
+from rrp_sheets.model.names import key
+from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK, RecordedEvent, RecordedFailure, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import facts_of, stamp_of
 from rrp_sheets.recording.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.recording.timeline import build_timeline
+from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.render.measure import typeset
 from rrp_sheets.render.output import png_with, target_of, words_of
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
@@ -185,6 +189,106 @@ def title_of(stamp: Stamp) -> str:
     return f"{stamp.workbook or stamp.run}{f', {who}' if who else ''}, {stamp.began[:16].replace('T', ' ')}"
 
 
+# ---- two runs beside each other
+_MOST_STREAMS = 5_000
+
+
+@dataclass
+class Seen:
+    """Number of values of a stream, and the times of the first and the last (s)."""
+
+    name: str
+    kind: str
+    count: int = 0
+    first: float | None = None
+    last: float | None = None
+
+
+def pair(first: Path, second: Path) -> dict[str, Any]:
+    """Compare two runs, as JSON: `streams` with the counts and first times of both, and `svg`, blank without numbers.
+
+    Args:
+        first: the folder of a run.
+        second: that of another.
+
+    Raises:
+        UnreadableFile: when one of them is no record of a run.
+    """
+    left, right = streams_of(first), streams_of(second)
+    names = list(dict.fromkeys([*left, *right]))
+    return {
+        "streams": [_both(left.get(n), right.get(n)) for n in names],
+        "svg": _overlaid(first, second),
+    }
+
+
+def streams_of(place: Path) -> dict[str, Seen]:
+    """Return the streams of a run by key, in the order of its record; errors of a row are one more, `row: error`."""
+    reader = TraceReader(place)
+    streams = [(text_of(stream.name), stream.kind) for stream in reader.header.streams]
+    found = {key(name): Seen(name, kind) for name, kind in streams}
+    for event in reader:
+        _note(found, event)
+    return found
+
+
+def _note(found: dict[str, Seen], event: RecordedEvent) -> None:
+    if isinstance(event, RecordedFailure):
+        name, kind = f"{text_of(event.row)}: error", event.kind
+    elif isinstance(event, RecordedValue):
+        name, kind = text_of(event.stream), "stream"
+    else:
+        return
+    seen = found.get(key(name))
+    if seen is None:
+        if len(found) >= _MOST_STREAMS:
+            return
+        seen = found[key(name)] = Seen(name, kind)
+    seen.count += 1
+    seen.last = event.t
+    if seen.first is None:
+        seen.first = event.t
+
+
+def _both(left: Seen | None, right: Seen | None) -> dict[str, Any]:
+    known = left or right
+    assert known is not None
+    return {
+        "name": known.name, "kind": known.kind,
+        "counts": [s.count if s else None for s in (left, right)],
+        "firsts": [s.first if s else None for s in (left, right)],
+    }  # fmt: skip
+
+
+def _overlaid(first: Path, second: Path) -> str:
+    """Draw the numbers of both runs over each other; those that both have come first."""
+    told = [build_timeline(first), build_timeline(second)]
+    curves = [{key(c["name"]): c for c in one["curves"]} for one in told]
+    names = sorted(dict.fromkeys([*curves[0], *curves[1]]), key=lambda n: (n not in curves[0]) + (n not in curves[1]))
+    if not names:
+        return ""
+    drawn = [_curve(curves[0].get(name), curves[1].get(name)) for name in names]
+    stamps = [stamp_of(first), stamp_of(second)]
+    foot = "\n".join(stamp.line() for stamp in stamps)
+    seconds = max(float(one["seconds"]) for one in told)
+    language = stamps[0].language
+    say = texts(language)
+    legend = (say.get("plots.first"), say.get("plots.second"))
+    return draw_plots(say.get("plots.both"), drawn, [], seconds, foot=foot, legend=legend, language=language)[0]
+
+
+def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
+    known: Any = left or right
+    return Curve(
+        known["name"], known["kind"], known["unit"], _points(left), left["count"] if left else 0, _points(right)
+    )
+
+
+def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:
+    return [(t, v) for t, v in curve["points"]] if curve else []
+
+
+# ---- files of pictures
 SUFFIXES = (".svg", ".pdf", ".png")
 _PPI = 144
 _MOST_PIXELS = 40_000_000

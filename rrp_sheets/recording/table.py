@@ -1,28 +1,32 @@
-"""Tables of the events of runs as .csv and .xlsx files, stamped with their origin; and the comparison of two runs.
+"""Tables of the events of runs as .csv and .xlsx files: one row per event, one column per attribute.
 
-A comment above a CSV's header breaks most programs that read it, and a file beside it gets lost when the table is
-mailed; so every row of a CSV says in its columns which run, workbook and session it comes from.
+The table of one run is that in its run.xlsx. In a table of several, the first columns tell the runs apart, so that a
+study is one table, in the long form that statistics programs want. Column names are snake_case and differ also when
+case is ignored, so that R, SQL and spreadsheets take them as they are. A comment above a CSV's header breaks most
+programs that read it, and a file beside it gets lost when the table is mailed; so every row of a CSV says in its
+columns which run, workbook and session it comes from.
 """
 
 from __future__ import annotations
 
 import csv
+import json
 import os
+import re
+import unicodedata
 import zipfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
-from rrp_sheets.model.run_files import PROGRAM, RecordedEvent, RecordedFailure, RecordedValue, Stamp
+from rrp_sheets.model.run_files import PROGRAM, RecordedAction, RecordedEvent, RecordedNotice, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import stamp_of
-from rrp_sheets.recording.tidy import Tidy, tidy_table
-from rrp_sheets.recording.timeline import build_timeline
-from rrp_sheets.recording.trace_reader import TraceReader, text_of
-from rrp_sheets.render.plots import Curve, draw_plots
-from rrp_sheets.render.texts import texts
+from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
+from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.atomic import refuse_open_file
 from rrp_sheets.workbook.package import BROKEN_ZIP
@@ -30,7 +34,6 @@ from rrp_sheets.workbook.table import MoreSheet, write_table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 _RUN_WIDTHS = (28, 24, 68, 18, 11, 8, 14, 14, 14, 30, 10, 10)
-_MOST_STREAMS = 5_000
 _ABOUT = (b"About this run", b"About these runs")  # the sheet that every table of ours has
 _STAMPED = (Stamp.columns()[2], Stamp.names()[2])  # the column that every CSV of ours has; before version 0.3
 _SHEETS = "xl/workbook.xml"
@@ -108,101 +111,6 @@ def csv_cell(value: Any) -> Any:
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
 
-@dataclass
-class Seen:
-    """Number of values of a stream, and the times of the first and the last (s)."""
-
-    name: str
-    kind: str
-    count: int = 0
-    first: float | None = None
-    last: float | None = None
-
-
-def pair(first: Path, second: Path) -> dict[str, Any]:
-    """Compare two runs, as JSON: `streams` with the counts and first times of both, and `svg`, blank without numbers.
-
-    Args:
-        first: the folder of a run.
-        second: that of another.
-
-    Raises:
-        UnreadableFile: when one of them is no record of a run.
-    """
-    left, right = streams_of(first), streams_of(second)
-    names = list(dict.fromkeys([*left, *right]))
-    return {
-        "streams": [_both(left.get(n), right.get(n)) for n in names],
-        "svg": _overlaid(first, second),
-    }
-
-
-def streams_of(place: Path) -> dict[str, Seen]:
-    """Return the streams of a run by key, in the order of its record; errors of a row are one more, `row: error`."""
-    reader = TraceReader(place)
-    streams = [(text_of(stream.name), stream.kind) for stream in reader.header.streams]
-    found = {key(name): Seen(name, kind) for name, kind in streams}
-    for event in reader:
-        _note(found, event)
-    return found
-
-
-def _note(found: dict[str, Seen], event: RecordedEvent) -> None:
-    if isinstance(event, RecordedFailure):
-        name, kind = f"{text_of(event.row)}: error", event.kind
-    elif isinstance(event, RecordedValue):
-        name, kind = text_of(event.stream), "stream"
-    else:
-        return
-    seen = found.get(key(name))
-    if seen is None:
-        if len(found) >= _MOST_STREAMS:
-            return
-        seen = found[key(name)] = Seen(name, kind)
-    seen.count += 1
-    seen.last = event.t
-    if seen.first is None:
-        seen.first = event.t
-
-
-def _both(left: Seen | None, right: Seen | None) -> dict[str, Any]:
-    known = left or right
-    assert known is not None
-    return {
-        "name": known.name, "kind": known.kind,
-        "counts": [s.count if s else None for s in (left, right)],
-        "firsts": [s.first if s else None for s in (left, right)],
-    }  # fmt: skip
-
-
-def _overlaid(first: Path, second: Path) -> str:
-    """Draw the numbers of both runs over each other; those that both have come first."""
-    told = [build_timeline(first), build_timeline(second)]
-    curves = [{key(c["name"]): c for c in one["curves"]} for one in told]
-    names = sorted(dict.fromkeys([*curves[0], *curves[1]]), key=lambda n: (n not in curves[0]) + (n not in curves[1]))
-    if not names:
-        return ""
-    drawn = [_curve(curves[0].get(name), curves[1].get(name)) for name in names]
-    stamps = [stamp_of(first), stamp_of(second)]
-    foot = "\n".join(stamp.line() for stamp in stamps)
-    seconds = max(float(one["seconds"]) for one in told)
-    language = stamps[0].language
-    say = texts(language)
-    legend = (say.get("plots.first"), say.get("plots.second"))
-    return draw_plots(say.get("plots.both"), drawn, [], seconds, foot=foot, legend=legend, language=language)[0]
-
-
-def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
-    known: Any = left or right
-    return Curve(
-        known["name"], known["kind"], known["unit"], _points(left), left["count"] if left else 0, _points(right)
-    )
-
-
-def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:
-    return [(t, v) for t, v in curve["points"]] if curve else []
-
-
 def refuse_other_table(target: Path) -> None:
     """Raise SheetsError when `target` is an .xlsx or .csv that is there and was not exported from runs, or is open."""
     refuse_open_file(target)
@@ -235,3 +143,238 @@ def _ours_csv(path: Path) -> bool:
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         header = file.readline(_MOST)
         return any(name in header for name in _STAMPED)
+
+
+class Seconds(float):
+    """A time, which a CSV shows to the microsecond.
+
+    >>> str(Seconds(0.5)), Seconds(0.5) == 0.5
+    ('0.500000', True)
+    """
+
+    def __str__(self) -> str:
+        return f"{float(self):.6f}"
+
+
+SENT = "sent by hand"  # the kind of a value that somebody sent into a sensor stream
+TELL_APART = ("run", "participant", "condition")
+_MOST_FIELDS = 500  # columns of a table: more is no record of ours
+_FIRST = ("time_s", "kind", "stream", "row", "value", "message", "blank")
+_WIDTHS = (10.0, 11.0, 24.0, 16.0, 18.0, 40.0, 14.0)
+_BY = "by"
+_R_WORDS = frozenset(("if", "else", "repeat", "while", "function", "for", "next", "break", "in"))
+"""Words that R does not take as a column's name (`?Reserved`), as far as they are written small."""
+
+
+@dataclass
+class _Look:
+    """Facts about the columns of a trace, from one pass over it."""
+
+    kinds: dict[str, str] = field(default_factory=dict)
+    fields: dict[str, set[str]] = field(default_factory=dict)  # with the units that they have
+    together: set[frozenset[str]] = field(default_factory=set)  # fields of one record that are spelt nearly alike
+    printing: set[str] = field(default_factory=set)  # streams whose commands the trace has twice: as event and as note
+    people: bool = False
+    count: int = 0
+    streams: list[list[str]] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Tidy:
+    """A table of events.
+
+    Attributes:
+        rows: read while they are written; a table can be made once.
+        widths: of the columns, in characters.
+        stamps: one for each run.
+        streams: of each run: name, kind, device, and units per field, `distance: m`.
+        count: how many rows there are.
+    """
+
+    header: list[str]
+    rows: Iterator[list[Any]]
+    widths: list[float]
+    stamps: list[Stamp]
+    streams: list[list[list[str]]]
+    count: int
+
+
+def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
+    """Return a trace as a tidy table: header, rows (one per event), column widths."""
+    table = tidy_table([trace])
+    return table.header, table.rows, table.widths
+
+
+def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
+    """Return the events of some runs as one table.
+
+    A record's fields stand in columns of their own (with their unit, where all devices that have it agree), so that a
+    plain value is always in the column `value`; lists and records within records are JSON. The column `blank` names the
+    columns in which a blank came; a cell without anything means that nothing came. Runs in which people did something
+    have a column more, which says who.
+
+    Args:
+        traces: each a trace.jsonl.
+        stamped: whether every row says which run it comes from; a table of several runs says so in any case.
+
+    Raises:
+        UnreadableFile: when one of them is no trace.
+    """
+    readers = [TraceReader(trace) for trace in traces]
+    looks = [_look(reader) for reader in readers]
+    people = any(look.people for look in looks)
+    stamps = [stamp_of(trace.parent) for trace in traces]
+    apart = list(TELL_APART) if len(traces) > 1 else []
+    behind = [name for name in Stamp.columns() if name not in apart and (stamped or name in ("ended", "complete"))]
+    fixed = [*apart, *_FIRST, *([_BY] if people else [])]
+    columns, headers = _columns(looks, [*fixed, *Stamp.columns(), _BY])
+    header = [*fixed, *headers, *behind]
+    widths = [*[18.0] * len(apart), *_WIDTHS, *[12.0] * (people + len(headers) + len(behind))]
+
+    def rows() -> Iterator[list[Any]]:
+        for reader, look, stamp in zip(readers, looks, stamps, strict=True):
+            told = stamp.row()
+            before, after = [told[n] for n in apart], [told[n] for n in behind]
+            for row in _rows(reader, look, columns, headers, people):
+                yield [*before, *row, *after]
+
+    return Tidy(header, rows(), widths, stamps, [look.streams for look in looks], sum(look.count for look in looks))
+
+
+def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, int], list[str]]:
+    """Return the column of each field, and the columns' names.
+
+    Fields that differ only in their spelling (`Zone`, `zone`) share a column, unless one record has both.
+    """
+    fields: dict[str, set[str]] = {}
+    for look in looks:
+        for name, units in look.fields.items():
+            fields.setdefault(name, set()).update(units)
+    apart = {name for look in looks for names in look.together for name in names}
+    columns: dict[str, int] = {}
+    places: dict[str, int] = {}
+    units_of_column: list[set[str]] = []
+    stems: list[str] = []
+    for name, units in fields.items():
+        stem = snake_case(name)
+        place = len(stems) if name in apart else places.setdefault(stem, len(stems))
+        if place == len(stems):
+            stems.append(stem)
+            units_of_column.append(set())
+        units_of_column[place] |= units
+        columns[name] = place
+    fixed = {name.casefold() for name in taken}
+    used = set(fixed)
+    headers = []
+    for stem, units in zip(stems, units_of_column, strict=True):
+        known = units - {""}  # what rows make has no unit of its own
+        name = snake_case(f"{stem} {next(iter(known))}") if len(known) == 1 else stem
+        if name in fixed:
+            name = f"field_{name}"
+        number, first = 2, name
+        while name in used:
+            name, number = f"{first}_{number}", number + 1
+        used.add(name)
+        headers.append(name)
+    return columns, headers
+
+
+@lru_cache(maxsize=1_000)
+def snake_case(name: str) -> str:
+    """Convert a name to a column's name that R, SQL and spreadsheets take as it is.
+
+    >>> snake_case("Zone"), snake_case("distance (m)"), snake_case("2nd try"), snake_case("speed m/s"), snake_case("if")
+    ('zone', 'distance_m', 'field_2nd_try', 'speed_m_s', 'field_if')
+    """
+    plain = unicodedata.normalize("NFKC", name).replace("°", " deg ").replace("%", " percent ")
+    words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", plain)  # redBall
+    found = "_".join(re.findall(r"[^\W_]+", words)).casefold()
+    return found if found[:1].isalpha() and found not in _R_WORDS else f"field_{found}".rstrip("_")
+
+
+def _look(reader: TraceReader) -> _Look:
+    units = units_of(reader.header)
+    streams = reader.header.streams
+    found = _Look(
+        kinds={s.name: s.kind for s in streams}, printing={s.name for s in streams if s.device == "Print"},
+        streams=[[s.name, s.kind, s.device, _units_told(units.get(s.name, {}))] for s in streams],
+    )  # fmt: skip
+    for event in reader:
+        found.count += not _is_twice(event, found)
+        if not isinstance(event, RecordedValue):
+            found.people = found.people or isinstance(event, RecordedAction)
+            continue
+        found.people = found.people or event.by is not None
+        value = event.value
+        if isinstance(value, dict):
+            stems = [snake_case(name) for name in value] if len(value) <= _MOST_FIELDS else []
+            if len(set(stems)) < len(stems):
+                alike = (n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
+                found.together.add(frozenset(alike))
+            known = units.get(event.stream, {})
+            for name in value:
+                if len(found.fields) < _MOST_FIELDS or name in found.fields:
+                    found.fields.setdefault(name, set()).add(known.get(key(name), ""))
+    return found
+
+
+def _units_told(units: Mapping[str, str]) -> str:
+    return ", ".join(f"{field}: {unit}" if field else unit for field, unit in units.items() if unit)
+
+
+def units_of(header: TraceHeader) -> dict[str, dict[str, str]]:
+    """Return the units of a trace's sensor and actuator streams, by the key of a field; a plain value's by `""`.
+
+    Streams that rows make have none: a formula does not say what its number means.
+    """
+    robot = header.text("robot")
+    if robot not in robot_names():
+        return {}
+    devices = load_robot(robot).devices
+    found: dict[str, dict[str, str]] = {}
+    for stream in header.streams:
+        device = devices.get(key(stream.device))
+        if device is not None:
+            fields = {key(f.name): f.unit for f in device.payload.fields} if device.payload else {}
+            found[stream.name] = {"": device.unit, **fields}
+    return found
+
+
+def _is_twice(event: RecordedEvent, look: _Look) -> bool:
+    """Return whether an event is the note with which the world repeats what another one has sent to Print."""
+    return isinstance(event, RecordedNotice) and event.kind == "note" and event.stream in look.printing
+
+
+def _rows(
+    reader: TraceReader, look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool
+) -> Iterator[list[Any]]:
+    for event in reader:
+        if _is_twice(event, look):
+            continue
+        plain: Any = None
+        cells: list[Any] = [None] * len(headers)
+        blank: list[str] = []
+        if isinstance(event, RecordedValue):
+            value, message, by = event.value, None, event.by
+            kind = look.kinds.get(event.stream, "stream") if by is None else SENT
+            blank = ["value"] if value is None else []
+            if isinstance(value, dict) and value:
+                for name, part in value.items():
+                    place = columns.get(name)
+                    if place is not None:
+                        cells[place] = _plain(part)
+                        blank += [headers[place]] if part is None else []
+            else:
+                plain = _plain(value)
+        else:
+            kind, message, by = event.kind, event.text, event.by if isinstance(event, RecordedAction) else None
+        first = [Seconds(event.t), kind, event.stream or None, event.row or None, plain, message or None]
+        yield [*first, ", ".join(blank) or None, *([by or None] if people else []), *cells]
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, (list, dict)):
+        return json.dumps(value, ensure_ascii=False)
+    return value

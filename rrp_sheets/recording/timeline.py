@@ -14,7 +14,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import show
 from rrp_sheets.recording.marbles import value_from_json
-from rrp_sheets.recording.tidy import units_of
+from rrp_sheets.recording.table import units_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader, text_of
 from rrp_sheets.robots import load_robot
 

@@ -11,8 +11,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RecordedEvent, RecordedValue, Stamp
 from rrp_sheets.recording.marbles import stamped, value_from_json
-from rrp_sheets.recording.table import about_runs, csv_cell, properties_of, refuse_other_table
-from rrp_sheets.recording.tidy import Seconds
+from rrp_sheets.recording.table import Seconds, about_runs, csv_cell, properties_of, refuse_other_table
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.replay.record import same_json

@@ -162,7 +162,7 @@ def write_marbles(
 
 def pair_table(first: str, second: str) -> dict[str, Any]:
     """Return two runs side by side."""
-    from rrp_sheets.recording.table import pair
+    from rrp_sheets.recording.exporting import pair
 
     return pair(Path(first), Path(second))
 
