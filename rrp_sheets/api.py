@@ -353,9 +353,10 @@ def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunOb
         MissingPart: when the simulator is not installed here.
         RunBroken: when the run broke off before it left anything.
     """
-    from rrp_sheets.runs.run_process import run_apart as run_in_process
+    from rrp_sheets.engine.run_events import RunObserver
+    from rrp_sheets.runs.run_process import RunProcess
 
-    return run_in_process(Path(path), settings, view)
+    return RunProcess(Path(path), settings).listen(view or RunObserver())
 
 
 def test(path: Path | str, stopped: Callable[[], bool] = lambda: False) -> tuple[Checked, TestReport | None]:

@@ -28,7 +28,7 @@ from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.replay.output import account
 from rrp_sheets.replay.report import as_text, in_words
-from rrp_sheets.replay.result import Count, Difference, Replayed, Spoken
+from rrp_sheets.replay.result import Count, Difference, Replayed
 from rrp_sheets.services.printing import gather
 from rrp_sheets.texts import N_, LazyMessage, capital, listed, sentences, small, told
 from rrp_sheets.workbook import read
@@ -189,7 +189,7 @@ def test_a_replay_is_told_in_the_language_of_the_workbook_that_ran(other):
     counts = tuple(Count(s, "Look!3", "Look!4", 9, 9, 3) for s in streams)
     found = Replayed(
         "r1", "挨拶.xlsx", other, "frame", 90.0, 27, differences, counts, stamp=Stamp(language="ja"),
-        actuators=streams[:2], spoken={"Say": Spoken("")}, remarks=(N_("{row} gets", row=in_words("Look!3")),),
+        actuators=streams[:2], spoken={"Say": ""}, remarks=(N_("{row} gets", row=in_words("Look!3")),),
     )  # fmt: skip
     text = as_text(found)
     assert "Lookの4行目" in text and "『ええ』" in text and "ロボット：" in text

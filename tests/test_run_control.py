@@ -17,7 +17,7 @@ from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.recording.marbles import trace_scores
-from rrp_sheets.recording.table import tidy
+from rrp_sheets.recording.table import tidy_table
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.run_process import Watchdog
 from rrp_sheets.runs.running import start_of
@@ -312,7 +312,8 @@ def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path):
     script = Script({3: wish("mark", note="he laughs"), 4: wish("send", "Bo", stream="Head yaw", text="5"),
                      5: [wish("put", thing="Red ball", at=[n / 10, 0, 0.4]) for n in range(3)]})  # fmt: skip
     made = Run(tmp_path, BOOK, script, EVENTS)
-    header, lines, _ = tidy(made.result.folder / "trace.jsonl")
+    table = tidy_table([made.result.folder / "trace.jsonl"])
+    header, lines = table.header, table.rows
     table = [dict(zip(header, line, strict=True)) for line in lines]
     assert [(line["kind"], line["message"], line["by"]) for line in table if line["by"]] == [
         ("mark", "he laughs", "Anna"), ("sent by hand", None, "Bo"), ("scene", "Red ball is put to 0.20, 0.00, 0.40 m.", "Anna")
@@ -327,7 +328,7 @@ def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path):
 
 
 def test_a_run_that_nobody_touched_has_no_column_for_people(untouched):
-    assert "by" not in tidy(untouched.result.folder / "trace.jsonl")[0]
+    assert "by" not in tidy_table([untouched.result.folder / "trace.jsonl"]).header
     assert not any("wall" in line or "stimulated" in line for line in untouched.lines)
 
 

@@ -16,8 +16,7 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.run_files import RecordedFailure, RecordedNotice, RecordedValue
-from rrp_sheets.recording.table import tidy
-from rrp_sheets.recording.tidy import tidy
+from rrp_sheets.recording.table import tidy_table
 from rrp_sheets.recording.trace_reader import TraceReader
 
 BOOK = rows(
@@ -98,7 +97,8 @@ def test_a_line_that_a_crash_cut_off_is_left_out(trace):
 
 
 def test_the_table_has_a_row_per_event(trace):
-    header, lines, _ = tidy(trace)
+    table = tidy_table([trace])
+    header, lines = table.header, table.rows
     table = [dict(zip(header, line, strict=True)) for line in lines]
     assert len(table) == 7
     assert [row["kind"] for row in table] == ["sensor", "stream", "anonymous", "actuator", "sensor", "error", "say"]

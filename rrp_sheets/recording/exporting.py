@@ -207,10 +207,6 @@ class Seen:
 def pair(first: Path, second: Path) -> dict[str, Any]:
     """Compare two runs, as JSON: `streams` with the counts and first times of both, and `svg`, blank without numbers.
 
-    Args:
-        first: the folder of a run.
-        second: that of another.
-
     Raises:
         UnreadableFile: when one of them is no record of a run.
     """

@@ -182,10 +182,6 @@ def _draw(path: Path, checked: Checked, target: Path) -> None:
     draw(checked, target)  # `stamp_pictures` says of which run
 
 
-def _film(data: bytes, about: Mapping[str, str]) -> bytes:
-    return gif_with(data, about)
-
-
 def _strip(data: bytes, about: Mapping[str, str]) -> bytes:
     return png_with(data, {"Description": words_of(about)})
 
@@ -195,7 +191,7 @@ def _diagram(data: bytes, about: Mapping[str, str]) -> bytes:
 
 
 _PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
-    FILM: _film, STRIP: _strip, DIAGRAM: _diagram,
+    FILM: gif_with, STRIP: _strip, DIAGRAM: _diagram,
 }  # fmt: skip
 
 

@@ -199,12 +199,6 @@ class Tidy:
     count: int
 
 
-def tidy(trace: Path) -> tuple[list[str], Iterator[list[Any]], list[float]]:
-    """Return a trace as a tidy table: header, rows (one per event), column widths."""
-    table = tidy_table([trace])
-    return table.header, table.rows, table.widths
-
-
 def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     """Return the events of some runs as one table.
 

@@ -123,10 +123,6 @@ def _sent(event: RecordedValue) -> str:
 class Log:
     """Log of a run, made from the events of its trace one by one.
 
-    Args:
-        place: the run's folder.
-        header: of the trace.
-
     Attributes:
         commanded: the actuator streams whose commands are told, with the device of each.
     """

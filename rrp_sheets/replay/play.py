@@ -38,9 +38,6 @@ class ValueDecoder:
 
     The value of a command comes back in its end: a list or a record from a formula, whose type JSON does not keep. So
     commands are remembered as they are made, and their ends get the original value.
-
-    Args:
-        plan: of the workbook that is played.
     """
 
     def __init__(self, plan: Plan) -> None:

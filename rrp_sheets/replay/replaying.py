@@ -16,7 +16,7 @@ from rrp_sheets.replay.edits import Editions
 from rrp_sheets.replay.play import Ends, Played, ReplayPlayer, Script, Told
 from rrp_sheets.replay.record import Events, Recorded, moments, read_record
 from rrp_sheets.replay.report import ending, unknown
-from rrp_sheets.replay.result import Comparer, Replayed, Spoken
+from rrp_sheets.replay.result import Comparer, Replayed
 from rrp_sheets.replay.workbooks import (
     Matching,
     ReplaySource,
@@ -165,10 +165,10 @@ def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -
     """Return the part of the result that is known before anything is compared."""
     names = [n for n, kind in recorded.streams.items() if kind == StreamKind.ACTUATOR.value]
     names += [s.name for s in source.plan.streams if s.kind is StreamKind.ACTUATOR]
-    spoken = {name: Spoken(text) for s in (source, ran) if s is not None for name, text in _spoken(s)}
+    spoken = {name: text for s in (source, ran) if s is not None for name, text in _spoken(s)}
     for stream in recorded.header.streams:  # without the workbook that ran
         if stream.device == _SAYS[0]:
-            spoken.setdefault(stream.name, Spoken())
+            spoken.setdefault(stream.name, "")
     return Replayed(
         run=recorded.place.resolve().name, workbook=recorded.header.text("name") or "the workbook", other="",
         engine=source.checked.run.engine, seconds=recorded.last_us / 1e6, compared=0, differences=(), counts=(),

@@ -376,7 +376,7 @@ def _robot_line(run: Sequence[Difference], found: Replayed) -> AccountLine:
 
 
 def _spoken_words(d: Difference, found: Replayed) -> str:
-    own = found.spoken[d.stream].text
+    own = found.spoken[d.stream]
     recorded, came = (_quoted(own or value) for value in (d.recorded, d.came))
     would = bool(found.other)
     if d.kind == MISSING and d.recorded is None:

@@ -16,13 +16,6 @@ SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 
 
 @dataclass(frozen=True)
-class Spoken:
-    """An actuator stream whose values are spoken: a text of its own, or what it is given."""
-
-    text: str = ""
-
-
-@dataclass(frozen=True)
 class Replayed:
     """A recorded run beside its replay.
 
@@ -40,7 +33,7 @@ class Replayed:
         unknown: what a replay cannot know in this session, in words.
         stamp: of the run.
         actuators: names of the actuator streams, as the trace has them.
-        spoken: those of them whose values the robot says.
+        spoken: those of them whose values the robot says, each with the text of its own if it has one.
         recorded: what was compared, in order.
         came: what came instead, in order; streams as the record calls them.
     """
@@ -58,7 +51,7 @@ class Replayed:
     unknown: tuple[str, ...] = ()
     stamp: Stamp = field(default_factory=Stamp)
     actuators: tuple[str, ...] = ()
-    spoken: Mapping[str, Spoken] = field(default_factory=dict)
+    spoken: Mapping[str, str] = field(default_factory=dict)
     recorded: Iterable[RecordedEvent] = field(default=(), repr=False, compare=False)
     came: Iterable[RecordedEvent] = field(default=(), repr=False, compare=False)
 
@@ -91,7 +84,7 @@ class Replayed:
             "seconds": self.seconds, "compared": self.compared, "ending": told(self.ending, self.language),
             "remarks": [told(r, self.language) for r in self.remarks],
             "unknown": [told(u, self.language) for u in self.unknown], "stamp": asdict(self.stamp),
-            "actuators": list(self.actuators), "spoken": {n: s.text for n, s in self.spoken.items()},
+            "actuators": list(self.actuators), "spoken": dict(self.spoken),
             "counts": [asdict(c) for c in self.counts],
             "difference_count": len(self.differences),
             "differences": [asdict(d) for d in shown],

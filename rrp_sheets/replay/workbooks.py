@@ -82,11 +82,6 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
 def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> ReplaySource:
     """Read another workbook, to be played with a record.
 
-    Args:
-        path: of it.
-        recorded: the record.
-        like: the workbook that ran, where it is known.
-
     Raises:
         UnreadableFile: when it cannot be read.
         SheetsError: when it has errors.
@@ -194,13 +189,7 @@ def itself(source: ReplaySource) -> Matching:
 
 
 def matching(recorded: Recorded, ran: ReplaySource | None, other: ReplaySource) -> Matching:
-    """Match the streams, rows and behaviours of another workbook with those of the record.
-
-    Args:
-        recorded: the record.
-        ran: the workbook that ran; without it names alone tell.
-        other: the workbook that is played.
-    """
+    """Match streams, rows and behaviours of another workbook with the record's; without what ran, by names alone."""
     labels = other.labels
     if ran is None:
         by_name = {key(label): i for i, label in labels.items()}

@@ -349,11 +349,6 @@ def _sentence(words: str, row: str = "") -> str:
     return N_("{before}.", before=_at(words, row))
 
 
-def run_apart(path: Path, settings: RunSettings | None = None, view: RunObserver | None = None) -> RunOutcome:
-    """Run a workbook in a process of its own, to its end; see :meth:`RunProcess.listen`."""
-    return RunProcess(path, settings).listen(view or RunObserver())
-
-
 def close_trace(
     start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Notice] = (), by: str = ""
 ) -> Summary:

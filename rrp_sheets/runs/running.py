@@ -247,14 +247,7 @@ Thing = tuple[str, str, tuple[float, float, float] | None]
 
 
 def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Path) -> RunStart:
-    """Return the description of a run that its view gets at the beginning.
-
-    Args:
-        plan: the rows and devices.
-        scene: what will happen in the world by itself.
-        until_us: when the run ends by itself.
-        folder: that it will leave.
-    """
+    """Return the description of a run that its view gets at the beginning."""
     checked = plan.checked
     workbook, robot = checked.workbook, checked.robot
     names = {b.key: b.name for b in checked.graph.behaviours}

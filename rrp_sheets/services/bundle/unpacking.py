@@ -73,11 +73,6 @@ def unpacked(path: Path) -> Iterator[Bundle]:
 def unpack(path: Path, folder: Path, most_bytes: int = manifest.MOST_BYTES) -> Bundle:
     """Put the files of a bundle into an empty folder.
 
-    Args:
-        path: of the zip.
-        folder: the target of its files.
-        most_bytes: the limit of their total size.
-
     Raises:
         UnreadableFile: when it is none, or is refused.
     """
