@@ -168,8 +168,8 @@ def pose(
         name: of the gesture; it may be new.
         joints: joints to move, as `RShoulderPitch=-60°` or `LElbowRoll=-0.5` (rad).
         posture: to begin with; else the gesture's last keyframe, or the start posture.
-        at: s from the gesture's beginning; None: 1 s after its last keyframe.
-        picture: where to store a picture of that pose.
+        at: s from the gesture's beginning; a keyframe of that time is replaced. None: 1 s after its last one.
+        picture: where to store a picture of that pose (.png).
 
     Raises:
         SheetsError: a joint, an angle or the posture is not known, or the file cannot be written.
@@ -384,7 +384,7 @@ def export(runs: Sequence[Path | str], target: Path | str, *, streams: Sequence[
     """Write recorded runs as a table (.xlsx, .csv; several in one) or as plots (.svg, .pdf, .png).
 
     Args:
-        runs: folders of runs, or their traces.
+        runs: folders of runs, or their traces; several only for a table. What else `runs/*` names is left out.
         target: the file to write.
         streams: of plots, only these.
 

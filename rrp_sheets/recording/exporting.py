@@ -25,20 +25,7 @@ TABLES = (".xlsx", ".csv")
 
 
 def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> list[str]:
-    """Write recorded runs into a file, as a table or as plots.
-
-    Args:
-        runs: folders of runs, or their trace.jsonl; several only for a table. What else `runs/*` names is left out.
-        target: the file: .xlsx or .csv for a table, .svg, .pdf or .png for plots.
-        streams: of plots, only these.
-
-    Returns:
-        Notes for the user.
-
-    Raises:
-        SheetsError: that cannot be made as such a file, or it cannot be written.
-        UnreadableFile: one of the runs is no record of a run.
-    """
+    """Write recorded runs into a file, as a table or as plots; see `api.export`."""
     strays = [run for run in runs if run.is_file() and run.suffix != Path(TRACE).suffix]  # runs/faces.json
     runs = [run for run in runs if run not in strays] or runs
     suffix = target.suffix.casefold()

@@ -31,7 +31,6 @@ class CellSet:
     """A cell that was set.
 
     Attributes:
-        address: of the cell.
         before: what stood there, as typed.
         after: what stands there now.
         report: what is wrong with the workbook now.

@@ -54,22 +54,7 @@ def pose(
     path: Path, name: str, wanted: Sequence[str] = (), *, posture: str = "", at: float | None = None,
     picture: Path | None = None,
 ) -> Posed:  # fmt: skip
-    """Let the simulated robot take a pose, and write its joints as a keyframe into the workbook's Gestures sheet.
-
-    The pose begins with the gesture's last keyframe, or the start posture.
-
-    Args:
-        path: of the workbook.
-        name: of the gesture; it may be new.
-        wanted: joints to move, as `RShoulderPitch=-60°` or `LElbowRoll=-0.5` (rad).
-        posture: to begin with another one.
-        at: s from the gesture's beginning; a keyframe of that time is replaced. None: 1 s after the last one.
-        picture: where to store a picture of the robot in that pose (.png).
-
-    Raises:
-        SheetsError: a joint, an angle or the posture is not known, or the file cannot be written.
-        MissingPart: when the simulator is not installed here.
-    """
+    """Let the simulated robot take a pose, and write its joints as a keyframe; see `api.pose`."""
     if not name.strip():
         raise SheetsError(N_("A gesture needs a name."), N_('Write one: --name "High five".'))
     reading = read(path)

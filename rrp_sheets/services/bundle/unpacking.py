@@ -36,14 +36,12 @@ class Bundle:
     """An unpacked bundle.
 
     Attributes:
-        source: the zip.
         folder: where its files are.
         workbook: the file, or the folder of CSV files.
         runs: the folders of the recorded runs in it, by name.
         notes: what differs from its list or from the program here, in words.
     """
 
-    source: Path
     folder: Path
     workbook: Path
     runs: tuple[Path, ...]
@@ -114,7 +112,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
     notes += catalogue_note(home)
     runs = tuple(sorted(p.parent for p in folder.glob(f"{RUNS}/*/{TRACE}")))
     dress(runs, home)
-    return Bundle(path, folder, folder / workbook, runs, tuple(notes))
+    return Bundle(folder, folder / workbook, runs, tuple(notes))
 
 
 def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
