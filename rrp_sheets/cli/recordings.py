@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rrp_sheets.cli.terminal import WorkbookArgument, is_bundle, print_notes, runs_of, said_when_slow
+from rrp_sheets.cli.terminal import WorkbookArgument, counted, is_bundle, print_notes, runs_of, said_when_slow
 from rrp_sheets.texts import N_, told
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def delete(
     else:
         parts = _parts(planned, below)
         count, wiped = sum(len(d.runs) for d in parts), sum(len(d.faces_gone) for d in parts)
-        click.echo(f"Deleted: {_count(count, 'run')}, {_count(wiped, 'remembered face')}.")
+        click.echo(f"Deleted: {counted(count, 'run')}, {counted(wiped, 'remembered face')}.")
     if begun:
         click.echo(
             f"Meanwhile there is another run: {_listed(begun)}. It stays; delete again when it has ended.", err=True
@@ -176,7 +176,7 @@ def _words(planned: Deletion, below: bool) -> list[str]:
     stays = [line for d in parts for line in _stays(d)]
     if planned.below and not below:
         stays.append(f"Runs of {planned.participant} in folders below stay too. Are they of the same person?")
-        stays += [f"  {_count(len(d.runs), 'run')} in {d.within}: {_command(d)}" for d in planned.below[:_MOST_NAMED]]
+        stays += [f"  {counted(len(d.runs), 'run')} in {d.within}: {_command(d)}" for d in planned.below[:_MOST_NAMED]]
         if len(planned.below) > 1:
             stays.append("  All of them go with --below.")
     if planned.elsewhere:
@@ -193,9 +193,9 @@ def _goes(planned: Deletion) -> list[str]:
     whose = f" of {planned.participant}" if planned.participant else ""
     where = f" in {planned.within}" if planned.within else ""
     said = [
-        f"To be deleted{where}: {_count(len(planned.runs), 'run')}{whose} with {_count(planned.files, 'file')} "
-        f"({planned.size / _MEGA:,.1f} MB), among them {_count(planned.pictures, 'picture and film')} "
-        f"and {_count(planned.sounds, 'sound')}.",
+        f"To be deleted{where}: {counted(len(planned.runs), 'run')}{whose} with {counted(planned.files, 'file')} "
+        f"({planned.size / _MEGA:,.1f} MB), among them {counted(planned.pictures, 'picture and film')} "
+        f"and {counted(planned.sounds, 'sound')}.",
         *_table(planned.runs[:_MOST_NAMED]),
     ]
     if len(planned.runs) > _MOST_NAMED:
@@ -224,11 +224,6 @@ def _command(planned: Deletion) -> str:
 def _listed(things: Sequence[str]) -> str:
     more = f" and {len(things) - _MOST_NAMED} more" if len(things) > _MOST_NAMED else ""
     return ", ".join(things[:_MOST_NAMED]) + more
-
-
-def _count(number: int, what: str) -> str:
-    ending: Any = {"picture and film": "pictures and films"}.get(what, f"{what}s")
-    return f"{number:,} {what if number == 1 else ending}"
 
 
 @click.command(name="export")

@@ -14,7 +14,7 @@ import click
 
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
-from rrp_sheets.cli.terminal import WorkbookArgument, home_of, plain_text
+from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Notice
@@ -55,7 +55,6 @@ def run_command(
     130 stopped with Ctrl-C.
     """
     from rrp_sheets import api
-    from rrp_sheets.cli.check import print_findings
 
     settings = api.RunSettings(
         home=home_of(click.get_current_context()),
@@ -146,7 +145,7 @@ class Watch(RunObserver):
         self._names = dict(start.actuators)
         self._until = start.until_us
         print_findings(start.findings, err=True)
-        self._echo(f"{start.title}: {_counted(len(start.rows), 'row')} for {start.until_us / 1e6:g} s. Ctrl-C stops.")
+        self._echo(f"{start.title}: {counted(len(start.rows), 'row')} for {start.until_us / 1e6:g} s. Ctrl-C stops.")
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
         self._told = us
@@ -202,17 +201,12 @@ class Watch(RunObserver):
         repeats = " (repeats are not shown)" if self._hidden else ""
         whole = time.monotonic() - self._began
         self._echo(f"{round(summary.simulated, 1):g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
-                   f"{_counted(commands, 'command')}{repeats}, {_counted(errors, 'error')}.")  # fmt: skip
+                   f"{counted(commands, 'command')}{repeats}, {counted(errors, 'error')}.")  # fmt: skip
         self._echo(f"With start, rest and files it took {whole:.1f} s.")
         self._echo(f"In {result.folder}:")
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
             self._echo(f"  {name:<{width}}  {what}")
-
-
-def _counted(count: int, word: str) -> str:
-    """`1 command`, `2 commands`."""
-    return f"{count:,} {word}{'' if count == 1 else 's'}"
 
 
 def _short(value: Value) -> str:

@@ -75,12 +75,7 @@ class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic fo
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         """Return the path of the workbook, which is unpacked first if it is in a bundle."""
-        path = Path(value)
-        if ctx is None or not is_bundle(path):
-            return path
-        if isinstance(param, click.Argument):
-            ctx.meta[__name__] = path
-        return _opened(ctx, path).workbook
+        return Path(value) if ctx is None else opened(Path(value), is_file=isinstance(param, click.Argument))
 
 
 def opened(path: Path, *, is_file: bool = True) -> Path:
@@ -128,6 +123,12 @@ def _opened(ctx: click.Context, path: Path) -> Bundle:
     if len(bundle.notes) > _MOST_NOTES:
         click.echo(f"… and {len(bundle.notes) - _MOST_NOTES:,} more.", err=True)
     return bundle
+
+
+def counted(number: int, what: str) -> str:
+    """Return a number with its noun: `1 command`, `2 commands`."""
+    several = {"picture and film": "pictures and films"}.get(what, f"{what}s")
+    return f"{number:,} {what if number == 1 else several}"
 
 
 def print_notes(notes: Iterable[str], language: str = "en") -> None:

@@ -88,14 +88,14 @@ def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     came = _named(played, found)
     if recorded.ended == "cut":
         came = _as_long(came, expected)
-    result = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
+    differences, counts = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
     unread = tally.streams - found.streams.keys()
     notes = [*remarks(recorded, source, own=True), *played.left_out]
     if unread:
         notes.append(N_("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))
     return replace(
-        _about(recorded, source, None), compared=tally.count, differences=result.differences,
-        counts=result.counts, ending=ending(recorded, played), remarks=tuple(notes),
+        _about(recorded, source, None), compared=tally.count, differences=differences,
+        counts=counts, ending=ending(recorded, played), remarks=tuple(notes),
         unknown=tuple(unknown(recorded, tally.world, cut)), recorded=expected, came=came,
     )  # fmt: skip
 
@@ -118,14 +118,14 @@ def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySourc
     came = Events(lambda: (e for e in everything if _is_rows(e, own) or isinstance(e, RecordedNotice)))
     back = {there: here for here, there in found.rows.items()}
     ids = {s.ref for s in source.plan.steps}
-    compared = Comparer(
+    differences, counts = Comparer(
         lambda row: there if (there := found.rows.get(row, "")) in ids else "", lambda row: back.get(row, ""),
         exact=False,
     ).compare(expected, came)  # fmt: skip
     notes = [*remarks(recorded, source, own=False), *differing_remarks(ran, source, found), *played.left_out]
     return replace(
-        _about(recorded, source, ran), other=source.name, compared=tally.count, differences=compared.differences,
-        counts=compared.counts, ending=ending(recorded, played), remarks=tuple(notes),
+        _about(recorded, source, ran), other=source.name, compared=tally.count, differences=differences,
+        counts=counts, ending=ending(recorded, played), remarks=tuple(notes),
         unknown=tuple(unknown(recorded, tally.world, cut, ends)), recorded=expected, came=came,
     )  # fmt: skip
 

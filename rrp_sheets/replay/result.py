@@ -144,19 +144,6 @@ class Count:
     same: int
 
 
-@dataclass(frozen=True)
-class ReplayDifferences:
-    """Differences and counts that a comparison has found.
-
-    Attributes:
-        differences: in the order of time.
-        counts: by stream and row, in the order of their first events.
-    """
-
-    differences: tuple[Difference, ...]
-    counts: tuple[Count, ...]
-
-
 class Comparer:
     """Comparison of the events of a record with those of its replay.
 
@@ -172,9 +159,12 @@ class Comparer:
         self._there = there
         self._exact = exact
 
-    def compare(self, recorded: Iterable[RecordedEvent], came: Iterable[RecordedEvent]) -> ReplayDifferences:
-        """Return all differences; streams of both have the names of the record.
+    def compare(
+        self, recorded: Iterable[RecordedEvent], came: Iterable[RecordedEvent]
+    ) -> tuple[tuple[Difference, ...], tuple[Count, ...]]:
+        """Return all differences in the order of time, and the counts in the order of the first events.
 
+        Streams of both have the names of the record.
         Both are read once and side by side, time by time: only what has no counterpart is kept.
         """
         lanes: dict[tuple[str, str], _Lane] = {}
@@ -207,7 +197,7 @@ class Comparer:
         if not found and order is not None and order.first is not None:
             found.append(self._difference(ORDER, *order.first))
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
-        return ReplayDifferences(tuple(found), tuple(counts))
+        return tuple(found), tuple(counts)
 
     def _count(self, lane: _Lane, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
         """Count the events by row, as several rows may command one actuator stream."""
