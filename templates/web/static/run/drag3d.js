@@ -48,7 +48,7 @@ export class Drag {
 
   down(event) {
     if (this.grip) return this.second(event);
-    if (event.button !== 0 || this.stage.orbit.pointers.size) return undefined;
+    if (event.button !== 0 || this.stage.orbit.state >= 0) return undefined; // a turn of the view goes on
     const name = this.under(event);
     if (!name) return undefined;
     if (!this.on) return this.told.held(null);

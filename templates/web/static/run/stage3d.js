@@ -1,6 +1,7 @@
 // The drawn world, and the view on it. The robot moves from state to state, things come and go. It is drawn only when something
 // has changed.
 
+import { OrbitControls } from "/vendor/js/OrbitControls.js";
 import * as THREE from "/vendor/js/three.module.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";
@@ -17,7 +18,9 @@ const TOO_SLOW = 100; // ms for one picture: more than that, and the page rests 
 const LONGEST_REST = 250; // ms: some pictures a second are drawn even then
 
 // of the view
-const FRONT = { azimuth: -0.5, elevation: 0.2 }; // rad: from the robot's right front, a little from above
+const FRONT = -0.5; // rad: from the robot's right front
+const ELEVATION = 0.2; // rad: a little from above
+const [STEEPEST, LOWEST] = [0.12, 1.62]; // rad from straight above, to which one can turn
 const ELSEWHERE = [-0.5, 0.8, -0.8, 1.05, 0.5, -1.05, 0, 0.3, -1.6, 1.6]; // rad: other sides, for when the robot is hidden, or somebody left out
 const BROAD = 0.35; // m: half as wide as somebody is
 const ASIDE = -1.05; // rad: when persons sit before the robot, they and it are seen from the side
@@ -26,7 +29,9 @@ const FARTHEST = 6; // m
 const WIDEST = 2.4; // m away at most by itself, if the picture is not narrow: the robot must stay large enough
 const COMPANY = 1.15; // that much farther away, so that somebody is in the picture too
 const KEY_TURN = 0.12; // rad, of an arrow key
+const KEY_ZOOM = 0.85; // of the distance is left by plus
 const DRAG_TURN = 0.008; // rad per pixel
+const WHEEL_SPEED = 2.4; // of the wheel, which takes 5 % a notch at 1
 const EASE = 260; // ms, of a third of the way to a new view
 
 export class Stage {
@@ -248,7 +253,6 @@ export class Stage {
   }
 
   draw() {
-    this.orbit.place();
     this.scene.updateMatrixWorld();
     this.room.shadow(shadows(this.body, [...this.things.values()].map(({ object }) => object)));
     this.renderer.render(this.scene, this.camera);
@@ -259,30 +263,39 @@ export class Stage {
 
 // Looking around a scene: drag, wheel or pinch, keys. It frames what it is told to until somebody turns it by hand.
 
-class Orbit {
+export class Orbit extends OrbitControls {
   constructor(element, camera, changed) {
-    this.camera = camera;
+    camera.up.set(0, 0, 1); // the controls read it once
+    super(camera, element);
+    element.style.touchAction = ""; // as the style sheet says: a finger may scroll the page
+    Object.assign(this, { enablePan: false, minDistance: NEAREST, maxDistance: FARTHEST, minPolarAngle: STEEPEST, maxPolarAngle: LOWEST });
+    this.distance = 0; // this and the azimuth are of the framed view
     this.changed = changed;
-    this.target = new THREE.Vector3(0.03, 0, 0.3);
-    this.distance = 1.5;
-    this.pointers = new Map();
     this.held = false; // while something is dragged, the view stays as it is
     this.front();
-    element.addEventListener("pointerdown", (event) => this.down(element, event));
-    element.addEventListener("pointermove", (event) => this.move(event));
-    for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) {
-      element.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
-    }
-    element.addEventListener("wheel", (event) => this.wheel(element, event), { passive: false });
+    this.addEventListener("change", () => {
+      camera.position.z = Math.max(camera.position.z, 0.03); // not below the floor
+      this.byHand = true;
+      changed();
+    });
+    const first = { capture: true }; // before the controls
+    element.addEventListener("pointerdown", () => {
+      element.focus({ preventScroll: true });
+      this.rotateSpeed = DRAG_TURN * element.clientHeight / (2 * Math.PI); // at 1 the height of the picture is a whole turn
+      Object.assign(this, { enableZoom: true, zoomSpeed: 1 }); // two fingers stay on what they are on
+    }, first);
+    element.addEventListener("wheel", ({ ctrlKey }) => {
+      // the page scrolls under the pointer unless the picture was chosen first
+      Object.assign(this, { enableZoom: ctrlKey || document.activeElement === element, zoomSpeed: WHEEL_SPEED });
+    }, first);
     element.addEventListener("keydown", (event) => this.key(event));
     element.addEventListener("dblclick", () => this.front());
   }
 
   /** The view from the front; from then on it frames things by itself again. */
   front() {
-    this.azimuth = FRONT.azimuth;
+    this.azimuth = FRONT;
     this.other = null; // the side to look from when somebody stands in the way, or would not be in the picture
-    this.elevation = FRONT.elevation;
     this.byHand = false;
     if (this.framed) this.settle(1);
     this.changed();
@@ -291,7 +304,10 @@ class Orbit {
   /** Frame these groups, each with `points` and whether it is `somebody`: the first always, the others in their order
    * while it can stay near enough. */
   frame(groups, base, aside, hiding = []) {
-    if (this.base && this.byHand) this.target.add(base.clone().sub(this.base).setZ(0)); // it goes along
+    if (this.base && this.byHand) { // it goes along
+      const way = base.clone().sub(this.base).setZ(0);
+      for (const place of [this.target, this.object.position]) place.add(way);
+    }
     this.base = base.clone();
     this.framed = groups;
     this.aside = aside;
@@ -320,7 +336,7 @@ class Orbit {
 
   /** The farthest by itself, in m: a narrow picture shows less, so from farther away. */
   get widest() {
-    return WIDEST / Math.min(this.camera.aspect, 1);
+    return WIDEST / Math.min(this.object.aspect, 1);
   }
 
   /** The frame from an azimuth (as `fit`), and the number of persons who are missing in it. */
@@ -338,11 +354,11 @@ class Orbit {
   }
 
   /** The view in which these points just fill the picture: the middle to look at, and the distance. */
-  fit(points, azimuth = this.azimuth) {
+  fit(points, azimuth) {
     const middle = new THREE.Box3().setFromPoints(points).getCenter(new THREE.Vector3());
     const [right, up, back] = this.axes(azimuth);
-    const high = Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2)) * 0.92;
-    const wide = high * this.camera.aspect;
+    const high = Math.tan(THREE.MathUtils.degToRad(this.object.fov / 2)) * 0.92;
+    const wide = high * this.object.aspect;
     let distance = NEAREST;
     for (const point of points) {
       const off = point.clone().sub(middle);
@@ -360,78 +376,31 @@ class Orbit {
     part ??= 1 - Math.exp(-since / EASE);
     const all = this.framed.flatMap(({ points }) => points);
     const beside = this.aside && this.fit(all, ASIDE).distance <= WIDEST;
-    const turn = this.side(beside ? ASIDE : FRONT.azimuth) - this.azimuth;
+    const turn = this.side(beside ? ASIDE : FRONT) - this.azimuth;
     this.azimuth += turn * part;
     const { middle, distance } = this.framing(this.azimuth);
     const way = Math.abs(distance - this.distance) + middle.distanceTo(this.target) + Math.abs(turn);
-    if (way < 0.004) return false;
-    this.target.lerp(middle, part);
-    this.distance += (distance - this.distance) * part;
-    return true;
-  }
-
-  axes(azimuth = this.azimuth) {
-    const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(this.elevation), Math.sin(this.elevation)];
-    return [new THREE.Vector3(-sa, ca, 0), new THREE.Vector3(-ca * se, -sa * se, ce), new THREE.Vector3(ca * ce, sa * ce, se)];
-  }
-
-  place() {
-    const back = this.axes()[2];
-    this.camera.position.copy(this.target).addScaledVector(back, this.distance);
-    this.camera.position.z = Math.max(this.camera.position.z, 0.03);
-    this.camera.up.set(0, 0, 1);
-    this.camera.lookAt(this.target);
-  }
-
-  turn(right, up) {
-    this.azimuth -= right;
-    this.elevation = Math.min(Math.max(this.elevation + up, -0.05), 1.45);
-    this.byHand = true;
-    this.changed();
-  }
-
-  zoom(factor) {
-    this.distance = Math.min(Math.max(this.distance * factor, NEAREST), FARTHEST);
-    this.byHand = true;
-    this.changed();
-  }
-
-  down(element, event) {
-    element.focus({ preventScroll: true });
-    element.setPointerCapture(event.pointerId);
-    this.pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-  }
-
-  move(event) {
-    const old = this.pointers.get(event.pointerId);
-    if (!old) return;
-    const spread = () => {
-      const [a, b] = [...this.pointers.values()];
-      return Math.hypot(a.x - b.x, a.y - b.y) || 1;
-    };
-    const now = { x: event.clientX, y: event.clientY };
-    if (this.pointers.size === 1) {
-      this.turn((now.x - old.x) * DRAG_TURN, (now.y - old.y) * DRAG_TURN);
-      this.pointers.set(event.pointerId, now);
-    } else if (this.pointers.size === 2) {
-      const before = spread();
-      this.pointers.set(event.pointerId, now);
-      this.zoom(before / spread());
+    const more = way >= 0.004;
+    if (more) {
+      this.target.lerp(middle, part);
+      this.distance += (distance - this.distance) * part;
     }
+    this.object.position.copy(this.target).addScaledVector(this.axes(this.azimuth)[2], this.distance);
+    this.object.lookAt(this.target);
+    return more;
   }
 
-  // the page scrolls under the pointer unless the picture was chosen first
-  wheel(element, event) {
-    if (document.activeElement !== element && !event.ctrlKey) return;
-    event.preventDefault();
-    this.zoom(Math.exp(event.deltaY * (event.deltaMode ? 0.04 : 0.0012)));
+  /** Right, up and back of the framed view from an azimuth. */
+  axes(azimuth) {
+    const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(ELEVATION), Math.sin(ELEVATION)];
+    return [new THREE.Vector3(-sa, ca, 0), new THREE.Vector3(-ca * se, -sa * se, ce), new THREE.Vector3(ca * ce, sa * ce, se)];
   }
 
   key(event) {
     const keys = {
-      ArrowLeft: () => this.turn(-KEY_TURN, 0), ArrowRight: () => this.turn(KEY_TURN, 0),
-      ArrowUp: () => this.turn(0, KEY_TURN), ArrowDown: () => this.turn(0, -KEY_TURN),
-      "+": () => this.zoom(0.85), "=": () => this.zoom(0.85), "-": () => this.zoom(1 / 0.85),
+      ArrowLeft: () => this.rotateLeft(-KEY_TURN), ArrowRight: () => this.rotateLeft(KEY_TURN),
+      ArrowUp: () => this.rotateUp(KEY_TURN), ArrowDown: () => this.rotateUp(-KEY_TURN),
+      "+": () => this.dollyIn(KEY_ZOOM), "=": () => this.dollyIn(KEY_ZOOM), "-": () => this.dollyOut(KEY_ZOOM),
       0: () => this.front(), Home: () => this.front(),
     };
     const act = !event.ctrlKey && !event.metaKey && !event.altKey && keys[event.key];
