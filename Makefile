@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-CATALOGUES := $(patsubst %.po,%.mo,$(wildcard rrp_sheets/locale/*/LC_MESSAGES/messages.po))
+CATALOGUES := $(patsubst %.po,%.mo,$(wildcard rrp_sheets/locale/*/LC_MESSAGES/*.po))
 
 .PHONY: help setup demo test lint house bench strips texts traces soak serve lock clean
 
@@ -68,4 +68,5 @@ lock:  ## renew requirements.lock (needs uv)
 	  --no-emit-find-links --no-annotate --custom-compile-command "make lock" -o requirements.lock pyproject.toml
 
 clean:  ## remove what was made here
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis rrp_sheets/_vendor $(CATALOGUES)
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis rrp_sheets/_vendor $(CATALOGUES) \
+	  rrp_sheets/locale/*/LC_MESSAGES/scripts.json

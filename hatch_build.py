@@ -9,6 +9,7 @@ without these files: diagrams then fall back to the machine's fonts and say so. 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
 import shutil
@@ -17,11 +18,12 @@ import sys
 import tempfile
 import unicodedata
 from collections.abc import Iterator
+from gettext import c2py
 from pathlib import Path
 from string import Formatter
 from typing import Any
 
-from babel.messages.catalog import Catalog
+from babel.messages.catalog import Catalog, Message
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
@@ -101,6 +103,9 @@ class Vendor:
 
 
 CATALOGUES = "rrp_sheets/locale/*/LC_MESSAGES/messages.po"
+"""Of the texts of the program."""
+PAGES = "rrp_sheets/locale/*/LC_MESSAGES/pages.po"
+"""Of the texts of templates and scripts, each with the files that have it."""
 _GRAMMAR = frozenset({"are", "come", "each", "help", "leave", "takes"})
 """Places of English texts that another language may leave out."""
 
@@ -110,14 +115,39 @@ _SENTENCE = re.compile(r"row\.")
 
 
 def compile_texts(root: Path) -> None:
-    """Compile the catalogue of every language; raise ValueError when a translation cannot be shown."""
-    for path in sorted(root.glob(CATALOGUES)):
+    """Compile the catalogues of every language; raise ValueError when a translation cannot be shown."""
+    for path in sorted([*root.glob(CATALOGUES), *root.glob(PAGES)]):
         with path.open("rb") as file:
-            catalogue = read_po(file)
+            catalogue = read_po(file, locale=path.parts[-3])
         if wrong := list(faults(catalogue)):
             raise ValueError("\n".join([f"{path}:", *wrong]))
         with path.with_suffix(".mo").open("wb") as file:
             write_mo(file, catalogue)
+        if path.match(PAGES):
+            found = json.dumps(script_texts(catalogue), ensure_ascii=False, indent=0, sort_keys=True)
+            path.with_name("scripts.json").write_text(found + "\n", encoding="utf-8")
+
+
+def script_texts(catalogue: Catalog) -> dict[str, str | dict[str, str]]:
+    """Return the translations of the texts of scripts, those with a plural by category of `Intl.PluralRules`."""
+    form_of = c2py(catalogue.plural_expr)
+    forms: dict[str, int] = {}  # of a category, in the catalogue
+    for n in range(1_000):
+        forms.setdefault(catalogue.locale.plural_form(n), form_of(n))
+    found: dict[str, str | dict[str, str]] = {}
+    for message in catalogue:
+        if not any(name.endswith(".js") for name, _ in message.locations) or not all(_forms(message.string)):
+            continue
+        if message.pluralizable:
+            found[message.id[0]] = {category: message.string[form] for category, form in forms.items()}
+        else:
+            found[message.id] = message.string
+    return found
+
+
+def _forms(text: str | tuple[str, ...] | list[str]) -> tuple[str, ...]:
+    """Return the forms of a text: several when it has a plural."""
+    return (text,) if isinstance(text, str) else tuple(text)
 
 
 def faults(catalogue: Catalog) -> Iterator[str]:
@@ -127,20 +157,24 @@ def faults(catalogue: Catalog) -> Iterator[str]:
         if _CODE.match(message.context or ""):
             known.setdefault(message.context.partition(".")[0], set()).update(_places(message.id) or ())
     for message in catalogue:
-        english, own = str(message.id), str(message.string)
-        if not english or not own:
-            continue
-        wanted, there = _places(english), _places(own)
-        if wanted or (wanted is not None and (message.context or there)):  # else its braces are no places
-            about = wanted | known.get((message.context or "").partition(".")[0], set())
-            if _SENTENCE.match(message.context or ""):
-                about |= {(name[0].swapcase() + name[1:], spec) for name, spec in wanted}
-            if there is None or not there <= about | {(name, "") for name, _ in about}:
-                yield f"{english!r}: {own!r} has a place that the English text has not"
-            elif {n.casefold() for n, _ in wanted} - {n.casefold() for n, _ in there} - _GRAMMAR:
-                yield f"{english!r}: {own!r} lacks a place"
-        if any(_unseen(letter) for letter in own if letter not in english):
-            yield f"{english!r}: {own!r} has a letter that cannot be seen"
+        for own in filter(None, _forms(message.string)):
+            yield from _faults_of(message, own, known) if message.id else ()
+
+
+def _faults_of(message: Message, own: str, known: dict[str, set[tuple[str, str]]]) -> Iterator[str]:
+    english = _forms(message.id)[-1]  # of a plural the text for many
+    wanted, there = _places(english), _places(own)
+    once = _places(_forms(message.id)[0]) or set()  # a text for one need not say the number
+    if wanted or (wanted is not None and (message.context or there)):  # else its braces are no places
+        about = wanted | known.get((message.context or "").partition(".")[0], set())
+        if _SENTENCE.match(message.context or ""):
+            about |= {(name[0].swapcase() + name[1:], spec) for name, spec in wanted}
+        if there is None or not there <= about | {(name, "") for name, _ in about}:
+            yield f"{english!r}: {own!r} has a place that the English text has not"
+        elif {n.casefold() for n, _ in wanted & once} - {n.casefold() for n, _ in there} - _GRAMMAR:
+            yield f"{english!r}: {own!r} lacks a place"
+    if any(_unseen(letter) for letter in own if letter not in english):
+        yield f"{english!r}: {own!r} has a letter that cannot be seen"
 
 
 def _places(template: str) -> set[tuple[str, str]] | None:

@@ -78,9 +78,18 @@ def places_in(places: Mapping[str, Any], language: str) -> dict[str, Any]:
     return {name: told(value, language) if isinstance(value, str) else value for name, value in places.items()}
 
 
+def numbered(one: str, many: str, n: int, language: str) -> str:
+    """Return the template for a number in a language, of those of one and of many in English."""
+    return _catalogue(language).ngettext(one, many, n)
+
+
 @lru_cache(maxsize=8)
 def _catalogue(language: str) -> gettext.NullTranslations:
-    return gettext.translation("messages", LOCALE, [known_language(language)], fallback=True)
+    """Return the texts of the program, then those of its pages."""
+    known = [known_language(language)]
+    found = gettext.translation("messages", LOCALE, known, fallback=True)
+    found.add_fallback(gettext.translation("pages", LOCALE, known, fallback=True))
+    return found
 
 
 def _translated(template: str, context: str, catalogue: gettext.NullTranslations) -> str:

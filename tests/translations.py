@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
 from babel.messages.catalog import Catalog
+from babel.messages.extract import extract as babel_extract
+from babel.messages.jslexer import tokenize, unquote_string
 from babel.messages.pofile import read_po, write_po
 
 from rrp_sheets.diagnostics import CODES
@@ -19,10 +22,11 @@ from rrp_sheets.texts import LANGUAGES
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
-from hatch_build import CATALOGUES, compile_texts  # noqa: E402
+from hatch_build import CATALOGUES, PAGES, compile_texts  # noqa: E402
 
 MARKS = ("N_", "BadSoundError", "BadValueError", "CatalogueError")
 """Names of the function and the classes whose first argument is a text of the program."""
+_CALL = re.compile(r"\btn?\(")
 _CREATED = datetime(2026, 1, 1, tzinfo=UTC)  # no date that would change every file
 
 
@@ -62,6 +66,51 @@ def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
     yield from ((name, "posture") for name in (*robot.postures, *robot.gestures))
 
 
+TEMPLATES = ("templates/web/*.html", "templates/compare/*.html")
+SCRIPTS = ("templates/web/static/**/*.js",)
+_IN_TEMPLATES = {"_": None, "ngettext": (1, 2)}
+_IN_SCRIPTS = {"t": 1, "tn": 2}  # to the number of the texts that they take
+
+
+def extract_pages() -> Catalog:
+    """Return a catalogue of all texts of templates and scripts, without translations, with the files that have them."""
+    found = _catalogue(None)
+    for path in _files(*TEMPLATES):
+        with path.open("rb") as file:
+            for _, text, _, _ in babel_extract(
+                "jinja2.ext:babel_extract", file, _IN_TEMPLATES, options={"silent": "no"}
+            ):
+                found.add(text, locations=[(path.relative_to(ROOT).as_posix(), 1)])
+    for path in _files(*SCRIPTS):
+        for text in _of_script(path.read_text(encoding="utf-8"), path.name):
+            found.add(text, locations=[(path.relative_to(ROOT).as_posix(), 1)])
+    return found
+
+
+def _files(*patterns: str) -> list[Path]:
+    return sorted(path for pattern in patterns for path in ROOT.glob(pattern))
+
+
+def _of_script(source: str, name: str) -> Iterator[str | tuple[str, ...]]:
+    """Yield the texts of a script. (Babel's own extractor leaves out a text that stands within the call of another.)"""
+    tokens = [token for token in tokenize(source, jsx=False) if not token.type.endswith("comment")]
+    for at, token in enumerate(tokens):
+        count = _IN_SCRIPTS.get(token.value, 0)
+        call = (
+            token.type == "name"
+            and count
+            and tokens[at + 1].value == "("
+            and tokens[at - 1].value not in (".", "function")
+        )
+        texts = [unquote_string(one.value) for one in tokens[at + 2 : at + 2 + 2 * count : 2] if one.type == "string"]
+        if (call and len(texts) != count) or (token.type == "template_string" and _CALL.search(token.value)):
+            raise ValueError(
+                f"{name}, line {token.lineno}: t and tn take texts as they are, and stand in no template string"
+            )
+        if call:
+            yield texts[0] if count == 1 else tuple(texts)
+
+
 def _catalogue(language: str | None) -> Catalog:
     return Catalog(
         language, project="RRP Sheets", version="1", header_comment="# Texts of RRP Sheets.", fuzzy=False,
@@ -86,20 +135,31 @@ def _texts(node: ast.expr) -> Iterator[str]:
         raise ValueError(f"A marked text must be no f-string: {ast.unparse(node)}")
 
 
-def update(path: Path, language: str) -> None:
-    """Renew a language's catalogue, or begin it."""
+def update(path: Path, language: str, found: Catalog, known: Catalog | None = None) -> None:
+    """Renew a language's catalogue, or begin it; what `known` has translated is taken from there."""
     catalogue = _catalogue(language)
     if path.exists():
         with path.open("rb") as file:
             catalogue = read_po(file, locale=language)
-    catalogue.update(extract(), no_fuzzy_matching=True, update_creation_date=False)
+    catalogue.update(found, no_fuzzy_matching=True, update_creation_date=False)
+    for message in catalogue:
+        if known is not None and not message.string and message.id in known:
+            message.string = known[message.id].string
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as file:
-        write_po(file, catalogue, width=0, no_location=True, sort_output=True, ignore_obsolete=True)
+        write_po(file, catalogue, width=0, include_lineno=False, sort_output=True, ignore_obsolete=True)
+
+
+def renew(language: str) -> None:
+    """Renew both catalogues of a language, or begin them."""
+    program = ROOT / CATALOGUES.replace("*", language)
+    update(program, language, extract())
+    with program.open("rb") as file:
+        update(ROOT / PAGES.replace("*", language), language, extract_pages(), read_po(file, locale=language))
 
 
 if __name__ == "__main__":
     for language in LANGUAGES:
         if language != "en":
-            update(ROOT / CATALOGUES.replace("*", language), language)
+            renew(language)
     compile_texts(ROOT)

@@ -9,6 +9,7 @@ from functools import lru_cache
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from rrp_sheets import page_texts
 from rrp_sheets.compare.as_text import cautions, one_line, place, shorten, shown_source, value, verdict
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.model.changed import ADDED, REMOVED
@@ -26,9 +27,9 @@ _LONGEST = 160  # letters of a cell
 Runs = Sequence[tuple[str, str]]  # texts, each with the tag of its mark
 
 
-def render(template: str, **shown: object) -> Markup:
-    """Render a template of `templates/compare/`, in which all texts are escaped."""
-    return Markup(_templates().get_template(template).render(shown))
+def render(template: str, *, language: str = "en", **shown: object) -> Markup:
+    """Render a template of `templates/compare/` in a language; all texts in it are escaped."""
+    return Markup(_templates().get_template(template).render(shown, language=language))
 
 
 @lru_cache(maxsize=1)
@@ -41,6 +42,7 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    page_texts.install(made, lambda context: str(context["language"]))
     made.filters |= {"one_line": one_line, "brief": _brief}
     return made
 
@@ -82,13 +84,14 @@ class _ChangeTable:
     left: str
 
 
-def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = "") -> Markup:
+def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = "", language: str = "en") -> Markup:
     """Return the comparison as a part of a page that has changes.css: no style, no script.
 
     Args:
         comparison: what to show.
         drawn: pictures and rows of what changed.
         later: the address from which the page fetches them instead.
+        language: of the texts around what is compared.
     """
     versions = [
         (which, shown_source(v), one_line(v.digest[:16]))
@@ -104,8 +107,8 @@ def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = ""
     ]
     kinds = {c.kind for c in comparison.changes} - {"notes"}
     return render(
-        "comparison.html", same=comparison.same, verdict=one_line(verdict(comparison)), cautions=cautions(comparison),
-        versions=versions, later=later, drawn=drawn, sections=tables,
+        "comparison.html", language=language, same=comparison.same, verdict=one_line(verdict(comparison)),
+        cautions=cautions(comparison), versions=versions, later=later, drawn=drawn, sections=tables,
         signs=[_KINDS[kind] for kind in _KINDS if kind in kinds], footed=bool(comparison.changes),
     )  # fmt: skip
 

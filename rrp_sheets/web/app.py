@@ -8,13 +8,16 @@ from pathlib import Path
 
 from flask import Flask
 from jinja2 import StrictUndefined
+from markupsafe import Markup
 from werkzeug.exceptions import HTTPException
 
+from rrp_sheets import page_texts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
 from rrp_sheets.web import security, statics
-from rrp_sheets.web.models import MessagePage, RefusedPage, show
+from rrp_sheets.web.models import MessagePage, RefusedPage, script_json, show
+from rrp_sheets.web.requests import page_language
 from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink
 from rrp_sheets.web.services import make_services, services
 from rrp_sheets.web.views import (
@@ -85,6 +88,8 @@ def create_app(
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["program"] = statics.build_id
+    page_texts.install(app.jinja_env, lambda _: page_language())
+    app.jinja_env.globals |= {"language": page_language, "script_texts": _script_texts}
     app.extensions["services"] = make_services(folder)
     statics.init_app(app)
     security.init_app(app, Access(secret, lan, links or OneTimeTokens(), tell))
@@ -94,6 +99,12 @@ def create_app(
     app.register_error_handler(OSError, _show_system_error)
     app.register_error_handler(HTTPException, _show_http_error)
     return app
+
+
+def _script_texts() -> Markup | None:
+    """Return the translations that the scripts of a page take from it; None when it is English."""
+    found = page_texts.script_texts(page_language())
+    return script_json(found) if found else None
 
 
 def _show_refusal(error: SheetsError) -> tuple[str, int]:

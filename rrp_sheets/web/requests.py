@@ -6,7 +6,7 @@ import json
 import re
 from typing import Any
 
-from flask import Response, abort, request
+from flask import Response, abort, has_request_context, request
 from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.documents import Document
@@ -18,9 +18,16 @@ from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import refuse_text
 
 Asked = dict[str, Any]
+PAGE_LANGUAGES = ("en",)
+"""Languages of pages; one with a catalogue stands here once all texts of pages, scripts and `web/` are translated."""
 _MOST_ROWS = 200  # that marbles are asked for
 _WORD = re.compile("[0-9a-f]{16}")
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
+
+
+def page_language() -> str:
+    """Return the code of the language of the page that is asked for: the browser's choice among `PAGE_LANGUAGES`."""
+    return request.accept_languages.best_match(PAGE_LANGUAGES, default="en") if has_request_context() else "en"
 
 
 def json_body() -> Asked:

@@ -27,7 +27,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import both, said, show
-from rrp_sheets.web.requests import author_name, confirm_download, workbook_or_404
+from rrp_sheets.web.requests import author_name, confirm_download, page_language, workbook_or_404
 from rrp_sheets.web.runs.run_store import line_of, when
 from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.workbook_repository import refuse_text
@@ -123,7 +123,7 @@ def drawn_changes() -> str:
             paths = [path_of(services(), ref, Path(folder) / str(n)) for n, ref in enumerate(_refs())]
             return Markup(services().drawer.drawn(*paths))  # of our own making, everything in it is escaped
         except SheetsError as error:
-            return render("trouble.html", message=error.message, remedy=error.remedy)
+            return render("trouble.html", language=page_language(), message=error.message, remedy=error.remedy)
 
 
 @blueprint.get("/compare/changes.css")
@@ -209,7 +209,7 @@ def _result(refs: tuple[str, str], words: dict[str, str]) -> Markup:
     comparison = replace(found, first=named[0], second=named[1])
     drawn = any(c.part in _DRAWN for c in found.changes)
     later = url_for("comparison.drawn_changes", first=refs[0], second=refs[1]) if drawn else ""
-    return as_part(comparison, later=later)
+    return as_part(comparison, later=later, language=page_language())
 
 
 def path_of(shared: Services, ref: str, folder: Path) -> Path:

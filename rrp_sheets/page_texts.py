@@ -1,0 +1,62 @@
+"""Texts of templates: `_("{n} rows", n=3)` and `ngettext`, in the language of the page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+from jinja2 import Environment, pass_context
+from jinja2.runtime import Context
+from markupsafe import Markup, escape
+
+from rrp_sheets.model.languages import known_language
+from rrp_sheets.texts import LOCALE, LazyMessage, numbered, told
+
+Language = Callable[[Context], str]
+
+
+def install(environment: Environment, language: Language) -> None:
+    """Give the templates of an environment their texts.
+
+    Templates say `_("Runs of {book}", book=page.book)` and `ngettext("{n} run", "{n} runs", n)`. Texts and values are
+    escaped; a value may be `Markup`. A message in the data of a page is shown in the language too.
+
+    Args:
+        environment: of the templates.
+        language: returns the code of the language that a template is rendered in.
+    """
+
+    @pass_context
+    def text(context: Context, message: str, /, **places: Any) -> Markup:
+        return _filled(told(LazyMessage(message), language(context)), places, language(context))
+
+    @pass_context
+    def number(context: Context, one: str, many: str, n: int, /, **places: Any) -> Markup:
+        return _filled(numbered(one, many, n, language(context)), {"n": n, **places}, language(context))
+
+    @pass_context
+    def finalize(context: Context, value: object) -> object:
+        return _own(value, language(context))
+
+    environment.globals |= {"_": text, "ngettext": number}
+    environment.finalize = finalize
+
+
+def _filled(template: str, places: dict[str, Any], language: str) -> Markup:
+    escaped = Markup(str(escape(template)).replace("&#39;", "'"))  # our attributes stand in double quotes
+    return escaped.format(**{name: _own(value, language) for name, value in places.items()}) if places else escaped
+
+
+def _own(value: object, language: str) -> object:
+    """Return a message in a language, and any other value as it is: markup stays markup."""
+    return told(value, language) if isinstance(value, LazyMessage) else value
+
+
+def script_texts(language: str) -> dict[str, Any]:
+    """Return the translations of the texts of scripts; empty for English, and for a language that has none.
+
+    A text with a plural has one translation for each category of `Intl.PluralRules`, by the English singular.
+    """
+    path = LOCALE / known_language(language) / "LC_MESSAGES" / "scripts.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
