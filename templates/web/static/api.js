@@ -2,29 +2,30 @@
 // there is no answer, in words.
 
 import { button, make } from "./elements.js";
+import { t } from "./texts.js";
 
 const ANSWER_WITHIN_MS = 60_000; // as htmx waits
 const PAUSES_S = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // before the next try of an edit; then it waits for a person
 const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
-const SERVER = "The server cannot be reached. Check that the program is running, then try again.";
+const SERVER = t("The server cannot be reached. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
-  403: "You are not logged in any more, or the program was started again. Load the page again.",
-  404: "It is not there any more: somebody renamed, moved or deleted it. Load the page again.",
+  403: t("You are not logged in any more, or the program was started again. Load the page again."),
+  404: t("It is not there any more: somebody renamed, moved or deleted it. Load the page again."),
 };
 const STOPPED = { // why an edit waits for a person, by status
-  0: "The server cannot be reached. Start it again, then choose Try again.",
-  403: "This browser is signed out. Open the link that the server prints, then choose Try again.",
-  404: "The workbook was renamed or moved. Copy your changes, then open it from the shelf.",
+  0: t("The server cannot be reached. Start it again, then choose Try again."),
+  403: t("This browser is signed out. Open the link that the server prints, then choose Try again."),
+  404: t("The workbook was renamed or moved. Copy your changes, then open it from the shelf."),
 };
-const TOO_MUCH = "That is too much at once. Paste it in smaller pieces.";
+const TOO_MUCH = t("That is too much at once. Paste it in smaller pieces.");
 const RECONNECT_MS = 5000; // before the next try of the line of events
 const MOST_TRIES = 120; // of the line in a row: some ten minutes
 const FINAL = new Set([403, 404]); // statuses of the line that nothing changes by itself
 const LOST = { // why there is no line, by status
-  403: "This browser is signed out. Open the link that the server prints, or log in; then choose Try again.",
-  404: "The workbook was renamed or moved. Go to the shelf.",
-  503: "So many pages are open that this one is not told what happens. Close another one; this one then goes on by itself.",
-  0: "The server cannot be reached. This page tries again by itself.",
+  403: t("This browser is signed out. Open the link that the server prints, or log in; then choose Try again."),
+  404: t("The workbook was renamed or moved. Go to the shelf."),
+  503: t("So many pages are open that this one is not told what happens. Close another one; this one then goes on by itself."),
+  0: t("The server cannot be reached. This page tries again by itself."),
 };
 const PAGE = "page"; // the key of this page's identity in the tab's storage
 
@@ -78,7 +79,7 @@ export async function deliver(url, text, tell) {
       await until();
       tries = -1;
     } else {
-      if (tries) tell("The server cannot be reached. Your changes are kept here and sent when it is back.");
+      if (tries) tell(t("The server cannot be reached. Your changes are kept here and sent when it is back."));
       await until(pause * 1000);
     }
   }
@@ -97,17 +98,17 @@ function until(milliseconds) {
 
 /** The message about an action that was not done. */
 export function refusal(status) {
-  return status ? `The server refused this (${status}). Reload the page.` : "The server cannot be reached.";
+  return status ? t("The server refused this ({status}). Reload the page.", { status }) : t("The server cannot be reached.");
 }
 
 /** The reason why there is nothing to show; the server's own words where it has any. */
 export function why({ status, text }) {
   if (!status) return SERVER;
-  if (status < 400) return "The answer could not be shown. Load the page again.";
+  if (status < 400) return t("The answer could not be shown. Load the page again.");
   if (WORDS[status]) return WORDS[status];
   const page = new DOMParser().parseFromString(text ?? "", "text/html");
   const told = [...page.querySelectorAll("main.message > p:not(.line)")].map((p) => p.textContent.replace(/^→\s*/, ""));
-  return told.join(" ") || `The server answered with an error (${status}). Try again.`;
+  return told.join(" ") || t("The server answered with an error ({status}). Try again.", { status });
 }
 
 // Requests by hx-* attributes: an error is told in words where the answer would have been, and never shown as if
@@ -122,8 +123,8 @@ function tell(source, words) {
   clear(source);
   if (source.matches("form")) return source.after(line);
   if (source.id === "panels") return source.prepend(line);
-  const again = button("Try again", () => {
-    source.replaceChildren("Asking again …");
+  const again = button(t("Try again"), () => {
+    source.replaceChildren(t("Asking again …"));
     source.setAttribute("aria-busy", "true");
     htmx.ajax("GET", source.getAttribute("hx-get"), { source, target: source, swap: source.getAttribute("hx-swap") });
   }, "button small");
@@ -253,7 +254,7 @@ export function listening(listen) {
   function over() {
     if (!stopped && tries && (FINAL.has(last) || tries > MOST_TRIES)) {
       stopped = true;
-      line.append(" ", button("Try again", () => document.dispatchEvent(new Event("rrp:again"))));
+      line.append(" ", button(t("Try again"), () => document.dispatchEvent(new Event("rrp:again"))));
     }
     return stopped;
   }

@@ -8,11 +8,13 @@
 //   when: whether it can be done now; else the key does what it did without us
 //   run: does it. Both are given what the place is about (the grid, mostly), then the event
 
+import { t } from "./texts.js";
+
 const WAYS = { ArrowUp: [-1, 0], ArrowDown: [1, 0], ArrowLeft: [0, -1], ArrowRight: [0, 1] }; // rows down, columns to the right
 const ARROWS = Object.keys(WAYS);
 const TYPED = "input:not([type=range], [type=checkbox], [type=radio]), textarea, select, [role=grid], dialog, .editor";
 const TWICE = 1500; // ms between two presses of a key: time for a slow hand, too
-const SPOKEN = { Ctrl: "Control", ".": "point" };
+const SPOKEN = { Ctrl: t("Control"), ".": t("point") };
 const SHOWN = { ArrowUp: "↑", ArrowDown: "↓", "-": "−", Delete: "Del" };
 
 export const COMMANDS = [
@@ -58,27 +60,27 @@ export const COMMANDS = [
   { name: "redo", at: "cell", keys: ["Ctrl+y", "Ctrl+Shift+z"], run: (grid) => grid.redo() },
 
   { section: "Copying", told: "Ctrl + C, X, V", help: "copies, cuts, pastes, also from and to Excel and LibreOffice" }, // the browser's own: clipboard.js
-  { name: "fillDown", label: "Fill down", told: "Ctrl + D", help: "fills the selection with its first row", at: "cell", keys: ["Ctrl+d"], run: (grid) => grid.fillDown() },
+  { name: "fillDown", label: t("Fill down"), told: "Ctrl + D", help: "fills the selection with its first row", at: "cell", keys: ["Ctrl+d"], run: (grid) => grid.fillDown() },
   { name: "find", told: "Ctrl + F", help: "finds and replaces", at: "cell", keys: ["Ctrl+f"], run: ({ finder }) => finder.open() },
 
-  { section: "Rows and columns", name: "insertAbove", label: "Insert above", told: "Ctrl + Plus, Ctrl + Minus", help: "inserts, deletes the selected rows",
+  { section: "Rows and columns", name: "insertAbove", label: t("Insert above"), told: "Ctrl + Plus, Ctrl + Minus", help: "inserts, deletes the selected rows",
     at: "cell", keys: ["Ctrl++"], run: ({ rows }) => rows.insert() },
-  { name: "deleteRows", label: "Delete rows", at: "cell", keys: ["Ctrl+-"], run: ({ rows }) => rows.remove() },
-  { name: "insertBelow", label: "Insert below", run: ({ rows }) => rows.insert(true) },
-  { name: "duplicateRows", label: "Duplicate", run: ({ rows }) => rows.duplicate() },
-  { name: "moveUp", label: "Move up", told: "Alt + Up, Alt + Down", help: "moves them", at: "cell", keys: ["Alt+ArrowUp"], run: ({ rows }) => rows.move(-1) },
-  { name: "moveDown", label: "Move down", at: "cell", keys: ["Alt+ArrowDown"], run: ({ rows }) => rows.move(1) },
+  { name: "deleteRows", label: t("Delete rows"), at: "cell", keys: ["Ctrl+-"], run: ({ rows }) => rows.remove() },
+  { name: "insertBelow", label: t("Insert below"), run: ({ rows }) => rows.insert(true) },
+  { name: "duplicateRows", label: t("Duplicate"), run: ({ rows }) => rows.duplicate() },
+  { name: "moveUp", label: t("Move up"), told: "Alt + Up, Alt + Down", help: "moves them", at: "cell", keys: ["Alt+ArrowUp"], run: ({ rows }) => rows.move(-1) },
+  { name: "moveDown", label: t("Move down"), at: "cell", keys: ["Alt+ArrowDown"], run: ({ rows }) => rows.move(1) },
   { told: "Alt + Left, Alt + Right", help: "makes the column narrower, wider",
     at: "cell", keys: ["Alt+ArrowLeft"], run: ({ columns, selection }) => columns.step(selection.head.k, -1) },
   { at: "cell", keys: ["Alt+ArrowRight"], run: ({ columns, selection }) => columns.step(selection.head.k, 1) },
   { name: "rows", told: "Menu key", help: "all that can be done with rows", run: ({ menu }, button) => menu.below(button) }, // the key is the browser's own
 
-  { section: "Sheets", name: "renameSheet", label: "Rename", told: "F2, Delete at a tab",
+  { section: "Sheets", name: "renameSheet", label: t("Rename"), told: "F2, Delete at a tab",
     help: "renames the sheet, deletes it; Menu key or right click: all that can be done with it", at: "tab", keys: ["Any+F2"], run: ({ tabs, sheet }) => tabs.rename(sheet) },
-  { name: "duplicateSheet", label: "Duplicate", when: ({ kind }) => ["behaviour", "test", "table"].includes(kind), run: ({ tabs, sheet }) => tabs.send("duplicate", { of: sheet }) },
-  { name: "moveSheetLeft", label: "Move left", run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: -1 }) },
-  { name: "moveSheetRight", label: "Move right", run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: 1 }) },
-  { name: "deleteSheet", label: "Delete", at: "tab", keys: ["Any+Delete"], run: ({ tabs, sheet }) => tabs.remove(sheet) },
+  { name: "duplicateSheet", label: t("Duplicate"), when: ({ kind }) => ["behaviour", "test", "table"].includes(kind), run: ({ tabs, sheet }) => tabs.send("duplicate", { of: sheet }) },
+  { name: "moveSheetLeft", label: t("Move left"), run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: -1 }) },
+  { name: "moveSheetRight", label: t("Move right"), run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: 1 }) },
+  { name: "deleteSheet", label: t("Delete"), at: "tab", keys: ["Any+Delete"], run: ({ tabs, sheet }) => tabs.remove(sheet) },
   { told: "+ after the tabs", help: "adds a behaviour, a test, a table, or what is missing" },
 
   { section: "Elsewhere", name: "help", told: "F1", help: "help on the cell", at: "page", keys: ["Any+F1"], run: ({ help }) => help.toggle() },

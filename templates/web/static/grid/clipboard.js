@@ -1,5 +1,6 @@
 // Copying and pasting as tab-separated text, as Excel and LibreOffice do.
 
+import { listed, t, tn } from "../texts.js";
 import { key } from "./editor.js";
 
 export class Clipboard {
@@ -9,14 +10,14 @@ export class Clipboard {
     const take = (event) => {
       event.preventDefault();
       event.clipboardData.setData("text/plain", this.copied());
-      return counted(grid.selection.box());
+      return countOf(grid.selection.box());
     };
-    document.addEventListener("copy", (event) => mine() && grid.say(`${take(event)} copied.`));
+    document.addEventListener("copy", (event) => mine() && grid.say(copied(take(event))));
     document.addEventListener("cut", (event) => {
       if (!mine()) return;
-      const what = take(event);
+      const n = take(event);
       grid.clear();
-      grid.say(`${what} cut.`);
+      grid.say(cut(n));
     });
     document.addEventListener("paste", (event) => {
       if (!mine()) return;
@@ -29,20 +30,20 @@ export class Clipboard {
   copy() {
     const text = this.copied();
     navigator.clipboard?.writeText(text).catch(() => {});
-    this.grid.say(`${counted(this.grid.selection.box())} copied.`);
+    this.grid.say(copied(countOf(this.grid.selection.box())));
     return text;
   }
 
   cut() {
     const text = this.copy();
     this.grid.clear();
-    this.grid.say(`${counted(this.grid.selection.box())} cut.`);
+    this.grid.say(cut(countOf(this.grid.selection.box())));
     return text;
   }
 
   pasted(text) {
     if (text) this.paste(parse(text));
-    else this.grid.say("There is no text to paste.");
+    else this.grid.say(t("There is no text to paste."));
   }
 
   /** The selected cells as text. */
@@ -77,18 +78,18 @@ export class Clipboard {
     grid.change(pairs.filter(([, text]) => text !== undefined));
     const wide = Math.max(...all.map((line) => line.length));
     if (wide > table.width - left) {
-      const tooMany = wide - (table.width - left);
-      grid.say(`${block.said} ${tooMany === 1 ? "1 column" : `${tooMany} columns`} did not fit in and ${tooMany === 1 ? "was" : "were"} left out.`.trim(), true);
+      const n = wide - (table.width - left);
+      const leftOut = tn("{n} column did not fit in and was left out.", "{n} columns did not fit in and were left out.", { n });
+      grid.say(`${block.said} ${leftOut}`.trim(), true);
     }
     selection.spread(box.top, left, Math.min(box.top + all.length, table.rows.length) - 1,
       Math.min(left + wide, table.width) - 1);
   }
 }
 
-function counted(box) {
-  const count = (box.bottom - box.top + 1) * (box.right - box.left + 1);
-  return count === 1 ? "One cell" : `${count} cells`;
-}
+const countOf = (box) => (box.bottom - box.top + 1) * (box.right - box.left + 1);
+const copied = (n) => tn("One cell copied.", "{n} cells copied.", { n });
+const cut = (n) => tn("One cell cut.", "{n} cells cut.", { n });
 
 // Header rows within pasted cells: the sheet has its own, so they are left out, and tell which column is which.
 
@@ -121,10 +122,10 @@ function withoutHeaders(lines, table, left) {
   }
   if (!count) return { lines, left, said: "", lost: false };
   const first = Math.min(...kept.flat().map(([k]) => k));
-  const said = [count === 1 ? "The header row was not pasted: the sheet has one." : `${count} header rows were not pasted: the sheet has one.`];
-  if (moved) said.push("The cells went to the columns of the same names.");
-  if (unknown.size) said.push(`Not pasted, as this sheet has no such column: ${[...unknown].join(", ")}.`);
-  if (unnamed) said.push("Cells without a header above them were not pasted.");
+  const said = [tn("The header row was not pasted: the sheet has one.", "{n} header rows were not pasted: the sheet has one.", { n: count })];
+  if (moved) said.push(t("The cells went to the columns of the same names."));
+  if (unknown.size) said.push(t("Not pasted, as this sheet has no such column: {names}.", { names: listed([...unknown]) }));
+  if (unnamed) said.push(t("Cells without a header above them were not pasted."));
   const placed = kept.map((pairs) => {
     const cells = Array(Math.max(0, ...pairs.map(([k]) => k - first + 1))).fill(undefined);
     for (const [k, text] of pairs) cells[k - first] = text;

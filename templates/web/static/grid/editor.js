@@ -1,6 +1,7 @@
 // The one editor, and what it suggests. It is a text field outside the table, placed over the cell. It survives whatever
 // happens to the table.
 
+import { t } from "../texts.js";
 import { noteOf } from "./problems.js";
 
 const WORD = /[\p{L}\p{N}_]*$/u; // the one that is being typed
@@ -55,7 +56,7 @@ export class Editor {
     this.field.className = ["formula", "send", "expect"].includes(this.kind(k)) ? "code" : "";
     for (const [name, value] of Object.entries({
       "aria-haspopup": "listbox", "aria-autocomplete": "list", "aria-controls": id, // of several lines, so no combobox
-      "aria-label": `${this.table.name(k)}, row ${cell.parentElement.cells[0].textContent}`, autocapitalize: "off",
+      "aria-label": t("{column}, row {row}", { column: this.table.name(k), row: cell.parentElement.cells[0].textContent }), autocapitalize: "off",
     })) this.field.setAttribute(name, value);
     this.list = document.createElement("div");
     this.list.className = "suggestions";
@@ -63,7 +64,7 @@ export class Editor {
     this.list.hidden = true;
     this.list.setAttribute("role", "listbox");
     this.list.tabIndex = 0; // as it scrolls; Tab never leads there
-    this.list.setAttribute("aria-label", "Suggestions");
+    this.list.setAttribute("aria-label", t("Suggestions"));
     this.hint = document.createElement("div");
     this.hint.className = "signature";
     this.hint.hidden = true;
@@ -235,7 +236,7 @@ export class Editor {
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
     if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move);
-    else if (keep && text !== this.was) this.context.lost("The row was deleted meanwhile. Copy your text, and paste it where it belongs.", text);
+    else if (keep && text !== this.was) this.context.lost(t("The row was deleted meanwhile. Copy your text, and paste it where it belongs."), text);
   }
 
   /** The table has changed around the editor. */
@@ -291,7 +292,7 @@ function signature(words, where, before) {
     const name = WORD.exec(before.slice(0, i))[0];
     const found = [...words.functions, ...words.helpers].find((f) => key(f.name ?? f.text) === key(name));
     if (!found) return null;
-    return shown([found.label, found.example ? `${found.help} For example ${found.example}` : found.help]);
+    return shown([found.label, found.example ? t("{help} For example {example}", found) : found.help]);
   }
   return null;
 }
@@ -413,11 +414,11 @@ function cellHelp(words, where) {
   if (where.kind === "setting") return untaken(words, where);
   if (where.kind === "angle") {
     const joint = words.joints?.[key(where.name)];
-    return joint ? [joint.name, joint.help] : [where.name, "No joint of the robot: this column is not used."];
+    return joint ? [joint.name, joint.help] : [where.name, t("No joint of the robot: this column is not used.")];
   }
   if (where.kind === "value") {
     const verb = named(where, "verb");
-    const shown = values(words, where).map((v) => v.text).join("   or   ");
+    const shown = values(words, where).map((v) => v.text).join("   " + t("or") + "   ");
     return verb && shown ? [`${named(where, "actor")} ${verb}`, shown] : null;
   }
   return null;
@@ -429,8 +430,8 @@ function untaken(words, where) {
   const about = (name) => words.devices?.find((d) => key(d.text) === key(name))?.help ?? "";
   if (!words.takes?.[key(device)]) return null;
   const other = words.instead?.[key(device)]?.[key(where.name)]?.[0];
-  const remedy = other ? `With a ${where.name}: the device “${other}”. ${about(other)}` : "Leave the cell blank.";
-  return [`${device} takes no ${where.name}`, `${about(device)} ${remedy}`];
+  const remedy = other ? t("With a {setting}: the device “{device}”. {help}", { setting: where.name, device: other, help: about(other) }) : t("Leave the cell blank.");
+  return [t("{device} takes no {setting}", { device, setting: where.name }), `${about(device)} ${remedy}`];
 }
 
 /** Values that may also be anything else: only a word that is being typed is completed, no number. */
@@ -475,6 +476,6 @@ function sent(words, where, before) {
   if (/[=<>≈"]/.test(typed)) return { items: [], from: start, sure: false };
   const stream = key(named(where, "tested").replace(/^.*!/, ""));
   const fields = (words.records?.[stream]?.fields ?? []).map((f) => ({ text: `${f.text}=`, help: f.help }));
-  const others = where.kind === "expect" && !from ? words.expects : from ? [] : [{ text: "BLANK", help: "a blank" }];
+  const others = where.kind === "expect" && !from ? words.expects : from ? [] : [{ text: "BLANK", help: t("a blank") }];
   return { ...pick([...fields, ...others], typed, start, false), partial: true };
 }

@@ -3,6 +3,7 @@
 
 import { deliver, once, ownName, randomId, request } from "../api.js";
 import { button, make, open } from "../elements.js";
+import { t, tn } from "../texts.js";
 import { Order } from "./pending.js";
 
 const EDITS = new Set(["cells", "insert", "delete", "move", "undo", "redo", "fix"]);
@@ -125,7 +126,7 @@ export class Server {
   async ask(action, text) {
     const { answer } = await once(`${this.url}/${action}`, text);
     if (answer) return answer;
-    return ["lock", "unlock", "stand"].includes(action) ? {} : { message: "The server cannot be reached. Nothing was changed; try again when it is back." };
+    return ["lock", "unlock", "stand"].includes(action) ? {} : { message: t("The server cannot be reached. Nothing was changed; try again when it is back.") };
   }
 
   /** The address of a cell `{row, column}` for people, such as C4. */
@@ -245,11 +246,11 @@ class Unsent {
   show() {
     const line = document.getElementById("saved");
     const unsent = this.entries.length > 0;
-    if (line) line.textContent = !unsent ? "Saved" : this.box ? "Not saved" : "Saving …";
+    if (line) line.textContent = !unsent ? t("Saved") : this.box ? t("Not saved") : t("Saving …");
     line?.classList.toggle("is-warning", unsent && Boolean(this.box));
     document.body.toggleAttribute("data-saving", unsent);
     const count = this.entries.filter((entry) => this.told(entry)).length;
-    if (this.box) this.box.querySelector("b").textContent = count === 1 ? "1 change is not saved." : `${count} changes are not saved.`;
+    if (this.box) this.box.querySelector("b").textContent = tn("{n} change is not saved.", "{n} changes are not saved.", { n: count });
   }
 
   /** Say what is wrong, and offer what can be done; an empty text when nothing is any more. */
@@ -261,7 +262,7 @@ class Unsent {
       this.box = make("div");
       this.box.className = "unsent";
       this.box.setAttribute("role", "alert");
-      this.box.append(make("b"), make("span"), button("Try again", () => document.dispatchEvent(new Event("rrp:again"))), button("Show changes", () => this.offer()));
+      this.box.append(make("b"), make("span"), button(t("Try again"), () => document.dispatchEvent(new Event("rrp:again"))), button(t("Show changes"), () => this.offer()));
       document.querySelector(".topbar").after(this.box);
     }
     if (text) this.box.querySelector("span").textContent = text;
@@ -274,15 +275,15 @@ class Unsent {
     const area = make("textarea", lines);
     area.readOnly = true;
     area.rows = Math.min(10, lines.split("\n").length + 1);
-    area.setAttribute("aria-label", "Changes that are not saved");
-    const dialog = open("Changes that are not saved", [make("p", "They are sent when the server takes them again. You can copy them."), area]);
-    const copy = button("Copy", async () => {
+    area.setAttribute("aria-label", t("Changes that are not saved"));
+    const dialog = open(t("Changes that are not saved"), [make("p", t("They are sent when the server takes them again. You can copy them.")), area]);
+    const copy = button(t("Copy"), async () => {
       area.select();
       if (navigator.clipboard) await navigator.clipboard.writeText(lines);
       else document.execCommand("copy"); // browsers have no other way without encryption, as with --lan
-      copy.textContent = "Copied";
+      copy.textContent = t("Copied");
     });
-    dialog.append(copy, button("Close", () => dialog.close()), button("Discard changes", () => {
+    dialog.append(copy, button(t("Close"), () => dialog.close()), button(t("Discard changes"), () => {
       this.entries = [];
       this.tell("");
       this.keep();
@@ -295,7 +296,10 @@ class Unsent {
     if (action === "insert" && sent.before === null) return ""; // blank rows at the end, which no person asked for
     if (action === "cells") return sent.cells.map((cell) => `${this.place(cell)}: ${cell.text}`).join("\n");
     const rows = sent.rows?.length ?? sent.count;
-    return { insert: `Insert rows: ${rows}`, delete: `Delete rows: ${rows}`, move: `Move rows: ${rows}`, undo: "Undo", redo: "Redo", fix: `Fix: ${sent.title}` }[action] ?? action;
+    return {
+      insert: t("Insert rows: {n}", { n: rows }), delete: t("Delete rows: {n}", { n: rows }), move: t("Move rows: {n}", { n: rows }),
+      undo: t("Undo"), redo: t("Redo"), fix: t("Fix: {title}", { title: sent.title }),
+    }[action] ?? action;
   }
 }
 
@@ -384,12 +388,12 @@ export class Drafts {
     const text = make("textarea", draft.text);
     text.readOnly = true;
     text.rows = Math.min(8, draft.text.split("\n").length + 1);
-    text.setAttribute("aria-label", "What you had typed");
+    text.setAttribute("aria-label", t("What you had typed"));
     const fixed = table.grid.ariaReadOnly === "true";
-    const words = cell ? `You had not finished ${table.address(cell)} when this page was left.`
-      : `You had not finished ${draft.address}, and its row is gone now. Copy your text, and paste it where it belongs.`;
+    const words = cell ? t("You had not finished {cell} when this page was left.", { cell: table.address(cell) })
+      : t("You had not finished {cell}, and its row is gone now. Copy your text, and paste it where it belongs.", { cell: draft.address });
     return new Promise((resolve) => {
-      const dialog = open("You were typing", [make("p", words), text]);
+      const dialog = open(t("You were typing"), [make("p", words), text]);
       let after = () => {};
       dialog.addEventListener("close", () => {
         after();
@@ -401,12 +405,12 @@ export class Drafts {
         dialog.close();
       }));
       if (cell && !fixed) {
-        ends("Go on typing", () => {
+        ends(t("Go on typing"), () => {
           selection.go(table.row(draft.row), k);
           editor.open(selection.cell, draft.text, draft.was);
         });
       }
-      ends(cell && !fixed ? "Discard" : "Close", () => {});
+      ends(cell && !fixed ? t("Discard") : t("Close"), () => {});
       dialog.querySelector("button").focus();
     });
   }

@@ -1,5 +1,7 @@
 // Find and replace in the sheet that is shown.
 
+import { t, tn } from "../texts.js";
+
 export function finder(grid) {
   const bar = document.getElementById("find-bar");
   const { find, by } = bar.elements;
@@ -22,7 +24,7 @@ export function finder(grid) {
     if (action === "all") {
       const cells = all().filter(has);
       grid.change(cells.map((cell) => [cell, replaced(cell)]));
-      grid.say(cells.length ? `Replaced in ${cells.length} ${cells.length === 1 ? "cell" : "cells"}.` : "Not found.");
+      grid.say(cells.length ? tn("Replaced in {n} cell.", "Replaced in {n} cells.", { n: cells.length }) : t("Not found."));
     }
   });
 
@@ -42,11 +44,11 @@ export function finder(grid) {
     const from = cells.indexOf(grid.selection.cell);
     const found = [...cells.slice(from + 1), ...cells.slice(0, from + 1)].find(has);
     if (!found) {
-      grid.say("Not found.");
+      grid.say(t("Not found."));
       return;
     }
     grid.selection.go(found.parentElement, grid.table.column(found), false, false);
-    grid.say(`Found in ${grid.bar.querySelector("b").textContent}.`);
+    grid.say(t("Found in {cell}.", { cell: grid.bar.querySelector("b").textContent }));
   }
 
   function open() {

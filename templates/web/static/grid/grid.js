@@ -1,6 +1,7 @@
 // The grid: a spreadsheet in the browser over a table that the server renders (keys, pointer, clipboard, rows).
 
 import { press } from "../commands.js";
+import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
 import { Editor } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
@@ -87,13 +88,13 @@ export class Grid {
   /** Take a cell for editing, or give it free; when somebody else has it, that is told. */
   async taking(row, k, on) {
     const comment = on ? aboutComment(this.table, this.table.cell(this.table.row(row), k)) : "";
-    if (on) this.spoken.say(`Editing ${this.table.name(k)}. ${comment || "Enter keeps, Escape takes back."}`);
+    if (on) this.spoken.say(t("Editing {column}. {help}", { column: this.table.name(k), help: comment || t("Enter keeps, Escape takes back.") }));
     const column = this.table.sheetColumn(k);
     if (!on) this.drafts.drop();
     const answer = await this.server[on ? "lock" : "unlock"](row, column);
     if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
       this.editor.contest();
-      this.say(`${answer.message} Whoever ends second is asked which text stays.`, true);
+      this.say(t("{why} Whoever ends second is asked which text stays.", { why: answer.message }), true);
     }
   }
 
@@ -122,7 +123,7 @@ export class Grid {
   /** True, with a message, when the sheet can only be read here. */
   refuses() {
     const fixed = this.table.grid.ariaReadOnly === "true";
-    if (fixed) this.say("This sheet can only be read here, not be changed.", true);
+    if (fixed) this.say(t("This sheet can only be read here, not be changed."), true);
     return fixed;
   }
 
@@ -188,7 +189,7 @@ export class Grid {
     if (move === null) {
       if (document.activeElement === document.body) this.selection.go(row, k);
     } else this.move(move, row, k);
-    this.spoken.moved(text !== was ? "Kept" : move === null ? "Taken back" : "Unchanged");
+    this.spoken.moved(text !== was ? t("Kept") : move === null ? t("Taken back") : t("Unchanged"));
     this.look();
   }
 
@@ -264,7 +265,9 @@ export class Grid {
       if (!answer.rows?.length) return;
       this.selection.cell?.focus({ preventScroll: true });
       const others = [...new Set(answer.rows.map((r) => r.sheet))].filter((name) => name !== this.server.sheet);
-      this.say(`Done: ${title}${others.length ? ` (also in ${others.join(", ")})` : ""}. Ctrl+Z takes it back.`);
+      this.say(others.length
+        ? t("Done: {title} (also in {sheets}). Ctrl+Z takes it back.", { title, sheets: listed(others) })
+        : t("Done: {title}. Ctrl+Z takes it back.", { title }));
     });
   }
 }
@@ -276,8 +279,9 @@ function retrace(grid, entries, again) {
   const here = entries.filter((entry) => entry.sheet === grid.server.sheet);
   const others = [...new Set(entries.map((entry) => entry.sheet))].filter((name) => name !== grid.server.sheet);
   const told = here.map((entry) => change(grid, entry)).filter(Boolean);
-  if (others.length) told.push(`changed in ${others.join(", ")}`);
-  grid.say(`${again ? "Done again" : "Undone"}: ${told.slice(0, 3).join("; ") || "nothing to be seen"}.`);
+  if (others.length) told.push(t("changed in {sheets}", { sheets: listed(others) }));
+  const changes = told.slice(0, 3).join("; ") || t("nothing to be seen");
+  grid.say(again ? t("Done again: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
 }
 
 function change(grid, { cells, insert, remove, move }) {
@@ -290,18 +294,20 @@ function change(grid, { cells, insert, remove, move }) {
     selection.go(row, k);
     const cell = table.cell(row, k);
     const text = table.value(cell);
-    if (known.length > 1) return `${known.length} cells from ${table.address(cell)} on`;
-    return `${table.address(cell)} ${text ? `is “${shortened(text)}”` : "is empty"} again`;
+    const address = table.address(cell);
+    if (known.length > 1) return t("{n} cells from {cell} on", { n: known.length, cell: address });
+    return text ? t("{cell} is “{text}” again", { cell: address, text: shortened(text) }) : t("{cell} is empty again", { cell: address });
   }
   if (insert?.length || move?.length) {
     const ids = insert?.length ? insert.map(({ html }) => /id="([^"]+)"/.exec(html)[1]) : move.map((m) => m.id);
     const numbers = ids.map((id) => Number(table.row(id)?.cells[0].textContent)).filter(Boolean).sort((a, b) => a - b);
     const first = [...table.rows].find((row) => Number(row.cells[0].textContent) === numbers[0]);
     if (first) selection.go(first, selection.head.k);
-    const span = numbers.length > 1 ? `rows ${numbers[0]} to ${numbers.at(-1)}` : `row ${numbers[0]}`;
-    return insert?.length ? `${span} ${numbers.length > 1 ? "are" : "is"} there` : `${span} moved`;
+    const span = { first: numbers[0], last: numbers.at(-1) };
+    if (insert?.length) return numbers.length > 1 ? t("rows {first} to {last} are there", span) : t("row {first} is there", span);
+    return numbers.length > 1 ? t("rows {first} to {last} moved", span) : t("row {first} moved", span);
   }
-  if (remove?.length) return remove.length === 1 ? "a row is gone" : `${remove.length} rows are gone`;
+  if (remove?.length) return tn("a row is gone", "{n} rows are gone", { n: remove.length });
   return "";
 }
 

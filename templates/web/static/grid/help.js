@@ -1,6 +1,7 @@
 // Help beside the grid: on the cell at hand (F1), on what is searched for, and on what its links lead to.
 
 import { request, why } from "../api.js";
+import { t } from "../texts.js";
 import { inputs, key } from "./editor.js";
 
 const NAME = /[\p{L}_][\p{L}\p{N}_]*/gu;
@@ -62,7 +63,7 @@ export function help(grid) {
     query.set("book", panel.dataset.book);
     const { ok, status, text } = await request(`${panel.dataset.url}?${query}`);
     if (!ok) {
-      grid.say(`There is no help now. ${why({ status, text })}`, "error");
+      grid.say(t("There is no help now. {why}", { why: why({ status, text }) }), "error");
       return null;
     }
     const holder = document.createElement("template");
@@ -97,7 +98,7 @@ export function help(grid) {
     const first = panel.querySelector("input");
     first.focus({ preventScroll: true });
     first.select();
-    grid.spoken.say(`Help: ${panel.querySelector(".help-topic h3, h3")?.textContent ?? "overview"}`);
+    grid.spoken.say(t("Help: {topic}", { topic: panel.querySelector(".help-topic h3, h3")?.textContent ?? t("overview") }));
   }
 
   /** The topics of help on the cell with the cursor: its text, its problems, its column. */

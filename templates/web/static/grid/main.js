@@ -3,6 +3,7 @@
 import { identity, listening, request } from "../api.js";
 import { command, press } from "../commands.js";
 import { icon } from "../elements.js";
+import { t } from "../texts.js";
 import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
 import { Grid } from "./grid.js";
@@ -18,17 +19,17 @@ function renewed(grid, listen) {
   let waits = false;
   listen.addEventListener("program", ({ detail }) => {
     const { program } = listen.dataset;
-    if (program && JSON.parse(detail.data).version !== program) wait("The program was renewed.");
+    if (program && JSON.parse(detail.data).version !== program) wait(t("The program was renewed."));
   });
   listen.addEventListener("reload", ({ detail }) => {
     const { sheet, why } = JSON.parse(detail.data);
-    if (!sheet || sheet === grid.server.sheet) wait(why ?? "This page is not up to date.");
+    if (!sheet || sheet === grid.server.sheet) wait(why ?? t("This page is not up to date."));
   });
 
   function wait(why) {
     if (waits) return;
     waits = true;
-    if (!load()) grid.say(`${why} This page loads again when you have finished typing.`);
+    if (!load()) grid.say(t("{why} This page loads again when you have finished typing.", { why }));
   }
 
   function load() {

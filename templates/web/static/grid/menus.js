@@ -1,6 +1,7 @@
 // A small menu beside what was pressed: with the arrow keys, by mouse and touch.
 
 import { items } from "../commands.js";
+import { t } from "../texts.js";
 
 /** Show a menu at an element; its items are buttons, already in it. The focus goes back to `back`. */
 export function popup(box, at, back) {
@@ -61,7 +62,7 @@ function walk(event, buttons, close) {
 // The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
 
 export function menu(grid) {
-  const box = menuOf("Rows", items("rows", grid).map(([name, action, keys]) => [name, () => {
+  const box = menuOf(t("Rows"), items("rows", grid).map(([name, action, keys]) => [name, () => {
     close();
     action();
   }, keys]));

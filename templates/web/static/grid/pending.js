@@ -1,6 +1,8 @@
 // Input and steps that wait for the server. Input while only the server knows the next state of the sheet (an undo is on its way)
 // is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
+import { t } from "../texts.js";
+
 const TOLD_AFTER_MS = 1000; // of waiting, after which a message says that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
 const SILENT = new Set(["Dead", "Process", "Shift", "Control", "Alt", "Meta", "AltGraph"]); // they do nothing by themselves
@@ -15,7 +17,7 @@ export class Held {
     this.field = document.createElement("textarea"); // takes what no key tells: an input method's text, say
     this.field.className = "only-spoken";
     this.field.tabIndex = -1;
-    this.field.setAttribute("aria-label", "Waiting for the server");
+    this.field.setAttribute("aria-label", t("Waiting for the server"));
     this.field.addEventListener("input", (event) => event.isComposing || this.text());
     this.field.addEventListener("compositionend", () => this.text());
     for (const kind of ["keydown", "paste", "copy", "cut", "pointerdown", "dblclick", "contextmenu", "click"]) {
@@ -27,7 +29,7 @@ export class Held {
   /** Hold what is done until a job has ended. */
   async until(job) {
     this.jobs++;
-    const slow = setTimeout(() => this.grid.say("The server has not answered yet. What you type is kept and follows."), TOLD_AFTER_MS);
+    const slow = setTimeout(() => this.grid.say(t("The server has not answered yet. What you type is kept and follows.")), TOLD_AFTER_MS);
     try {
       return await job();
     } finally {

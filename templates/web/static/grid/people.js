@@ -1,6 +1,7 @@
 // Other people: who is here, and where; one's own name, which the browser keeps; two who have edited the same cell.
 
 import { button, make, open } from "../elements.js";
+import { listed, t, tn } from "../texts.js";
 
 export function people(grid, listen) {
   const line = document.getElementById("people");
@@ -11,7 +12,7 @@ export function people(grid, listen) {
   own.hidden = "visitor" in document.documentElement.dataset; // who has logged in has said it there
   listen.addEventListener("people", (event) => {
     others = JSON.parse(event.detail.data).people.filter((p) => !grid.spoken.own(p.client));
-    line.textContent = others.length ? `${others.map(told).join(", ")} ${others.length > 1 ? "are" : "is"} here too` : "";
+    line.textContent = others.length ? tn("{names} is here too", "{names} are here too", { n: others.length, names: listed(others.map(told)) }) : "";
     mark();
   });
   grid.table.grid.addEventListener("rrp:rows", mark);
@@ -39,14 +40,14 @@ export function people(grid, listen) {
   }
 
   function ask() {
-    const label = make("label", "Your name, as the others see it ");
+    const label = make("label", {}, t("Your name, as the others see it"), " ");
     label.className = "field";
     const field = make("input");
     field.value = grid.server.name === "Somebody" ? "" : grid.server.name;
     field.maxLength = 40;
     field.autocomplete = "given-name";
     label.append(field);
-    const dialog = open("Who are you?", [label]);
+    const dialog = open(t("Who are you?"), [label]);
     const keep = () => {
       localStorage.setItem("name", field.value.trim() || "Somebody");
       own.querySelector("span").textContent = grid.server.name;
@@ -58,7 +59,7 @@ export function people(grid, listen) {
       event.preventDefault(); // else the button that has the focus again would be pressed by it
       keep();
     });
-    dialog.append(button("Keep", keep), button("Cancel", () => dialog.close()));
+    dialog.append(button(t("Keep"), keep), button(t("Cancel"), () => dialog.close()));
     field.focus();
   }
 }
@@ -71,18 +72,18 @@ export function conflict(grid, clashes) {
   const list = clashes.map((clash) => {
     const row = grid.table.row(clash.row);
     const k = grid.table.placeOf(clash.column);
-    const place = row && k >= 0 ? `${grid.table.headers[k].dataset.letter}${row.cells[0].textContent}` : "a deleted row";
+    const place = row && k >= 0 ? `${grid.table.headers[k].dataset.letter}${row.cells[0].textContent}` : t("a deleted row");
     const part = make("section");
     const who = clash.by || "Somebody";
-    part.append(make("h3", `${place}: ${who} has changed this cell`), pair("Yours", clash.mine), pair(who === "Somebody" ? "Theirs" : `${who}’s`, clash.theirs));
-    const ways = [["Keep mine", "mine"], ["Keep theirs", "theirs"]];
-    if (noteOf(clash)) ways.push([noteOf(clash).same ? "Keep both" : "Keep both: mine as a note", "both"]);
+    part.append(make("h3", t("{cell}: {name} has changed this cell", { cell: place, name: who })), pair(t("Yours"), clash.mine), pair(who === "Somebody" ? t("Theirs") : t("{name}’s", { name: who }), clash.theirs));
+    const ways = [[t("Keep mine"), "mine"], [t("Keep theirs"), "theirs"]];
+    if (noteOf(clash)) ways.push([noteOf(clash).same ? t("Keep both") : t("Keep both: mine as a note"), "both"]);
     part.append(...ways.map(([text, choice]) => button(text, () => settle(clash, choice, part))));
     part.setAttribute("aria-label", place);
     return part;
   });
-  const dialog = open("Somebody else was quicker", list);
-  if (clashes.length > 1) dialog.append(button("Keep all mine", () => all("mine")), button("Keep all theirs", () => all("theirs")));
+  const dialog = open(t("Somebody else was quicker"), list);
+  if (clashes.length > 1) dialog.append(button(t("Keep all mine"), () => all("mine")), button(t("Keep all theirs"), () => all("theirs")));
 
   function all(wanted) {
     for (const [clash, choice] of choices) if (choice === null) choices.set(clash, wanted);
@@ -118,7 +119,7 @@ export function conflict(grid, clashes) {
     });
     if (cells.length) grid.server.send("cells", { cells }, cells.map((c) => c.row));
     const made = new Set(choices.values());
-    grid.say(made.has("both") ? "Both are kept." : made.has("mine") ? "Yours is kept." : "Theirs is kept.");
+    grid.say(made.has("both") ? t("Both are kept.") : made.has("mine") ? t("Yours is kept.") : t("Theirs is kept."));
   }
 }
 
@@ -129,14 +130,14 @@ export function lost(grid, why, cells) {
   const area = make("textarea", texts.join("\n"));
   area.readOnly = true;
   area.rows = Math.min(8, texts.length + 1);
-  area.setAttribute("aria-label", "What was not saved");
-  const dialog = open("This was not saved", [make("p", why), area]);
-  dialog.append(button("Close", () => dialog.close()));
+  area.setAttribute("aria-label", t("What was not saved"));
+  const dialog = open(t("This was not saved"), [make("p", why), area]);
+  dialog.append(button(t("Close"), () => dialog.close()));
 }
 
 function pair(name, text) {
   const line = make("p");
   line.className = "version";
-  line.append(make("b", name), make("code", text || "(empty)"));
+  line.append(make("b", name), make("code", text || t("(empty)")));
   return line;
 }

@@ -1,6 +1,7 @@
 // A Gestures sheet: Play shows the gesture of the chosen row on the robot's model, Pose writes its joints into a row.
 
 import { ownName, randomId, refusal, request } from "../api.js";
+import { t } from "../texts.js";
 import { status } from "./spoken.js";
 
 const bar = document.getElementById("pose-bar");
@@ -38,7 +39,7 @@ async function play() {
   if (answer.message) return status(answer.message, "error");
   shown = answer;
   document.getElementById("gesture-title").textContent = answer.name;
-  canvas.setAttribute("aria-label", `The robot making the gesture ${answer.name}`);
+  canvas.setAttribute("aria-label", t("The robot making the gesture {name}", { name: answer.name }));
   view.showModal();
   return begin();
 }
@@ -54,7 +55,7 @@ async function begin() {
     stage ??= await open();
   } catch (error) {
     console.warn(error);
-    time.textContent = "This browser cannot draw the robot in 3D. Run the workbook to see the gesture in the film.";
+    time.textContent = t("This browser cannot draw the robot in 3D. Run the workbook to see the gesture in the film.");
     return;
   }
   view.dataset.ready = "";
@@ -68,7 +69,7 @@ async function begin() {
     at = Math.min(at + Math.min(now - last, LONGEST_STEP) / 1000, seconds);
     last = now;
     draw(frames, at < seconds ? at * rate : frames.length - 1);
-    time.textContent = `${at.toFixed(1)} of ${seconds.toFixed(1)} s`;
+    time.textContent = t("{now} of {whole} s", { now: at.toFixed(1), whole: seconds.toFixed(1) });
     if (at < seconds && view.open) going = requestAnimationFrame(step);
     else delete view.dataset.playing;
   };
@@ -83,7 +84,7 @@ function pictures() {
   let n = 0;
   const next = () => {
     draw(frames, times[n] * rate);
-    time.textContent = `Keyframe ${n + 1} of ${times.length}, at ${times[n].toFixed(1)} s`;
+    time.textContent = t("Keyframe {number} of {all}, at {seconds} s", { number: n + 1, all: times.length, seconds: times[n].toFixed(1) });
     n += 1;
     if (n < times.length && view.open) setTimeout(next, 1500);
   };
@@ -109,10 +110,10 @@ async function open() {
 async function take() {
   const answer = await get(`${bar.dataset.url}/pose`, { client, tag: "", name: ownName(), sheet: bar.dataset.sheet, row: row() });
   if (answer.message) status(answer.message, "error");
-  else status("The robot’s joints were written into a keyframe. Undo takes it back.");
+  else status(t("The robot’s joints were written into a keyframe. Undo takes it back."));
 }
 
 async function get(url, body) {
   const { ok, status, json } = await request(url, { body });
-  return ok ? json : { message: status === 404 ? "There is no such row any more. Reload the page." : refusal(status) };
+  return ok ? json : { message: status === 404 ? t("There is no such row any more. Reload the page.") : refusal(status) };
 }

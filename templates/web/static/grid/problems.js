@@ -2,6 +2,7 @@
 
 import { hintOf } from "../commands.js";
 import { make } from "../elements.js";
+import { t } from "../texts.js";
 
 const SHOWN_AFTER_MS = 6000; // without a key in a row that is being typed
 
@@ -22,7 +23,7 @@ export class Mending {
   /** Ctrl+. in a cell. */
   go() {
     const buttons = this.buttons();
-    if (!buttons.length) this.grid.say("There is no remedy to apply in this cell.");
+    if (!buttons.length) this.grid.say(t("There is no remedy to apply in this cell."));
     else if (buttons.length === 1) this.grid.fix(buttons[0]);
     else buttons[0].focus();
   }
@@ -74,7 +75,7 @@ export function noteOf(table, cell) {
   note.className = "mend is-warning is-comment";
   const title = document.createElement("b");
   title.className = "severity";
-  title.textContent = "Comment";
+  title.textContent = t("Comment");
   const words = document.createElement("span");
   words.textContent = `${spoken(table, cell)} `;
   note.append(title, " ", words);
@@ -86,8 +87,8 @@ export function noteOf(table, cell) {
 export function spoken(table, cell) {
   const mark = markOf(table, cell.parentElement);
   if (!mark || mark === cell) return "";
-  const does = alone(table, mark) ? "Without the # it counts." : "Write your row into an empty one (Esc leaves this cell).";
-  return `This row begins with #: the robot leaves it out. ${does}`;
+  return alone(table, mark) ? t("This row begins with #: the robot leaves it out. Without the # it counts.")
+    : t("This row begins with #: the robot leaves it out. Write your row into an empty one (Esc leaves this cell).");
 }
 
 /** The actions of the key and the button beside a comment; `look` lets a row look like what was typed into it at once. */
@@ -110,7 +111,7 @@ export function comments(grid) {
     if (!mark || grid.refuses()) return;
     grid.change([[mark, table.value(mark).trimStart().replace(/^#+\s*/, "")]]);
     if (grid.editor.isOpen) grid.editor.mend();
-    grid.say("The # is taken away: the row counts. Ctrl+Z takes it back.");
+    grid.say(t("The # is taken away: the row counts. Ctrl+Z takes it back."));
   }
 
   function look(row) {
@@ -130,7 +131,7 @@ function alone(table, mark) {
 }
 
 function offer() {
-  const button = make("button", { type: "button", className: "button small", tabIndex: -1 }, "Take the # away", " ", make("kbd", hintOf("uncomment")));
+  const button = make("button", { type: "button", className: "button small", tabIndex: -1 }, t("Take the # away"), " ", make("kbd", hintOf("uncomment")));
   button.dataset.uncomment = "";
   return button;
 }

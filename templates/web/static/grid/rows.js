@@ -1,6 +1,7 @@
 // Whole rows: inserted, deleted, moved, duplicated. Each is shown at once, and sent after what was done before.
 
 import { randomId } from "../api.js";
+import { tn } from "../texts.js";
 
 const ROOM = 20; // blank rows below the last filled one, at least: as many as the server keeps
 const MORE = 20; // added beyond that, so that not every row needs some
@@ -31,7 +32,7 @@ export class Rows {
     if (!rows.length || this.grid.refuses()) return;
     const box = this.grid.selection.box();
     this.put(below, rows, rows.map(() => []), box);
-    this.grid.say(`${rows.length === 1 ? "A row" : `${rows.length} rows`} inserted.`);
+    this.grid.say(tn("A row inserted.", "{n} rows inserted.", { n: rows.length }));
   }
 
   /** Insert rows with texts above or below those that are selected. */
@@ -82,7 +83,7 @@ export class Rows {
     this.reserve(Math.min(selected.length, this.blank(this.grid.selection.box().bottom)));
     const rows = selected.map((row) => row.id);
     this.grid.server.step("delete", { rows }, { remove: rows });
-    this.grid.say(`${rows.length === 1 ? "The row is" : `${rows.length} rows are`} deleted.`);
+    this.grid.say(tn("The row is deleted.", "{n} rows are deleted.", { n: rows.length }));
   }
 
   move(by) {

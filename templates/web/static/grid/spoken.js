@@ -1,6 +1,7 @@
 // Messages to the person. To a screen reader: the cell with the cursor and its problems, the edits of others, the names of the cells.
 
 import { spokenHintOf } from "../commands.js";
+import { t } from "../texts.js";
 
 const CURSOR_RESTS_MS = 150; // when the cursor runs, only the cell where it stops is told
 const MOST_NAMED = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
@@ -42,7 +43,7 @@ export class Spoken {
     const { table } = this.grid;
     const k = table.column(cell);
     const parts = [`${table.address(cell)} ${table.name(k)}: ${content(cell)}`];
-    if (cell.ariaReadOnly === "true") parts.push("cannot be filled in here");
+    if (cell.ariaReadOnly === "true") parts.push(t("cannot be filled in here"));
     if (!cell.parentElement.classList.contains("unfinished")) {
       for (const mend of cell.querySelectorAll(".mend:not(.is-info)")) parts.push(words(mend));
     }
@@ -52,7 +53,7 @@ export class Spoken {
     if (tag) parts.push(tag.textContent);
     const box = this.grid.selection.box();
     const count = box ? (box.bottom - box.top + 1) * (box.right - box.left + 1) : 1;
-    if (count > 1) parts.push(`${count} cells selected`);
+    if (count > 1) parts.push(t("{n} cells selected", { n: count }));
     return parts.join(". ");
   }
 
@@ -94,7 +95,7 @@ export class Spoken {
     const { table } = this.grid;
     const k = table.column(cell);
     if (k < 0) return;
-    const name = `${table.name(k)}, row ${cell.parentElement.cells[0].textContent}: `;
+    const name = t("{column}, row {row}:", { column: table.name(k), row: cell.parentElement.cells[0].textContent }) + " ";
     const old = cell.querySelector(":scope > .cell-name");
     if (!cell.querySelector(":scope > .mends, :scope > .name-tag, :scope > .verdict")) {
       old?.remove();
@@ -116,9 +117,9 @@ export class Spoken {
 
 function content(cell) {
   const box = cell.querySelector("input[type=checkbox]");
-  if (box) return box.checked ? "ticked" : "not ticked";
+  if (box) return box.checked ? t("ticked") : t("not ticked");
   const names = [...cell.querySelectorAll(":scope > .name")].map((name) => name.textContent.trim());
-  return names.join(", ") || cell.dataset.v || "blank";
+  return names.join(", ") || cell.dataset.v || t("blank");
 }
 
 function words(mend) {

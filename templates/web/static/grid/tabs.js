@@ -3,6 +3,7 @@
 import { refusal, request } from "../api.js";
 import { items, press } from "../commands.js";
 import { button, make, open } from "../elements.js";
+import { listed, t, tn } from "../texts.js";
 import { menuOf, popup } from "./menus.js";
 import { lost } from "./people.js";
 
@@ -54,7 +55,7 @@ export function sheetTabs(grid, listen) {
   function show(tab, at) {
     const { sheet, kind } = tab.dataset;
     menu?.remove();
-    menu = menuOf(`Sheet ${sheet}`, items("tab", { sheet, kind, tabs }));
+    menu = menuOf(t("Sheet {name}", { name: sheet }), items("tab", { sheet, kind, tabs }));
     document.querySelector("main").append(menu);
     popup(menu, at, at);
   }
@@ -92,7 +93,7 @@ export function sheetTabs(grid, listen) {
     go.className = "button first";
     form.append(wrong, go);
     const dialog = open(title, [form]);
-    form.append(button("Cancel", () => dialog.close()));
+    form.append(button(t("Cancel"), () => dialog.close()));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       ask(dialog, ...inputs.map((input) => input.value));
@@ -103,35 +104,37 @@ export function sheetTabs(grid, listen) {
 
   function add({ kind, name }) {
     if (!["behaviour", "test", "table"].includes(kind)) return send("add", { kind, title: name });
-    const fields = [["Name", name]];
-    if (kind === "table") fields.push(["Columns", "Name, Value", "Separated by commas. A formula takes them as Table[Name]."]);
-    const title = { behaviour: "Add a behaviour", test: "Add a test", table: "Add a table" }[kind];
-    return asking(title, fields, "Add", (dialog, typed, columns = "") => send("add", { kind, title: typed.trim() || name, columns }, dialog));
+    const fields = [[t("Name"), name]];
+    if (kind === "table") fields.push([t("Columns"), t("Name, Value"), t("Separated by commas. A formula takes them as Table[Name].")]);
+    const title = { behaviour: t("Add a behaviour"), test: t("Add a test"), table: t("Add a table") }[kind];
+    return asking(title, fields, t("Add"), (dialog, typed, columns = "") => send("add", { kind, title: typed.trim() || name, columns }, dialog));
   }
 
   function rename(sheet) {
-    asking(`Rename “${sheet}”`, [["Name", sheet, "Everything that names this sheet follows: tests, formulas, the Protocol."]], "Rename",
+    asking(t("Rename “{name}”", { name: sheet }), [[t("Name"), sheet, t("Everything that names this sheet follows: tests, formulas, the Protocol.")]], t("Rename"),
       (dialog, title) => (title === sheet ? dialog.close() : send("rename", { of: sheet, title }, dialog)));
   }
 
   async function remove(sheet) {
     const { ok, status, json } = await request(`${server.url}/sheets/about/${encodeURIComponent(sheet)}`);
-    const about = ok ? json : { message: status ? "There is no such sheet any more." : refusal(status) };
+    const about = ok ? json : { message: status ? t("There is no such sheet any more.") : refusal(status) };
     if (about.message) return grid.say(about.message, "error");
-    const rows = about.rows === null ? "everything in it" : about.rows === 1 ? "1 row" : about.rows ? `${about.rows} rows` : "no rows";
-    const parts = [make("p", `It has ${rows}. Ctrl+Z brings it back.`.replace("has everything in it", "goes with everything in it"))];
+    const has = about.rows === null ? t("It goes with everything in it. Ctrl+Z brings it back.")
+      : about.rows ? tn("It has {n} row. Ctrl+Z brings it back.", "It has {n} rows. Ctrl+Z brings it back.", { n: about.rows })
+        : t("It has no rows. Ctrl+Z brings it back.");
+    const parts = [make("p", has)];
     if (about.naming.length) {
       const list = make("ul");
       list.className = "naming";
       list.append(...about.naming.map((text) => make("li", text)));
-      if (about.more) list.append(make("li", `… and ${about.more} more`));
-      parts.push(make("p", "These refer to it, and will not work without it:"), list);
+      if (about.more) list.append(make("li", t("… and {n} more", { n: about.more })));
+      parts.push(make("p", t("These refer to it, and will not work without it:")), list);
     }
     const wrong = make("p");
     wrong.className = "is-wrong";
     wrong.setAttribute("role", "alert");
-    const dialog = open(`Delete “${sheet}”?`, [...parts, wrong]);
-    dialog.append(button("Delete", () => send("delete", { of: sheet }, dialog)), button("Cancel", () => dialog.close()));
+    const dialog = open(t("Delete “{name}”?", { name: sheet }), [...parts, wrong]);
+    dialog.append(button(t("Delete"), () => send("delete", { of: sheet }, dialog)), button(t("Cancel"), () => dialog.close()));
     return dialog.querySelector("button")?.focus();
   }
 
@@ -154,17 +157,20 @@ export function sheetTabs(grid, listen) {
   function worded({ what, name, was, by, also = [], undone = false }, mine) {
     const others = also.filter((sheet) => sheet !== name);
     const runs = what === "added" && others.length && !undone;
-    const follows = runs ? ` It is named in the Run of ${others.join(", ")}, so it runs too.` : others.length ? ` ${others.join(" and ")} ${others.length === 1 ? "follows" : "follow"}.` : "";
-    const back = !undone ? " Ctrl+Z takes it back." : "";
+    const places = { by, name, was };
     if (!mine) {
-      const did = { added: `added “${name}”`, deleted: `deleted “${name}”`, renamed: `renamed “${was}” to “${name}”`, moved: `moved “${name}”` };
-      return `${by} has ${did[what]}.`;
+      return {
+        added: t("{by} has added “{name}”.", places), deleted: t("{by} has deleted “{name}”.", places),
+        renamed: t("{by} has renamed “{was}” to “{name}”.", places), moved: t("{by} has moved “{name}”.", places),
+      }[what];
     }
     const does = {
-      added: undone ? `“${name}” is back.` : `“${name}” is added.`, deleted: `“${name}” is deleted.`,
-      renamed: `“${was}” is called “${name}” now.`, moved: `“${name}” is moved.`,
+      added: undone ? t("“{name}” is back.", places) : t("“{name}” is added.", places), deleted: t("“{name}” is deleted.", places),
+      renamed: t("“{was}” is called “{name}” now.", places), moved: t("“{name}” is moved.", places),
     }[what];
-    return `${does}${follows}${back}`;
+    const follows = runs ? t("It is named in the Run of {sheets}, so it runs too.", { sheets: listed(others) })
+      : others.length ? tn("{sheets} follows.", "{sheets} follow.", { n: others.length, sheets: listed(others, " and ") }) : "";
+    return [does, follows, undone ? "" : t("Ctrl+Z takes it back.")].filter(Boolean).join(" ");
   }
 
   async function leave(name, words) {
@@ -178,7 +184,7 @@ export function sheetTabs(grid, listen) {
     server.sheet = name;
     grid.table.grid.dataset.sheet = name;
     grid.table.grid.setAttribute("aria-label", name);
-    document.querySelector("section.sheet")?.setAttribute("aria-label", `Sheet ${name}`);
+    document.querySelector("section.sheet")?.setAttribute("aria-label", t("Sheet {name}", { name }));
     if (document.title.startsWith(was)) document.title = name + document.title.slice(was.length);
     grid.here = ""; // the others see the cursor on the sheet of the new name
     grid.look();
@@ -193,9 +199,9 @@ export function sheetTabs(grid, listen) {
     if (grid.editor.isOpen) grid.editor.close(false, null);
     if (typed) lost(grid, words, [{ text: typed }]);
     const line = document.getElementById("notice");
-    line.textContent = `${words} This page shows what was in it. `;
+    line.textContent = [words, t("This page shows what was in it."), ""].join(" ");
     if (next) {
-      const link = make("a", `Go to ${next}`);
+      const link = make("a", t("Go to {place}", { place: next }));
       link.href = address(next);
       line.append(link);
     }

@@ -1,6 +1,8 @@
 // The widths of the columns: dragged at the edge of a header, by Alt+Left and Alt+Right, or fitted by a double click; the
 // browser remembers them for each sheet. And the width of the sheet beside its panels.
 
+import { t } from "../texts.js";
+
 const LEAST = 36; // px, of a column
 const MOST = 900; // px, of a column
 const STEP = 8; // px, of an arrow key at a column
@@ -69,7 +71,7 @@ export class Columns {
   /** As wide as the longest of its lines. */
   fit(i) {
     this.set(i, this.fitting(i));
-    this.grid.say(`${this.nameOf(i)} is as wide as its texts.`);
+    this.grid.say(t("{column} is as wide as its texts.", { column: this.nameOf(i) }));
   }
 
   fitting(i) {
@@ -91,7 +93,7 @@ export class Columns {
   step(k, by) {
     const i = this.table.places[k];
     this.set(i, this.widths[i] + by * STEP);
-    this.grid.spoken.say(`${this.nameOf(i)} is ${this.widths[i]} wide.`);
+    this.grid.spoken.say(t("{column} is {n} wide.", { column: this.nameOf(i), n: this.widths[i] }));
   }
 
   at(event) {
@@ -146,7 +148,7 @@ export function splitter() {
   bar.className = "splitter";
   bar.tabIndex = 0;
   for (const [name, value] of Object.entries({
-    role: "separator", "aria-orientation": "vertical", "aria-label": "Width of the sheet", "aria-controls": "panels", "aria-valuemin": 0, "aria-valuemax": 100,
+    role: "separator", "aria-orientation": "vertical", "aria-label": t("Width of the sheet"), "aria-controls": "panels", "aria-valuemin": 0, "aria-valuemax": 100,
   })) bar.setAttribute(name, value);
   sheet.append(bar);
   const kept = Number(localStorage.getItem(BESIDE));

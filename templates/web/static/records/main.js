@@ -1,6 +1,7 @@
 // The pages of runs, versions, comparisons and print, beyond links and forms.
 
 import { randomId, request } from "../api.js";
+import { t } from "../texts.js";
 
 const RECORD_WITHIN_MS = 150_000; // for the reading of a long record
 const SECONDS_BEFORE = 2; // seconds that are shown before a moment, and after it
@@ -45,7 +46,7 @@ async function awaitFiles(address) {
 async function awaitRecord(notice) {
   const { ok } = await request(notice.dataset.reading, { patience: RECORD_WITHIN_MS });
   if (ok) location.replace(notice.querySelector("a").href);
-  else notice.textContent = "The record could not be read now. Load the page again.";
+  else notice.textContent = t("The record could not be read now. Load the page again.");
 }
 
 /** Bring the page of a run to life; null on other pages. */
@@ -93,7 +94,7 @@ function follow(word) {
       said.remove();
       return;
     }
-    if (!said.firstChild && Date.now() - began > WORDS_AFTER_MS) said.append("The file is being made …", document.createElement("span"));
+    if (!said.firstChild && Date.now() - began > WORDS_AFTER_MS) said.append(t("The file is being made …"), document.createElement("span"));
     if (said.firstChild && seconds > 1) said.lastChild.textContent = ` ${seconds} s`; // the words are spoken once
   }, LOOK_EVERY_MS);
 }
@@ -144,7 +145,7 @@ function wait(button) {
   const drawing = () => document.querySelector("main [aria-busy='true'], main [data-trouble]");
   const tell = () => {
     button.disabled = Boolean(drawing());
-    document.querySelector("[data-ready]").textContent = drawing() ? "" : "All diagrams are drawn.";
+    document.querySelector("[data-ready]").textContent = drawing() ? "" : t("All diagrams are drawn.");
   };
   new MutationObserver(tell).observe(document.querySelector("main"), { childList: true, subtree: true });
   tell();

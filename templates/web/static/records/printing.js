@@ -1,6 +1,7 @@
 // The Print page: what is chosen is shown at once, and the PDF is made before it is fetched, so that trouble can be told.
 
 import { request, why } from "../api.js";
+import { t } from "../texts.js";
 
 const PDF_WITHIN_MS = 150_000; // as long as a protocol may take
 
@@ -13,13 +14,13 @@ async function pdf() {
   const chosen = new URLSearchParams(new FormData(form));
   button.disabled = true;
   said.className = "print-said";
-  said.textContent = "The PDF is being made …";
+  said.textContent = t("The PDF is being made …");
   const { ok, status, text, json } = await request(`${button.dataset.pdf}?${chosen}`, { patience: PDF_WITHIN_MS });
   button.disabled = false;
   if (!ok || !json) return tell(why({ status, text }));
   if (json.trouble) return tell(json.trouble);
   location.assign(`${button.formAction}?${chosen}`);
-  said.textContent = ["The PDF is made.", ...json.notes].join(" ");
+  said.textContent = [t("The PDF is made."), ...json.notes].join(" ");
   return undefined;
 }
 

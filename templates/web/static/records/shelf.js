@@ -1,5 +1,7 @@
 // The shelf: what the chosen template is about, searching, and files that are dropped on the page.
 
+import { t } from "../texts.js";
+
 /** Say what the chosen template holds. */
 function tell(select) {
   const line = select.form.querySelector(".about-template");
@@ -12,7 +14,7 @@ function search(field) {
   const cards = [...document.querySelectorAll(".card")];
   for (const card of cards) card.hidden = !words.every((word) => card.dataset.words.includes(word));
   const found = cards.filter((card) => !card.hidden).length;
-  document.querySelector("[data-found]").textContent = words.length ? `${found} of ${cards.length} workbooks` : "";
+  document.querySelector("[data-found]").textContent = words.length ? t("{n} of {all} workbooks", { n: found, all: cards.length }) : "";
   document.querySelector("[data-none]").hidden = found > 0;
 }
 

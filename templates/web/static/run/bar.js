@@ -2,17 +2,17 @@
 
 import { act, ask, canBeStopped, ownName, panel, settings, takesActions } from "../api.js";
 import { button, make, put } from "../elements.js";
+import { t, tn } from "../texts.js";
 import { clock, now } from "./time.js";
 
 const words = {
-  none: "No run", starting: "Starting …", running: "Running", paused: "Paused", stopping: "Stopping …",
-  finishing: "The robot comes to rest …", ended: "Run ended",
+  none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), stopping: t("Stopping …"),
+  finishing: t("The robot comes to rest …"), ended: t("Run ended"),
 };
-const UNKNOWN = "This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. "
-  + "If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.";
+const UNKNOWN = t("This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.");
 const SHOWN = 12000; // ms that a refusal is told
 const SMALL = "button small"; // class of the buttons in lines of text
-const modes = { simulated: "Simulated", pilot: "Pilot rehearsal", real: "Real robot" };
+const modes = { simulated: t("Simulated"), pilot: t("Pilot rehearsal"), real: t("Real robot") };
 
 export function bar(root) {
   const buttons = Object.fromEntries([...root.querySelectorAll("[data-run]")].map((b) => [b.dataset.run, b]));
@@ -83,13 +83,13 @@ export function bar(root) {
   function show() {
     const going = !["none", "ended"].includes(state.phase);
     const unknown = lost && going;
-    put(phase, unknown ? "Not known" : words[state.phase]);
+    put(phase, unknown ? t("Not known") : words[state.phase]);
     phase.classList.toggle("is-warning", unknown);
     watch.hidden = state.phase === "none" || unknown;
     put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
     buttons.stop.disabled = !canBeStopped(state.phase);
     buttons.pause.disabled = !acting() || lost;
-    buttons.pause.lastElementChild.textContent = state.phase === "paused" ? "Go on" : "Pause";
+    buttons.pause.lastElementChild.textContent = state.phase === "paused" ? t("Go on") : t("Pause");
     buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);
     buttons.step.disabled = state.phase !== "paused" || lost;
     speed.disabled = unknown;
@@ -111,10 +111,14 @@ export function bar(root) {
     shownEnd();
   }
 
+  function errorsLeft() {
+    return tn("Run starts when there are no errors: {n} error is left.", "Run starts when there are no errors: {n} errors are left.", { n: errors });
+  }
+
   function startReason(going) {
-    if (going) return "A run is going.";
-    if (elsewhere.phase !== "none") return `${elsewhere.by} is running ${elsewhere.book}. There is one robot, so one run at a time.`;
-    if (errors) return `Run starts when there are no errors: ${errors === 1 ? "1 error is" : `${errors} errors are`} left.`;
+    if (going) return t("A run is going.");
+    if (elsewhere.phase !== "none") return t("{by} is running {book}. There is one robot, so one run at a time.", elsewhere);
+    if (errors) return errorsLeft();
     return "";
   }
 
@@ -132,11 +136,11 @@ export function bar(root) {
     if (unknown) notice.replaceChildren(make("span", { textContent: UNKNOWN }));
     else if (over) {
       notice.replaceChildren(make("span", { textContent: `${ended.words} ${ended.remedy}`.trim() }),
-        ...(state.folder ? [link("Look at the recording", `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
-        button("Back to the examples", () => act("clear"), SMALL));
+        ...(state.folder ? [link(t("Look at the recording"), `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
+        button(t("Back to the examples"), () => act("clear"), SMALL));
     } else if (unused) {
-      notice.replaceChildren(make("span", { textContent: `The run goes on with the rows as they were. ${restart}` }),
-        ...(errors ? [] : [button("Restart", () => act("restart"), SMALL)]));
+      notice.replaceChildren(make("span", { textContent: t("The run goes on with the rows as they were. {why}", { why: restart }) }),
+        ...(errors ? [] : [button(t("Restart"), () => act("restart"), SMALL)]));
     }
   }
 
@@ -144,7 +148,7 @@ export function bar(root) {
   function refused(text) {
     clearTimeout(vanishing);
     problem.hidden = false;
-    problem.replaceChildren(make("span", { textContent: text }), button("Close", () => {
+    problem.replaceChildren(make("span", { textContent: text }), button(t("Close"), () => {
       problem.hidden = true;
     }, SMALL));
     vanishing = setTimeout(() => {
@@ -154,10 +158,10 @@ export function bar(root) {
 
   /** Show why a run cannot be started; of errors also the place of the first, which may be on another sheet and below the edge. */
   function tellWhy(reason) {
-    const place = errors && reason.startsWith("Run starts") ? firstError()?.textContent ?? "" : "";
+    const place = errors && reason === errorsLeft() ? firstError()?.textContent ?? "" : "";
     if (why.dataset.told === reason + place) return; // a link is not taken away from under a finger
     why.dataset.told = reason + place;
-    why.replaceChildren(reason, ...(place ? [" ", button(`Go to ${place}`, goToFirstError, SMALL)] : []));
+    why.replaceChildren(reason, ...(place ? [" ", button(t("Go to {place}", { place }), goToFirstError, SMALL)] : []));
   }
 
   function firstError() {
@@ -207,7 +211,7 @@ function dialog(root) {
   function refuse({ message, where }) {
     refused.hidden = false;
     refused.textContent = `${message} `;
-    if (where) refused.append(make("a", { href: where, textContent: "Go to that run" }));
+    if (where) refused.append(make("a", { href: where, textContent: t("Go to that run") }));
   }
 
   return (wanted) => {

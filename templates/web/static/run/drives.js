@@ -1,6 +1,7 @@
 // The rows that drive the robot: a lane for each part of the robot, with bars that bear the numbers of the rows that drove it.
 
 import { element } from "../elements.js";
+import { listed, t } from "../texts.js";
 
 const SPAN = 30; // s
 const LANE = 20;
@@ -8,7 +9,7 @@ const BAR = 14;
 const SIDE = 64; // px for the lanes' names
 const MOST = 500; // bars kept
 const DIGIT = 7; // px
-const EMPTY = "Parts of the robot and the rows that drive them appear here during a run.";
+const EMPTY = t("Parts of the robot and the rows that drive them appear here during a run.");
 
 /** Fill `#drives`. */
 export function drives(root) {
@@ -67,7 +68,7 @@ function draw(view) {
     if (right <= 0) continue;
     const bar = element("rect", { class: ended === null ? "busy now" : "busy", x: left + 0.5, y: y + 0.5, width: Math.max(right - left - 1, 2), height: BAR - 1 });
     const title = element("title");
-    title.textContent = `${lane}: row ${row}, ${began.toFixed(1)} s to ${ended === null ? "now" : `${ended.toFixed(1)} s`}`;
+    title.textContent = drove(lane, row, began.toFixed(1), ended?.toFixed(1));
     bar.append(title);
     parts.push(bar);
     const number = row.replace(/^.*!/, "");
@@ -83,7 +84,12 @@ function draw(view) {
   }, 500);
 }
 
+function drove(part, row, from, to) {
+  return to === undefined ? t("{part}: row {row}, {from} s to now", { part, row, from }) : t("{part}: row {row}, {from} s to {to} s", { part, row, from, to });
+}
+
 function words(lanes, bars) {
   const now = new Map([...bars.values()].filter((b) => b.ended === null).map((b) => [b.lane, b.row]));
-  return `Parts of the robot and the rows that drive them now: ${lanes.map((l) => `${l}: ${now.has(l) ? `row ${now.get(l)}` : "free"}`).join(", ")}`;
+  const parts = lanes.map((part) => (now.has(part) ? t("{part}: row {row}", { part, row: now.get(part) }) : t("{part}: free", { part })));
+  return t("Parts of the robot and the rows that drive them now: {parts}", { parts: listed(parts) });
 }

@@ -1,6 +1,7 @@
 // The picture of the robot's camera, renewed as it comes, with the detections of its sensors in it.
 
 import { element } from "../elements.js";
+import { t } from "../texts.js";
 
 const FRESH = 0.5; // s: an older detection is not shown
 const AGAIN = 1000; // ms: asked at least so often, as the robot's eye is open only while somebody asks
@@ -9,7 +10,10 @@ const LOOK = 250; // ms
 const OLD = 2000; // ms: a picture that is older says so
 const WIDE = 640; // of the overlay, in its own units
 const LABEL = 28;
-const EMPTY = "The robot’s eye opens when it runs";
+const EMPTY = t("The robot’s eye opens when it runs");
+const TITLE = t("Robot’s eye");
+const oldBy = (n) => t("old by {n} s", { n });
+const sees = (things) => t("What the robot’s camera sees: {things}", { things: things || t("nothing that its sensors look for") });
 
 /** Fill `#eye`. */
 export function eye(root) {
@@ -26,7 +30,7 @@ export function eye(root) {
   nothing.textContent = EMPTY;
   const caption = document.createElement("figcaption");
   const age = document.createElement("span");
-  caption.append("Robot’s eye", age);
+  caption.append(TITLE, age);
   frame.append(nothing, picture, overlay);
   figure.append(frame, caption);
   root.replaceChildren(figure);
@@ -84,7 +88,7 @@ export function eye(root) {
   }
   const tick = () => {
     const old = performance.now() - shown.at;
-    const told = phase === "running" && shown.number && old > OLD ? `old by ${Math.floor(old / 1000)} s` : "";
+    const told = phase === "running" && shown.number && old > OLD ? oldBy(Math.floor(old / 1000)) : "";
     if (age.textContent !== told) age.textContent = told;
     load();
   };
@@ -112,7 +116,7 @@ export function eye(root) {
     for (const [sensor, entry] of seen) if (t - entry.t > FRESH) seen.delete(sensor);
     mark(overlay, seen, lens);
     const words = [...seen].map(([sensor, { fields }]) => label(sensor, fields)).join(", ");
-    picture.alt = `What the robot’s camera sees: ${words || "nothing that its sensors look for"}`;
+    picture.alt = sees(words);
     if (detail.eye && detail.eye !== newest.number) {
       newest = { number: detail.eye, at: performance.now() - (detail.eye_age ?? 0) * 1000 };
     }

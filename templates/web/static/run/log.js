@@ -1,11 +1,15 @@
 // The log: newest first, with the row that did it, and what the robot said to be heard (again).
 
 import { icon, make } from "../elements.js";
+import { t } from "../texts.js";
 import { clock } from "./time.js";
 
 const KEPT = 300;
 const icons = { speech: "say", person: "say", sound: "sound", error: "error", refused: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
-const said = { mark: "Mark", button: "Pressed", send: "Sent", scene: "Scene", switch: "Switched", edit: "Edited" };
+const said = { mark: t("Mark"), button: t("Pressed"), send: t("Sent"), scene: t("Scene"), switch: t("Switched"), edit: t("Edited") };
+
+const byWhom = (name) => " " + t("by {name}", { name });
+const hear = (text) => t("Hear “{text}”", { text });
 
 export function log(root) {
   const address = document.querySelector("[role=grid]")?.dataset;
@@ -38,9 +42,9 @@ export function log(root) {
     if (row) what.append(link(row, rowId), " ");
     if (stream) what.append(make("span", { className: "name actuator", textContent: stream }), " ");
     what.append(words(kind, text));
-    if (by) what.append(make("span", { className: "quiet", textContent: ` by ${by}` }));
+    if (by) what.append(make("span", { className: "quiet", textContent: byWhom(by) }));
     if (file) {
-      const again = make("button", { type: "button", className: "button plain small", ariaLabel: `Hear “${text}”` }, icon("sound"));
+      const again = make("button", { type: "button", className: "button plain small", ariaLabel: hear(text) }, icon("sound"));
       again.addEventListener("click", () => play(file));
       what.append(" ", again);
     }
@@ -50,9 +54,9 @@ export function log(root) {
   }
 
   function words(kind, text) {
-    if (kind === "sound") return `plays “${text}”`;
-    if (kind === "speech") return `“${text}”`;
-    if (kind === "mark") return text ? `Mark: ${text}` : "Mark";
+    if (kind === "sound") return t("plays “{sound}”", { sound: text });
+    if (kind === "speech") return t("“{text}”", { text });
+    if (kind === "mark") return text ? t("Mark: {note}", { note: text }) : t("Mark");
     return text || said[kind] || "";
   }
 
@@ -61,7 +65,7 @@ export function log(root) {
     const cut = row.lastIndexOf("!");
     const sheet = row.slice(0, cut);
     const here = sheet === address?.sheet;
-    const made = make("a", { href: `${here ? "" : `${panel}/${encodeURIComponent(sheet)}`}#${rowId}`, textContent: `${here ? "Row" : sheet} ${row.slice(cut + 1)}` });
+    const made = make("a", { href: `${here ? "" : `${panel}/${encodeURIComponent(sheet)}`}#${rowId}`, textContent: here ? t("Row {row}", { row: row.slice(cut + 1) }) : `${sheet} ${row.slice(cut + 1)}` });
     made.dataset.row = here ? rowId : "";
     made.dataset.cell = "";
     return made;
@@ -76,7 +80,7 @@ export function log(root) {
   function show(on) {
     document.body.dataset.sound = on ? "on" : "off";
     sound.ariaPressed = String(on);
-    sound.querySelector("span").textContent = on ? "Sound on" : "Sound off";
+    sound.querySelector("span").textContent = on ? t("Sound on") : t("Sound off");
     localStorage.setItem("sound", on ? "on" : "off");
     if (!on) for (const voice of Object.values(voices)) voice.pause();
   }

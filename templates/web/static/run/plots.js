@@ -3,6 +3,7 @@
 import uPlot from "/vendor/js/uPlot.esm.js";
 import { request } from "../api.js";
 import { make, put } from "../elements.js";
+import { t } from "../texts.js";
 
 const SPAN = 30; // s
 const FIRST = 4; // plots that are shown before anyone has chosen
@@ -14,7 +15,7 @@ const SIDE = 46; // px, for the numbers at the right
 const GAP = 1.5; // s without a value: the line has a gap
 const FLAT = 0.08; // of the value: a plot never shows less than that, so that noise looks like noise,
 const LEAST = { m: 0.05, rad: 0.1, "°": 5, s: 0.5, "": 0.1 }; // nor less than that, by unit
-const EMPTY = "Streams with numbers are plotted here during a run.";
+const EMPTY = t("Streams with numbers are plotted here during a run.");
 
 /** Fill `#plots`. */
 export function plots(root) {
@@ -33,10 +34,10 @@ class Live {
     this.t = 0;
     this.list = make("ul");
     this.empty = make("p", { className: "quiet" }, EMPTY);
-    this.boxes = make("fieldset", {}, make("legend", { className: "only-spoken" }, "Streams that are plotted"));
-    this.choice = make("details", {}, make("summary", {}, "Choose what is plotted"), this.boxes);
+    this.boxes = make("fieldset", {}, make("legend", { className: "only-spoken" }, t("Streams that are plotted")));
+    this.choice = make("details", {}, make("summary", {}, t("Choose what is plotted")), this.boxes);
     this.choice.addEventListener("change", ({ target }) => this.choose(target));
-    this.table = make("details", {}, make("summary", {}, "As a table"), make("table"));
+    this.table = make("details", {}, make("summary", {}, t("As a table")), make("table"));
     this.table.addEventListener("toggle", () => this.tell(true));
     root.replaceChildren(this.empty, this.list, this.choice, this.table);
     this.choice.hidden = this.table.hidden = true;
@@ -121,7 +122,7 @@ class Live {
     this.list.replaceChildren(...shown.map((key) => {
       const entry = this.series.get(key);
       entry.now = make("b");
-      const { item, place } = framed(key, entry.kind, entry.now, `${key}, last ${SPAN} seconds`);
+      const { item, place } = framed(key, entry.kind, entry.now, t("{stream}, last {n} seconds", { stream: key, n: SPAN }));
       entry.place = place;
       return item;
     }));
@@ -176,7 +177,7 @@ class Live {
       put(entry.now, words);
       if (atOnce || performance.now() - (entry.spoken ?? 0) > 1000) {
         entry.spoken = performance.now();
-        entry.place.setAttribute("aria-label", `${key}, last ${SPAN} seconds, now ${words}`);
+        entry.place.setAttribute("aria-label", t("{stream}, last {n} seconds, now {value}", { stream: key, n: SPAN, value: words }));
       }
     }
     if (this.table.open) fill(this.table.lastChild, [...this.series].map(([key, { points }]) => [key, this.value(key), points]));
@@ -184,7 +185,7 @@ class Live {
 }
 
 function fill(table, rows) {
-  const head = make("tr", {}, ...["Stream", "Newest", "Lowest", "Highest"].map((words) => make("th", { scope: "col" }, words)));
+  const head = make("tr", {}, ...[t("Stream"), t("Newest"), t("Lowest"), t("Highest")].map((words) => make("th", { scope: "col" }, words)));
   const body = rows.filter(([, , points]) => points.length).map(([key, now, points]) => {
     const values = points.map(([, v]) => v);
     const cells = [now, round(Math.min(...values)), round(Math.max(...values))].map((words) => make("td", {}, words));
@@ -338,12 +339,12 @@ export function plotRecord(root, series, whole = null) {
     const values = points.map(([, v]) => v);
     const low = values.reduce((a, b) => Math.min(a, b), Infinity);
     const top = values.reduce((a, b) => Math.max(a, b), -Infinity);
-    const words = values.length ? `${round(low)} to ${round(top)}${unit && ` ${unit}`}` : "no value";
+    const words = values.length ? t("{low} to {high}", { low: round(low), high: round(top) + (unit && ` ${unit}`) }) : t("no value");
     const told = make("small", {}, words);
     const pointed = (t, value) => { // the pointer tells the value under it, of all plots at once
       told.textContent = t === null || value === null ? words : `${t.toFixed(1)} s: ${round(value)}${unit && ` ${unit}`}`;
     };
-    const { item, place } = framed(name, kind, told, `${name} during the run: ${words}`);
+    const { item, place } = framed(name, kind, told, t("{stream} during the run: {values}", { stream: name, values: words }));
     list.append(item);
     const plot = new Plot(place, { kind: shape(kind), limits, unit, range, times: n === series.length - 1, cursor: true, sync: "record", pointed });
     plot.draw(points);

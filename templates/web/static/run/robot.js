@@ -3,11 +3,12 @@
 
 import { act, request, takesActions } from "../api.js";
 import { make, put } from "../elements.js";
+import { listed, t } from "../texts.js";
 
-const EMPTY = "This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.";
-const TURN = "Drag to look around";
-const MOVE = "Drag a thing to move it, elsewhere to look around";
-const LATER = "Things can be moved while it runs. Drag to look around";
+const EMPTY = t("This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.");
+const TURN = t("Drag to look around");
+const MOVE = t("Drag a thing to move it, elsewhere to look around");
+const LATER = t("Things can be moved while it runs. Drag to look around");
 
 /** Fill `#robot3d`. */
 export async function robot3d(root) {
@@ -22,9 +23,9 @@ export async function robot3d(root) {
   const front = document.createElement("button");
   front.type = "button";
   front.className = "button plain small";
-  front.textContent = "Front";
-  front.title = "From the front";
-  front.setAttribute("aria-label", "Front view");
+  front.textContent = t("Front");
+  front.title = t("From the front");
+  front.setAttribute("aria-label", t("Front view"));
   const room = document.createElement("div");
   room.className = "room";
   room.append(canvas);
@@ -41,11 +42,13 @@ export async function robot3d(root) {
   };
   const hand = {
     limits: ways.map(([, least, most]) => [least, most]),
-    held(name) { caption.textContent = name ? `${name}: drag it where it shall be` : LATER; },
+    held(name) { caption.textContent = name ? t("{thing}: drag it where it shall be", { thing: name }) : LATER; },
     moved(name, at, most) {
       move(name, at);
-      const where = ways.map(([way], i) => `${way.toLowerCase()} ${at[i].toFixed(2)}`).join(", ");
-      caption.textContent = `${name}: ${where} m${most ? "; no farther this way" : ""}`;
+      const [forward, left, up] = at.map((metres) => metres.toFixed(2));
+      const places = { thing: name, forward, left, up };
+      caption.textContent = most ? t("{thing}: forward {forward}, left {left}, up {up} m; no farther this way", places)
+        : t("{thing}: forward {forward}, left {left}, up {up} m", places);
     },
     dropped: () => words(),
   };
@@ -92,10 +95,10 @@ async function open(canvas, hand) {
 }
 
 // what a screen reader tells; it changes seldom enough to be asked for, and is never announced by itself
-function describe(canvas, { things = {}, saying = "" }, { name = "The robot" }) {
-  const seen = Object.entries(things).map(([thing, [x, y]]) => `${thing} ${Math.hypot(x, y).toFixed(1)} m away`);
-  const parts = [`${name} in 3D`, saying && `it says “${saying}”`, seen.length ? seen.join(", ") : "nothing near it"];
-  const words = `${parts.filter(Boolean).join("; ")}. Arrow keys turn, plus and minus zoom, 0 is the front.`;
+function describe(canvas, { things = {}, saying = "" }, { name = t("The robot") }) {
+  const seen = Object.entries(things).map(([thing, [x, y]]) => t("{thing} {n} m away", { thing, n: Math.hypot(x, y).toFixed(1) }));
+  const parts = [t("{robot} in 3D", { robot: name }), saying && t("it says “{text}”", { text: saying }), seen.length ? listed(seen) : t("nothing near it")];
+  const words = t("{what}. Arrow keys turn, plus and minus zoom, 0 is the front.", { what: parts.filter(Boolean).join("; ") });
   if (canvas.getAttribute("aria-label") !== words) canvas.setAttribute("aria-label", words);
 }
 
@@ -103,17 +106,17 @@ function describe(canvas, { things = {}, saying = "" }, { name = "The robot" }) 
 
 const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
 
-const hues = [[15, "red"], [45, "orange"], [70, "yellow"], [165, "green"], [200, "turquoise"], [255, "blue"], [290, "violet"], [340, "magenta"], [361, "red"]];
+const hues = [[15, t("red")], [45, t("orange")], [70, t("yellow")], [165, t("green")], [200, t("turquoise")], [255, t("blue")], [290, t("violet")], [340, t("magenta")], [361, t("red")]];
 
 /** A word for a colour of three parts from 0 to 1. */
 function colour([red, green, blue]) {
   const most = Math.max(red, green, blue);
   const span = most - Math.min(red, green, blue);
-  if (most < 0.08) return "off";
-  const dim = most < 0.5 ? "dim " : "";
-  if (span < 0.15 * most) return `${dim}white`;
+  if (most < 0.08) return t("off");
+  const shade = (name) => (most < 0.5 ? t("dim {colour}", { colour: name }) : name);
+  if (span < 0.15 * most) return shade(t("white"));
   const turn = most === red ? ((green - blue) / span + 6) % 6 : most === green ? (blue - red) / span + 2 : (red - green) / span + 4;
-  return dim + hues.find(([limit]) => turn * 60 < limit)[1];
+  return shade(hues.find(([limit]) => turn * 60 < limit)[1]);
 }
 
 export function robot(root) {
@@ -129,12 +132,12 @@ export function robot(root) {
     const seen = detail.robot;
     if (!seen) return;
     const { HeadYaw: yaw, HeadPitch: pitch } = seen.joints;
-    if (yaw !== undefined) fact("Head yaw", degrees(yaw));
-    if (pitch !== undefined) fact("Head pitch", degrees(pitch));
-    fact("Eyes", colour(seen.eyes));
-    dot(facts.get("Eyes"), seen.eyes);
+    if (yaw !== undefined) fact(t("Head yaw"), degrees(yaw));
+    if (pitch !== undefined) fact(t("Head pitch"), degrees(pitch));
+    fact(t("Eyes"), colour(seen.eyes));
+    dot(facts.get(t("Eyes")), seen.eyes);
     const names = Object.keys(seen.things);
-    fact("Around it", names.length ? names.join(", ") : "nobody, nothing");
+    fact(t("Around it"), names.length ? listed(names) : t("nobody, nothing"));
   });
 
   /** The colour itself beside its word. */
@@ -157,7 +160,7 @@ export function robot(root) {
 // Things that are moved by hand, with sliders or in the picture: where to, and telling it to the run.
 
 /** The range of each way, in metres: of a thing before the robot that it can see or reach. */
-export const ways = [["Forward", 0.2, 2.5], ["Left", -1.5, 1.5], ["Up", 0, 1.5]];
+export const ways = [[t("Forward"), 0.2, 2.5], [t("Left"), -1.5, 1.5], [t("Up"), 0, 1.5]];
 const EVERY = 80; // ms between two tellings of where a thing is put
 
 const waiting = new Map(); // thing → where it shall be, not yet told

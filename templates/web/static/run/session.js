@@ -3,19 +3,24 @@
 import { act, takesActions } from "../api.js";
 import { press as pressKey } from "../commands.js";
 import { icon, make, put } from "../elements.js";
+import { t, tn } from "../texts.js";
 import { move, ways } from "./robot.js";
 import { now } from "./time.js";
 
-const WAITS = "comes when it goes on";
+const WAITS = t("comes when it goes on");
 const QUICK = { // verbs of the buttons beside a thing, by its kind
   ball: ["appears", "circles", "disappears"],
   person: ["enters", "looks away", "looks back", "leaves", "says", "touches", "pushes"],
   cup: ["appears", "disappears"], box: ["appears", "disappears"],
   table: ["appears", "disappears"], wall: ["appears", "disappears"],
 };
+const VERBS = { // as shown
+  appears: t("appears"), circles: t("circles"), disappears: t("disappears"), enters: t("enters"), "looks away": t("looks away"),
+  "looks back": t("looks back"), leaves: t("leaves"), says: t("says"), touches: t("touches"), pushes: t("pushes"),
+};
 const BRINGS = ["appears", "enters"]; // verbs for a thing that is not there
 const GROUNDED = ["table", "wall"]; // kinds that stay on the floor
-const LEVELS = [["Light", "light", 1], ["Noise", "noise", 0]]; // of the room: name, field of the event, at first
+const LEVELS = [["Light", t("Light"), "light", 1], ["Noise", t("Noise"), "noise", 0]]; // of the room: name, also as shown, field of the event, at first
 
 export function session(root) {
   const press = document.getElementById("press");
@@ -65,7 +70,7 @@ export function session(root) {
       return button;
     }));
     const keys = Math.min(buttons.length, 9);
-    put(document.getElementById("hand-keys"), matchMedia("(pointer: coarse)").matches ? "" : keys > 1 ? `keys 1 to ${keys}` : keys ? "key 1" : "");
+    put(document.getElementById("hand-keys"), matchMedia("(pointer: coarse)").matches ? "" : keys ? tn("key {n}", "keys 1 to {n}", { n: keys }) : "");
     document.getElementById("no-buttons").hidden = buttons.length > 0 || phase === "starting"; // they are not known yet
     document.getElementById("hand-head").hidden = press.hidden = !buttons.length;
     switches.replaceChildren(switches.firstElementChild, ...behaviours.map(({ name, on }) => {
@@ -82,7 +87,7 @@ export function session(root) {
 
   function count(button, n) {
     button.dataset.n = n;
-    put(button.querySelector("small"), n === 0 ? "not yet" : n === 1 ? "pressed once" : `pressed ${n} times`);
+    put(button.querySelector("small"), n === 0 ? t("not yet") : tn("pressed once", "pressed {n} times", { n }));
   }
 
   /** Say of a button that its press counts with the next frame, while the run stands still. */
@@ -167,7 +172,7 @@ export function scene(root) {
       });
     }
     const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
-    const away = make("p", { className: "quiet", textContent: "Not in the scene now. Move a slider, and it appears there.", hidden: true });
+    const away = make("p", { className: "quiet", textContent: t("Not in the scene now. Move a slider, and it appears there."), hidden: true });
     const element = make("section", { className: "thing" }, make("h3", { textContent: name }), sliders, away, acts(name, kind));
     const part = {
       name, element,
@@ -192,9 +197,9 @@ export function scene(root) {
     const line = make("div", { className: "hand-acts" });
     for (const verb of QUICK[kind]) {
       const example = known[kind][verb] ?? "";
-      const word = make("button", { type: "button", className: "button small", textContent: verb });
-      const choice = verb === "says" ? make("input", { value: example, maxLength: 100, ariaLabel: `What ${name} says` })
-        : verb === "touches" ? make("select", { ariaLabel: `What ${name} touches` }, ...known.zones.map((zone) => make("option", { textContent: zone }))) : null;
+      const word = make("button", { type: "button", className: "button small", textContent: VERBS[verb] });
+      const choice = verb === "says" ? make("input", { value: example, maxLength: 100, ariaLabel: t("What {name} says", { name }) })
+        : verb === "touches" ? make("select", { ariaLabel: t("What {name} touches", { name }) }, ...known.zones.map((zone) => make("option", { textContent: zone }))) : null;
       word.toggleAttribute("data-needs", !BRINGS.includes(verb)); // the thing itself
       if (choice) choice.toggleAttribute("data-needs", true);
       word.addEventListener("click", () => act("scene", { thing: name, verb, value: choice ? choice.value : example }));
@@ -206,8 +211,8 @@ export function scene(root) {
 
 // Sliders for the light and the noise of the room.
 function levelsOf() {
-  const rows = LEVELS.map(([name, key, first]) => {
-    const row = slider("Room", name, 0, 100, 1, (value) => `${Math.round(value)} %`);
+  const rows = LEVELS.map(([name, word, key, first]) => {
+    const row = slider(t("Room"), word, 0, 100, 1, (value) => `${Math.round(value)} %`);
     let held = 0; // until when it is the user's
     let timer = 0;
     row.set(first * 100);
@@ -220,7 +225,7 @@ function levelsOf() {
     return { ...row, at: (robot) => robot[key] !== undefined && performance.now() > held && row.set(robot[key] * 100) };
   });
   const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
-  const element = make("section", { className: "thing" }, make("h3", { textContent: "Room" }), sliders);
+  const element = make("section", { className: "thing" }, make("h3", { textContent: t("Room") }), sliders);
   return { element, at: (robot) => rows.forEach((r) => r.at(robot)) };
 }
 
@@ -230,7 +235,7 @@ function slider(thing, word, min, max, step = 0.01, shown = (value) => `${Number
   const output = make("output", {});
   const show = () => {
     put(output, shown(input.value));
-    input.ariaValueText = step === 1 ? shown(input.value) : `${input.value} metres`;
+    input.ariaValueText = step === 1 ? shown(input.value) : t("{n} metres", { n: input.value });
   };
   return {
     label: make("label", { htmlFor: id, textContent: word }), input, output, show,

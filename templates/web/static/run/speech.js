@@ -3,9 +3,15 @@
 
 import { takesActions } from "../api.js";
 import { put } from "../elements.js";
+import { t } from "../texts.js";
 
 const FADES = 8; // s after it was said
-const NOTHING = "Nothing was said yet";
+export const NOTHING = t("Nothing was said yet");
+
+export const quoted = (text) => t("“{text}”", { text });
+export const lastSaid = (text) => t("last said: {text}", { text });
+export const secondsAgo = (n) => t("{n} s ago", { n });
+const says = (text) => t("The robot says: {text}", { text });
 
 /** Fill `#speech`. */
 export function speech(root) {
@@ -27,7 +33,7 @@ export function speech(root) {
   const show = (t) => {
     const since = last && !last.now ? Math.max(0, t - last.t) : 0;
     const past = !last || since > FADES;
-    put(words, last ? (past ? `last said: ${last.text}` : last.text) : NOTHING);
+    put(words, last ? (past ? lastSaid(last.text) : last.text) : NOTHING);
     put(age, last && !last.now ? ago(since) : "");
     words.title = last?.text ?? ""; // only its beginning may have room
     bubble.classList.toggle("now", Boolean(last?.now));
@@ -37,7 +43,7 @@ export function speech(root) {
     if (last?.text === text && t - last.t < 1) Object.assign(last, { now: last.now || now });
     else {
       last = { text, t, now };
-      spoken.textContent = `The robot says: ${text}`;
+      spoken.textContent = says(text);
     }
   };
 
@@ -75,6 +81,6 @@ function bare(text) {
 }
 
 function ago(seconds) {
-  if (seconds < 1) return "just now";
-  return seconds < 90 ? `${Math.floor(seconds)} s ago` : `${Math.floor(seconds / 60)} min ago`;
+  if (seconds < 1) return t("just now");
+  return seconds < 90 ? secondsAgo(Math.floor(seconds)) : t("{n} min ago", { n: Math.floor(seconds / 60) });
 }

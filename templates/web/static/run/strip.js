@@ -3,6 +3,7 @@
 import { ask, canBeStopped, request, why } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { put } from "../elements.js";
+import { t, tn } from "../texts.js";
 
 const strip = document.getElementById("run-strip");
 const what = strip.querySelector(".what");
@@ -22,7 +23,7 @@ function show(now) {
     return;
   }
   strip.dataset.mode = now.mode;
-  strip.querySelector(".badge").textContent = now.mode === "pilot" ? "Pilot rehearsal" : "Simulated";
+  strip.querySelector(".badge").textContent = now.mode === "pilot" ? t("Pilot rehearsal") : t("Simulated");
   put(what, words());
   strip.querySelector("a").href = `/book/${encodeURIComponent(now.book)}/run`;
   strip.querySelector(".stop").disabled = !canBeStopped(now.phase);
@@ -30,11 +31,10 @@ function show(now) {
 
 function words() {
   if (refusal || unknown) return refusal || unknown;
-  if (run.phase === "stopping" || run.phase === "finishing") return `${run.book} is being stopped.`;
+  if (run.phase === "stopping" || run.phase === "finishing") return t("{book} is being stopped.", run);
   const minutes = Math.max(0, Math.round((Date.now() / 1000 - run.since) / 60));
-  const since = minutes < 1 ? "less than a minute" : minutes === 1 ? "a minute" : `${minutes} minutes`;
-  const who = run.participant ? ` with ${run.participant}` : "";
-  return `${run.by} is running ${run.book}${who}, for ${since}.`;
+  const time = minutes < 1 ? t("less than a minute") : tn("a minute", "{n} minutes", { n: minutes });
+  return run.participant ? t("{by} is running {book} with {participant}, for {time}.", { ...run, time }) : t("{by} is running {book}, for {time}.", { ...run, time });
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);
@@ -63,7 +63,7 @@ async function look() {
   const { ok, status, text, json } = await request(strip.dataset.now);
   if (ok && json) show(json);
   else if (run.phase !== "none") {
-    unknown = `It is not known if ${run.book} still runs. ${why({ status, text })}`;
+    unknown = t("It is not known if {book} still runs. {why}", { book: run.book, why: why({ status, text }) });
     put(what, words());
   }
 }

@@ -1,5 +1,7 @@
 // The run's clock as the page can tell it between two tellings, and times in words.
 
+import { t } from "../texts.js";
+
 let told = 0;
 let heard = performance.now();
 let state = { phase: "none" };
@@ -33,6 +35,6 @@ export function clock(seconds, digits = 1) {
 
 /** An age: `0.1 s`, `26 s`, `3 min`. */
 export function age(seconds) {
-  if (seconds < 9.95) return `${Math.max(seconds, 0).toFixed(1)} s`;
-  return seconds < 120 ? `${Math.round(seconds)} s` : `${Math.round(seconds / 60)} min`;
+  if (seconds < 9.95) return t("{n} s", { n: Math.max(seconds, 0).toFixed(1) });
+  return seconds < 120 ? t("{n} s", { n: Math.round(seconds) }) : t("{n} min", { n: Math.round(seconds / 60) });
 }

@@ -3,6 +3,7 @@
 
 import { canBeStopped } from "../api.js";
 import { make, put } from "../elements.js";
+import { t } from "../texts.js";
 import { age, clock, now } from "./time.js";
 
 const LIT = 1; // s that a row is lit after a value: nothing flashes at camera rate
@@ -13,7 +14,7 @@ const QUIET = 2; // s without a value, after which a value is news: what the cam
 const HANDS_OFF = 8000; // ms since somebody last used the table
 const PACE = 2500; // ms between two moves of the table: one can read what is shown
 const KEPT = "run-follow"; // the key of the switch in the browser's storage
-const TITLES = { ended: "Last value, run ended", looking: "Value then, and its age" };
+const TITLES = { ended: t("Last value, run ended"), looking: t("Value then, and its age") };
 
 export function values(grid) {
   const head = [...grid.tHead.rows[0].cells].find((h) => h.classList.contains("of-example") || h.classList.contains("example"));
@@ -47,7 +48,7 @@ export function values(grid) {
     state = detail;
     off = detail.behaviours?.some((b) => b.name === sheet && !b.on) ?? false;
     const title = head.querySelector(".title") ?? head;
-    put(title, !live() ? "Example" : TITLES[detail.phase] ?? "Live value and age");
+    put(title, !live() ? t("Example") : TITLES[detail.phase] ?? t("Live value and age"));
     grid.classList.toggle("is-live", live());
     if (live() !== wide) document.dispatchEvent(new CustomEvent("rrp:column", { detail: { index: place, least: live() ? WIDE : 0 } }));
     wide = live();
@@ -82,13 +83,13 @@ export function values(grid) {
     const isOff = off || row.classList.contains("off");
     const blank = !row.querySelector(".connector .word");
     const years = entry?.at == null ? null : now() - entry.at;
-    put(parts.value, isOff ? (blank ? "" : "off") : entry?.e || entry?.v || (blank ? "" : "none yet"));
+    put(parts.value, isOff ? (blank ? "" : t("off")) : entry?.e || entry?.v || (blank ? "" : t("none yet")));
     const renewed = entry?.from !== undefined && now() - entry.from < RENEWED;
-    put(parts.age, renewed ? `from ${clock(entry.from)}` : isOff || years === null || blank ? "" : age(years));
+    put(parts.age, renewed ? t("from {time}", { time: clock(entry.from) }) : isOff || years === null || blank ? "" : age(years));
     parts.box.className = `live${isOff || !entry ? " none" : ""}${entry?.e ? " is-error" : ""}${years > OLD ? " old" : ""}`;
-    put(parts.error, entry?.e ? `Row ${row.cells[0].textContent}: ${entry.e}` : "");
+    put(parts.error, entry?.e ? t("Row {row}: {error}", { row: row.cells[0].textContent, error: entry.e }) : "");
     parts.error.hidden = !entry?.e || isOff;
-    cell.title = [entry?.e || entry?.v, entry?.from === undefined ? "" : `used from ${clock(entry.from)} on`].filter(Boolean).join("\n");
+    cell.title = [entry?.e || entry?.v, entry?.from === undefined ? "" : t("used from {time} on", { time: clock(entry.from) })].filter(Boolean).join("\n");
     const share = isOff || years === null || blank ? 0 : 1 / (1 + Math.max(years, 0) / 1.5);
     const width = `${Math.round(share * 100)}%`;
     if (parts.bar.style.width !== width) parts.bar.style.width = width;

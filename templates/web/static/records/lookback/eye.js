@@ -2,11 +2,19 @@
 
 import { element, put } from "../../elements.js";
 import { mark } from "../../run/eye.js";
+import { t } from "../../texts.js";
 import { last } from "./store.js";
 
 const FRESH = 0.5; // s: an older detection is not shown
 const OLD = 1.5; // s: a picture that is older says so
-const NONE = "No pictures of the camera were kept in this run.";
+const NONE = t("No pictures of the camera were kept in this run.");
+
+const before = (seconds) => t("{n} s before", { n: seconds.toFixed(1) });
+
+function saw(picture, things) {
+  picture.dataset.seen = things;
+  picture.alt = t("What the robot’s camera saw: {things}", { things: things || t("nothing that its sensors look for") });
+}
 
 export class Eye {
   constructor(root, address, times) {
@@ -41,9 +49,9 @@ export class Eye {
     this.overlay.classList.toggle("shown", on);
     mark(this.overlay, on ? boxes : new Map(), this.lens);
     const words = [...boxes.keys()].join(", ");
-    if (this.picture.alt !== words) this.picture.alt = `What the robot’s camera saw: ${words || "nothing that its sensors look for"}`;
+    if (this.picture.dataset.seen !== words) saw(this.picture, words);
     const old = on ? t - this.times[this.wanted] : 0;
-    put(this.caption, old > OLD ? `${old.toFixed(1)} s before` : "");
+    put(this.caption, old > OLD ? before(old) : "");
   }
 
   // one after the other: who moves the slider quickly gets fewer pictures, not later ones

@@ -4,6 +4,8 @@
 import { request, why } from "../../api.js";
 import { put } from "../../elements.js";
 import { robot, robot3d } from "../../run/robot.js";
+import { lastSaid, NOTHING, quoted, secondsAgo } from "../../run/speech.js";
+import { t } from "../../texts.js";
 import { curves } from "./curves.js";
 import { Eye } from "./eye.js";
 import { Moments, Sounds } from "./moments.js";
@@ -112,13 +114,13 @@ class View {
     const now = saying || just;
     this.said.classList.toggle("now", Boolean(now));
     const [words, age] = this.said.children;
-    put(words, now ? `“${now.replace(/^[“"]|[”"]$/g, "")}”` : before ? `last said: ${before.text}` : "Nothing was said yet");
-    put(age, now || !before ? "" : `${Math.round(t - before.t)} s ago`);
+    put(words, now ? quoted(now.replace(/^[“"]|[”"]$/g, "")) : before ? lastSaid(before.text) : NOTHING);
+    put(age, now || !before ? "" : secondsAgo(Math.round(t - before.t)));
   }
 }
 
 begin().catch((error) => {
   const note = document.getElementById("trouble");
   note.hidden = false;
-  note.textContent = error.message || "The record cannot be read.";
+  note.textContent = error.message || t("The record cannot be read.");
 });

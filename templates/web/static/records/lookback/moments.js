@@ -2,22 +2,23 @@
 
 import { icon, make } from "../../elements.js";
 import { clock } from "../../run/time.js";
+import { t } from "../../texts.js";
 import { last } from "./store.js";
 
 const NEAR = 16; // px: ticks that are nearer are one
 const ALMOST = 0.02; // s: a moment that is nearer is the one where one is
 const HEARD = 15; // s: a sound that began longer ago is over
 const KINDS = {
-  error: ["error", "error", "Error"], mark: ["mark", "flag", "Mark"], edit: ["edit", "sheet", "Edited"], button: ["hand", "button", "Button"],
-  press: ["hand", "button", "Button"], send: ["hand", "send", "Sent by hand"], switch: ["hand", "subscribe", "Switched"],
-  say: ["say", "say", "Robot"], command: ["say", "gesture", "Command"], person: ["person", "say", "Person"], sound: ["say", "sound", "Sound"], scene: ["hand", "ball", "Scene, by hand"],
-  put: ["hand", "ball", "Moved by hand"], clamp: ["warning", "warning", "Cut to its limit"], note: ["note", "mark", "Note"],
+  error: ["error", "error", t("Error")], mark: ["mark", "flag", t("Mark")], edit: ["edit", "sheet", t("Edited")], button: ["hand", "button", t("Button")],
+  press: ["hand", "button", t("Button")], send: ["hand", "send", t("Sent by hand")], switch: ["hand", "subscribe", t("Switched")],
+  say: ["say", "say", t("Robot")], command: ["say", "gesture", t("Command")], person: ["person", "say", t("Person")], sound: ["say", "sound", t("Sound")], scene: ["hand", "ball", t("Scene, by hand")],
+  put: ["hand", "ball", t("Moved by hand")], clamp: ["warning", "warning", t("Cut to its limit")], note: ["note", "mark", t("Note")],
 };
 const ORDER = ["error", "mark", "edit", "warning", "hand", "say", "person", "note"]; // which of several is shown
 const of = (kind) => KINDS[kind] ?? ["note", "mark", kind];
 
 const words = ({ kind, text, row, by, times }) => [
-  `${of(kind)[2]}: ${text}`, by && `by ${by}`, row && `(${row})`, times > 1 && `${times} times`,
+  t("{what}: {text}", { what: of(kind)[2], text }), by && t("by {name}", { name: by }), row && `(${row})`, times > 1 && t("{n} times", { n: times }),
 ].filter(Boolean).join(" ");
 
 export class Moments {
@@ -27,15 +28,16 @@ export class Moments {
     this.stops = told.filter(({ kind }) => kind !== "note").map(({ t }) => t); // notes come at camera rate
     this.here = -2;
     this.items = told.map((moment) => this.item(moment));
-    const rest = leftOut ? [make("li", { className: "quiet", textContent: `… and ${leftOut} more: run.xlsx and the CSV have them all.` })] : [];
-    const none = make("li", { className: "quiet", textContent: "Nothing was said or commanded, no row failed, and nobody marked a moment." });
+    const rest = leftOut ? [make("li", { className: "quiet", textContent: t("… and {n} more: run.xlsx and the CSV have them all.", { n: leftOut }) })] : [];
+    const none = make("li", { className: "quiet", textContent: t("Nothing was said or commanded, no row failed, and nobody marked a moment.") });
     list.replaceChildren(...(told.length ? [...this.items, ...rest] : [none]));
     new ResizeObserver(() => this.draw()).observe(ticks);
   }
 
   item(moment) {
     const [look, sign, word] = of(moment.kind);
-    const what = make("span", {}, make("b", { textContent: `${word} ` }), moment.text, make("small", { textContent: [moment.by && ` by ${moment.by}`, moment.row && ` ${moment.row}`, moment.times > 1 && ` ${moment.times} times`].filter(Boolean).join(",") }));
+    const more = [moment.by && t("by {name}", { name: moment.by }), moment.row, moment.times > 1 && t("{n} times", { n: moment.times })].filter(Boolean);
+    const what = make("span", {}, make("b", { textContent: `${word} ` }), moment.text, make("small", { textContent: more.map((part) => ` ${part}`).join(",") }));
     const button = make("button", { type: "button" }, make("time", { textContent: clock(moment.t) }), icon(sign), what);
     button.addEventListener("click", () => this.go(moment.t));
     return make("li", { className: `of-${look}` }, button);
@@ -54,7 +56,7 @@ export class Moments {
     this.ticks.replaceChildren(...found.map((group) => {
       const shown = [...group].sort((a, b) => ORDER.indexOf(of(a.kind)[0]) - ORDER.indexOf(of(b.kind)[0]))[0];
       const tick = make("span", { className: `tick of-${of(shown.kind)[0]}` }, icon(of(shown.kind)[1]));
-      tick.title = [`${clock(shown.t)} ${words(shown)}`, group.length > 1 && `and ${group.length - 1} more`].filter(Boolean).join("\n");
+      tick.title = [`${clock(shown.t)} ${words(shown)}`, group.length > 1 && t("and {n} more", { n: group.length - 1 })].filter(Boolean).join("\n");
       tick.style.left = `${(group[0].t / (this.seconds || 1)) * 100}%`;
       tick.addEventListener("click", () => this.go(shown.t));
       return tick;
@@ -101,7 +103,7 @@ export class Sounds {
     button.addEventListener("click", () => {
       this.on = !this.on;
       button.setAttribute("aria-pressed", String(this.on));
-      button.querySelector("span").textContent = this.on ? "Sound on" : "Sound off";
+      button.querySelector("span").textContent = this.on ? t("Sound on") : t("Sound off");
       if (!this.on) this.stop();
     });
   }

@@ -2,6 +2,7 @@
 
 import { put } from "../../elements.js";
 import { clock } from "../../run/time.js";
+import { t } from "../../texts.js";
 
 const STEP = 0.1; // s, of an arrow key
 const PAGE = 5; // s
@@ -48,7 +49,7 @@ export class Player {
     put(this.now, clock(this.t));
     if (this.playing && performance.now() - this.spoken < SPOKEN) return;
     this.spoken = performance.now();
-    this.slider.setAttribute("aria-valuetext", `${clock(this.t)} of ${clock(this.seconds)}`);
+    this.slider.setAttribute("aria-valuetext", t("{now} of {whole}", { now: clock(this.t), whole: clock(this.seconds) }));
   }
 
   key(event) {
@@ -101,7 +102,7 @@ export class Player {
   turn(playing) {
     this.playing = playing;
     this.play.setAttribute("aria-pressed", String(playing));
-    put(this.play.querySelector("span"), playing ? "Pause" : "Play");
+    put(this.play.querySelector("span"), playing ? t("Pause") : t("Play"));
     const use = this.play.querySelector("use");
     use.setAttribute("href", use.getAttribute("href").replace(/#.*/, playing ? "#i-pause" : "#i-run"));
     this.turned(playing);

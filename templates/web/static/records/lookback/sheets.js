@@ -3,6 +3,9 @@
 import { lights } from "../../grid/diagram.js";
 import { clock } from "../../run/time.js";
 import { values } from "../../run/values.js";
+import { t } from "../../texts.js";
+
+const editedWords = ({ when, was }) => t("since {time}, was {text}", { time: clock(when), text: was || t("blank") });
 
 export class Sheets {
   constructor(root, edits) {
@@ -84,7 +87,7 @@ export class Sheets {
       const text = edited?.text ?? first;
       if (cell.textContent !== text) cell.textContent = text;
       cell.parentElement.classList.toggle("edited", Boolean(edited));
-      cell.parentElement.dataset.edited = edited ? `since ${clock(edited.when)}, was ${edited.was || "blank"}` : "";
+      cell.parentElement.dataset.edited = edited ? editedWords(edited) : "";
     }
     return since;
   }
