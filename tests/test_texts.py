@@ -8,19 +8,21 @@ import sys
 from pathlib import Path
 
 import pytest
-from babel.messages.catalog import Catalog
+from babel.messages.catalog import Catalog, Message
+from babel.messages.mofile import read_mo
 from babel.messages.pofile import read_po, write_po
-from translations import MARKS, extract, update
+from translations import MARKS, extract, extract_pages, update
 
 import rrp_sheets
 from rrp_sheets import texts
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, told
+from rrp_sheets.web.requests import PAGE_LANGUAGES
 from rrp_sheets.workers.codec import pack, unpack
 
 ROOT = Path(rrp_sheets.__file__).parents[1]
 sys.path.insert(0, str(ROOT))
-from hatch_build import CATALOGUES, compile_texts, faults  # noqa: E402
+from hatch_build import CATALOGUES, PAGES, compile_texts, faults, script_texts  # noqa: E402
 
 OTHERS = [language for language in LANGUAGES if language != "en"]
 
@@ -29,10 +31,20 @@ def entries(catalogue: Catalog) -> dict[tuple[str, str], str]:
     return {(m.context or "", m.id): m.string for m in catalogue if m.id}
 
 
+def translated(message: Message) -> bool:
+    return bool(message.string) and all(message.string)
+
+
 @pytest.fixture(scope="module", params=OTHERS)
 def written(request):
     with (LOCALE / request.param / "LC_MESSAGES" / "messages.po").open("rb") as file:
         return request.param, read_po(file)
+
+
+@pytest.fixture(scope="module", params=OTHERS)
+def pages(request):
+    with (ROOT / PAGES.replace("*", request.param)).open("rb") as file:
+        return request.param, read_po(file, locale=request.param)
 
 
 @pytest.fixture(scope="module")
@@ -56,8 +68,34 @@ def test_compiled_catalogue_is_there_and_up_to_date(written):
         assert told(LazyMessage(text, msgctxt=context), language) == (own or text)
 
 
-def test_translations_keep_the_places_of_the_english_texts(written):
-    assert list(faults(written[1])) == []
+def test_translations_keep_the_places_of_the_english_texts(written, pages):
+    assert [*faults(written[1]), *faults(pages[1])] == []
+
+
+def test_catalogue_of_pages_has_every_text_of_templates_and_scripts(pages):
+    """They may be without translation while no page is in that language (`PAGE_LANGUAGES`)."""
+    there, wanted = (
+        {m.id: sorted({name for name, _ in m.locations}) for m in c if m.id} for c in (pages[1], extract_pages())
+    )
+    assert len(wanted) > 700 and there == wanted  # else: make texts
+    assert not any(message.fuzzy for message in pages[1])
+    assert pages[0] not in PAGE_LANGUAGES or not [m.id for m in pages[1] if m.id and not translated(m)]
+
+
+def test_compiled_catalogue_of_pages_is_up_to_date(pages):
+    language, catalogue = pages
+    folder = (ROOT / PAGES.replace("*", language)).parent
+    with (folder / "pages.mo").open("rb") as file:
+        compiled = read_mo(file)
+    known = {m.id: m.string for m in catalogue if m.id and translated(m)}
+    assert {m.id: m.string for m in compiled if m.id} == known  # else: make setup
+    assert json.loads((folder / "scripts.json").read_text(encoding="utf-8")) == script_texts(catalogue)
+
+
+def test_a_text_has_one_translation(written, pages):
+    """`make texts` takes the translations of texts of pages from those of the program."""
+    known = entries(written[1])
+    assert [m.id for m in pages[1] if m.id and translated(m) and known.get(("", m.id), m.string) != m.string] == []
 
 
 def test_a_text_with_a_translation_is_marked(extracted):
@@ -103,14 +141,24 @@ def test_update_keeps_translations_adds_new_texts_and_drops_old_ones(tmp_path, e
     old.add("nobody says this", "niemand")
     with path.open("wb") as file:
         write_po(file, old)
-    update(path, "de")
+    update(path, "de", extract())
     once = path.read_bytes()
     with path.open("rb") as file:
         there = entries(read_po(file))
     assert sorted(there) == sorted(extracted)
     assert {text: own for (_, text), own in there.items() if own} == {"a number": "eine Zahl"}
-    update(path, "de")
+    update(path, "de", extract())
     assert path.read_bytes() == once
+
+
+def test_update_takes_translations_that_another_catalogue_has(tmp_path):
+    known = Catalog("de")
+    known.add("Close", "Schließen")
+    known.add("Row", "")
+    path = tmp_path / "pages.po"
+    update(path, "de", extract_pages(), known)
+    with path.open("rb") as file:
+        assert [(m.id, m.string) for m in read_po(file) if m.id and translated(m)] == [("Close", "Schließen")]
 
 
 def test_without_compiled_catalogue_texts_are_english(monkeypatch, tmp_path):
@@ -136,6 +184,14 @@ def test_a_language_that_a_file_names_is_no_path(tmp_path):
 
 
 # ---- what translators may write
+def test_a_text_for_one_need_not_say_the_number(tmp_path):
+    catalogue = Catalog("de")
+    catalogue.add(("One row", "{n} rows"), ("Eine Zeile", "{n} Zeilen"))
+    catalogue.add(("{n} run of {book}", "{n} runs of {book}"), ("{n} Lauf", "{n} Läufe von {book}"))
+    catalogue.add(("{n} cell", "{n} cells"), ("", ""))
+    assert [fault.partition(":")[0] for fault in faults(catalogue)] == ["'{n} runs of {book}'"]
+
+
 @pytest.mark.parametrize(
     "own",
     [
