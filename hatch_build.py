@@ -136,7 +136,11 @@ def script_texts(catalogue: Catalog) -> dict[str, str | dict[str, str]]:
         forms.setdefault(catalogue.locale.plural_form(n), form_of(n))
     found: dict[str, str | dict[str, str]] = {}
     for message in catalogue:
-        if not any(name.endswith(".js") for name, _ in message.locations) or not all(_forms(message.string)):
+        if (
+            message.context
+            or not any(name.endswith(".js") for name, _ in message.locations)
+            or not all(_forms(message.string))
+        ):
             continue
         if message.pluralizable:
             found[message.id[0]] = {category: message.string[form] for category, form in forms.items()}

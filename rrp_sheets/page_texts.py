@@ -19,8 +19,9 @@ Language = Callable[[Context], str]
 def install(environment: Environment, language: Language) -> None:
     """Give the templates of an environment their texts.
 
-    Templates say `_("Runs of {book}", book=page.book)` and `ngettext("{n} run", "{n} runs", n)`. Texts and values are
-    escaped; a value may be `Markup`. A message in the data of a page is shown in the language too.
+    Templates say `_("Runs of {book}", book=page.book)`, `ngettext("{n} run", "{n} runs", n)` and, where one text means
+    several things, `pgettext("of a moment", "Note")`. Texts and values are escaped; a value may be `Markup`. A message
+    in the data of a page is shown in the language too.
 
     Args:
         environment: of the templates.
@@ -29,17 +30,24 @@ def install(environment: Environment, language: Language) -> None:
 
     @pass_context
     def text(context: Context, message: str, /, **places: Any) -> Markup:
-        return _filled(told(LazyMessage(message), language(context)), places, language(context))
+        code = language(context)
+        return _filled(told(LazyMessage(message), code), places, code)
+
+    @pass_context
+    def text_in(context: Context, msgctxt: str, message: str, /, **places: Any) -> Markup:
+        code = language(context)
+        return _filled(told(LazyMessage(message, msgctxt=msgctxt), code), places, code)
 
     @pass_context
     def number(context: Context, one: str, many: str, n: int, /, **places: Any) -> Markup:
-        return _filled(numbered(one, many, n, language(context)), {"n": n, **places}, language(context))
+        code = language(context)
+        return _filled(numbered(one, many, n, code), {"n": n, **places}, code)
 
     @pass_context
     def finalize(context: Context, value: object) -> object:
         return _own(value, language(context))
 
-    environment.globals |= {"_": text, "ngettext": number}
+    environment.globals |= {"_": text, "pgettext": text_in, "ngettext": number}
     environment.finalize = finalize
 
 

@@ -141,7 +141,7 @@ def constants(node: nodes.Node) -> Iterator[str]:
     """The texts in expressions of a template that do not go through the catalogue."""
     inner: Iterable[nodes.Node] = node.iter_child_nodes()
     if isinstance(node, nodes.Call) and isinstance(node.node, nodes.Name):
-        first = {"_": 1, "ngettext": 2, "url_for": 99}.get(node.node.name, 0)
+        first = {"_": 1, "pgettext": 2, "ngettext": 2, "url_for": 99}.get(node.node.name, 0)
         inner = [*node.args[first:], *([] if first == 99 else node.kwargs)]
     if isinstance(node, nodes.Const) and isinstance(node.value, str) and re.search(r"\w \w|^[A-Z][a-z]", node.value):
         yield node.value

@@ -75,7 +75,8 @@ def test_translations_keep_the_places_of_the_english_texts(written, pages):
 def test_catalogue_of_pages_has_every_text_of_templates_and_scripts(pages):
     """They may be without translation while no page is in that language (`PAGE_LANGUAGES`)."""
     there, wanted = (
-        {m.id: sorted({name for name, _ in m.locations}) for m in c if m.id} for c in (pages[1], extract_pages())
+        {(m.context, m.id): sorted({name for name, _ in m.locations}) for m in c if m.id}
+        for c in (pages[1], extract_pages())
     )
     assert len(wanted) > 700 and there == wanted  # else: make texts
     assert not any(message.fuzzy for message in pages[1])
@@ -87,15 +88,17 @@ def test_compiled_catalogue_of_pages_is_up_to_date(pages):
     folder = (ROOT / PAGES.replace("*", language)).parent
     with (folder / "pages.mo").open("rb") as file:
         compiled = read_mo(file)
-    known = {m.id: m.string for m in catalogue if m.id and translated(m)}
-    assert {m.id: m.string for m in compiled if m.id} == known  # else: make setup
+    known = {(m.context, m.id): m.string for m in catalogue if m.id and translated(m)}
+    assert {(m.context, m.id): m.string for m in compiled if m.id} == known  # else: make setup
     assert json.loads((folder / "scripts.json").read_text(encoding="utf-8")) == script_texts(catalogue)
 
 
 def test_a_text_has_one_translation(written, pages):
     """`make texts` takes the translations of texts of pages from those of the program."""
     known = entries(written[1])
-    assert [m.id for m in pages[1] if m.id and translated(m) and known.get(("", m.id), m.string) != m.string] == []
+    assert [
+        m.id for m in pages[1] if m.id and translated(m) and known.get((m.context or "", m.id), m.string) != m.string
+    ] == []
 
 
 def test_a_text_with_a_translation_is_marked(extracted):

@@ -68,7 +68,7 @@ def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
 
 TEMPLATES = ("templates/web/*.html", "templates/compare/*.html")
 SCRIPTS = ("templates/web/static/**/*.js",)
-_IN_TEMPLATES = {"_": None, "ngettext": (1, 2)}
+_IN_TEMPLATES = {"_": None, "pgettext": ((1, "c"), 2), "ngettext": (1, 2)}
 _IN_SCRIPTS = {"t": 1, "tn": 2}  # to the number of the texts that they take
 
 
@@ -77,10 +77,10 @@ def extract_pages() -> Catalog:
     found = _catalogue(None)
     for path in _files(*TEMPLATES):
         with path.open("rb") as file:
-            for _, text, _, _ in babel_extract(
+            for _, text, _, context in babel_extract(
                 "jinja2.ext:babel_extract", file, _IN_TEMPLATES, options={"silent": "no"}
             ):
-                found.add(text, locations=[(path.relative_to(ROOT).as_posix(), 1)])
+                found.add(text, context=context, locations=[(path.relative_to(ROOT).as_posix(), 1)])
     for path in _files(*SCRIPTS):
         for text in _of_script(path.read_text(encoding="utf-8"), path.name):
             found.add(text, locations=[(path.relative_to(ROOT).as_posix(), 1)])
@@ -143,8 +143,8 @@ def update(path: Path, language: str, found: Catalog, known: Catalog | None = No
             catalogue = read_po(file, locale=language)
     catalogue.update(found, no_fuzzy_matching=True, update_creation_date=False)
     for message in catalogue:
-        if known is not None and not message.string and message.id in known:
-            message.string = known[message.id].string
+        if known is not None and not message.string and (there := known.get(message.id, message.context)) is not None:
+            message.string = there.string
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as file:
         write_po(file, catalogue, width=0, include_lineno=False, sort_output=True, ignore_obsolete=True)

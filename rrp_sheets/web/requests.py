@@ -27,7 +27,9 @@ _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, whic
 
 def page_language() -> str:
     """Return the code of the language of the page that is asked for: the browser's choice among `PAGE_LANGUAGES`."""
-    return request.accept_languages.best_match(PAGE_LANGUAGES, default="en") if has_request_context() else "en"
+    if len(PAGE_LANGUAGES) == 1 or not has_request_context():
+        return "en"
+    return request.accept_languages.best_match(PAGE_LANGUAGES, default="en")
 
 
 def json_body() -> Asked:
