@@ -222,10 +222,10 @@ def test_a_text_of_a_script_outside_the_catalogue_is_found() -> None:
 
 
 # ---- pages
-def shown(page: Any, found: set[int]) -> None:
+def shown(page: Any, found: dict[int, Markup]) -> None:
     """Collect the markup in the data of a page: pictures and rows."""
     if isinstance(page, Markup):
-        found.add(id(page))
+        found[id(page)] = page  # kept, so that no other object gets its id
     elif dataclasses.is_dataclass(page):
         for field in dataclasses.fields(page):
             shown(getattr(page, field.name), found)
@@ -237,7 +237,7 @@ def shown(page: Any, found: set[int]) -> None:
 @pytest.fixture
 def marked(in_pseudo: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever a page shows of its data is marked, so that texts of templates are told from it."""
-    markup: set[int] = set()
+    markup: dict[int, Markup] = {}
     own = page_texts._own
 
     @pass_context
