@@ -45,7 +45,7 @@ def install(environment: Environment, language: Language) -> None:
 
     @pass_context
     def finalize(context: Context, value: object) -> object:
-        return _own(value, language(context))
+        return told(value, language(context)) if isinstance(value, LazyMessage) else value
 
     environment.globals |= {"_": text, "pgettext": text_in, "ngettext": number}
     environment.finalize = finalize
@@ -53,12 +53,10 @@ def install(environment: Environment, language: Language) -> None:
 
 def _filled(template: str, places: dict[str, Any], language: str) -> Markup:
     escaped = Markup(str(escape(template)).replace("&#39;", "'"))  # our attributes stand in double quotes
-    return escaped.format(**{name: _own(value, language) for name, value in places.items()}) if places else escaped
-
-
-def _own(value: object, language: str) -> object:
-    """Return a message in a language, and any other value as it is: markup stays markup."""
-    return told(value, language) if isinstance(value, LazyMessage) else value
+    if not places:
+        return escaped
+    own = {n: told(value, language) if isinstance(value, LazyMessage) else value for n, value in places.items()}
+    return escaped.format(**own)
 
 
 def script_texts(language: str) -> dict[str, Any]:
@@ -67,4 +65,5 @@ def script_texts(language: str) -> dict[str, Any]:
     A text with a plural has one translation for each category of `Intl.PluralRules`, by the English singular.
     """
     path = LOCALE / known_language(language) / "LC_MESSAGES" / "scripts.json"
-    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    return found

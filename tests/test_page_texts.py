@@ -25,7 +25,7 @@ import rrp_sheets
 from rrp_sheets import page_texts, texts
 from rrp_sheets.compare.as_html import render
 from rrp_sheets.page_texts import script_texts
-from rrp_sheets.texts import LOCALE, N_, LazyMessage
+from rrp_sheets.texts import LOCALE, N_, LazyMessage, told
 from rrp_sheets.web import models, requests
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.security import Lan, Password
@@ -238,12 +238,11 @@ def shown(page: Any, found: dict[int, Markup]) -> None:
 def marked(in_pseudo: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever a page shows of its data is marked, so that texts of templates are told from it."""
     markup: dict[int, Markup] = {}
-    own = page_texts._own
 
     @pass_context
     def finalize(context: Any, value: object) -> object:
         if isinstance(value, LazyMessage):
-            return own(value, PSEUDO)
+            return told(value, PSEUDO)
         if isinstance(value, Markup) and id(value) not in markup:  # of a macro, or of a text
             return value
         return Markup(FROM + "{}" + TO).format(value) if isinstance(value, str) else value

@@ -18,7 +18,7 @@ from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import refuse_text
 
 Asked = dict[str, Any]
-PAGE_LANGUAGES = ("en",)
+PAGE_LANGUAGES: tuple[str, ...] = ("en",)
 """Languages of pages; one with a catalogue stands here once all texts of pages, scripts and `web/` are translated."""
 _MOST_ROWS = 200  # that marbles are asked for
 _WORD = re.compile("[0-9a-f]{16}")
