@@ -104,6 +104,6 @@ def test_buttons_of_a_workbook_without_sheets_do_no_harm(page: Any) -> None:
 def test_buttons_name_the_keys_of_their_commands(commands: list[dict[str, Any]]) -> None:
     hints = {one["name"]: one["hint"].replace(" ", "+") for one in commands if "name" in one}
     template = (bundled("templates", "web") / "grid.html").read_text(encoding="utf-8")
-    told = dict(re.findall(r'data-do="(\w+)"[^>]* title="[^"(]*\(([^)]+)\)"', template))
+    told = dict(re.findall(r'data-do="(\w+)"[^>]* title="\{\{ _\("[^"(]*\(([^)]+)\)"', template))
     assert {"undo", "redo", "find", "help"} == set(told)
     assert {name: hints[name] for name in told} == told

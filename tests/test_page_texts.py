@@ -75,13 +75,14 @@ def pseudo(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def in_pseudo(pseudo: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def in_pseudo(pseudo: Path) -> Iterator[None]:
     """Pages are in the pseudo-language for browsers that prefer it."""
-    monkeypatch.setattr(texts, "LOCALE", pseudo)
-    monkeypatch.setattr(page_texts, "LOCALE", pseudo)
-    monkeypatch.setattr(requests, "PAGE_LANGUAGES", ("en", PSEUDO))
-    texts._catalogue.cache_clear()
-    yield
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(texts, "LOCALE", pseudo)
+        patch.setattr(page_texts, "LOCALE", pseudo)
+        patch.setattr(requests, "PAGE_LANGUAGES", ("en", PSEUDO))
+        texts._catalogue.cache_clear()
+        yield
     texts._catalogue.cache_clear()
 
 
