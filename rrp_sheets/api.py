@@ -294,7 +294,7 @@ def marbles(
     from rrp_sheets.model.run_files import Stamp
     from rrp_sheets.recording.marbles import is_trace, stamped, stamped_scores
     from rrp_sheets.render.marble_diagram import chosen
-    from rrp_sheets.testing.output import scores
+    from rrp_sheets.testing.case_output import scores
 
     checked, report = None, None
     if is_trace(Path(path)):
@@ -317,7 +317,7 @@ def draw_marbles(scores: Sequence[MarbleDiagram], target: Path | str) -> list[st
 
 def draw_tests(report: TestReport, target: Path | str) -> list[str]:
     """Draw marble diagrams of a workbook's tests into a file; return what the picture lacks, in words."""
-    from rrp_sheets.testing.output import scores
+    from rrp_sheets.testing.case_output import scores
 
     return draw_marbles([s for case in report.cases for s in scores(report.checked, case)], target)
 

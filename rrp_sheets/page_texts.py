@@ -10,8 +10,7 @@ from jinja2 import Environment, pass_context
 from jinja2.runtime import Context
 from markupsafe import Markup, escape
 
-from rrp_sheets.model.languages import known_language
-from rrp_sheets.texts import LOCALE, LazyMessage, numbered, told
+from rrp_sheets.texts import LOCALE, LazyMessage, known_language, numbered, told
 
 Language = Callable[[Context], str]
 

@@ -53,7 +53,7 @@ def test_values_that_double_end_the_run_soon(body: str, engine: type[FrameEngine
 
 @pytest.mark.parametrize("body", [DOUBLING_CIRCLE, DOUBLING_ROWS])
 def test_a_test_of_rows_that_double_fails_and_says_why(body: str) -> None:
-    from rrp_sheets.testing.output import as_dict
+    from rrp_sheets.testing.case_output import as_dict
     from rrp_sheets.testing.run import run_tests
 
     report = run_tests(check(rows(body, TEST)))
@@ -84,7 +84,7 @@ def test_events_that_pile_up_end_the_run() -> None:
 
 
 def test_a_test_that_would_take_a_day_of_frames_is_broken_off() -> None:
-    from rrp_sheets.testing.output import as_dict
+    from rrp_sheets.testing.case_output import as_dict
     from rrp_sheets.testing.run import run_tests
 
     circle = "| Red ball, Wait done | merge | | A |\n| A | subscribe | 0 | Wait |\n"

@@ -6,8 +6,8 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 69_330,
-    "modules": 382,
+    "lines of Python": 68_374,
+    "modules": 341,
     "docstrings that begin as a question": 0,
     "lines of README": 130,
     "modules under 40 lines that only one other imports": 0,

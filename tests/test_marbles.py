@@ -39,7 +39,7 @@ from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
-from rrp_sheets.testing.output import around_failures, scores
+from rrp_sheets.testing.case_output import around_failures, scores
 
 SVG = "{http://www.w3.org/2000/svg}"
 ROWS = """

@@ -20,8 +20,8 @@ from rrp_sheets.cli.test import test_command as command
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
+from rrp_sheets.testing.case_output import junit
 from rrp_sheets.testing.judge import _Lane, equal
-from rrp_sheets.testing.output import junit
 from rrp_sheets.testing.run import run_case
 
 FOLDER = bundled("workbooks")

@@ -52,13 +52,13 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
             click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
         sys.exit(UNREADABLE)
     if as_json:
-        from rrp_sheets.testing.output import as_dict
+        from rrp_sheets.testing.case_output import as_dict
 
         click.echo(json.dumps(as_dict(report), ensure_ascii=False, indent=2))
     else:
         _show(report)
     if junit is not None:
-        from rrp_sheets.testing.output import junit as as_junit
+        from rrp_sheets.testing.case_output import junit as as_junit
 
         write_atomically(junit, as_junit(report))
     if marbles is not None and report.cases:
@@ -95,7 +95,7 @@ def _show(report: TestReport) -> None:
 
 def _show_case(report: TestReport, result: CaseResult) -> None:
     from rrp_sheets.render.marble_diagram import marble_text
-    from rrp_sheets.testing.output import around_failures, counted, failure_lines, fault_lines
+    from rrp_sheets.testing.case_output import around_failures, counted, failure_lines, fault_lines
 
     sign, colour = ("–", "yellow") if result.idle else ("✓", "green") if result.passed else ("✗", "red")
     click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {counted(result)}")

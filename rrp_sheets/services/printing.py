@@ -19,7 +19,7 @@ from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, Versio
 from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
-from rrp_sheets.testing.output import failure_lines
+from rrp_sheets.testing.case_output import failure_lines
 from rrp_sheets.texts import N_, told
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
