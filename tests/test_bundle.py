@@ -178,6 +178,12 @@ def test_its_own_catalogue_is_used_and_told(place: Path, tmp_path: Path) -> None
     assert robot.folder == tmp_path / "out" / "robots" / "nao" and "some sound" in robot.devices["playsound"].help
 
 
+def test_a_file_of_its_catalogue_that_nothing_reads_is_not_told(place: Path, tmp_path: Path) -> None:
+    content = files(place / "song.zip")
+    content["robots/nao/ja.toml"] = b"# texts as older bundles have them"
+    assert unpack(remade(tmp_path / "old.zip", relisted(content)), tmp_path / "out").notes == ()
+
+
 # ---- in the browser
 
 

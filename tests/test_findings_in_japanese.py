@@ -224,3 +224,16 @@ def test_no_message_of_a_finding_is_put_into_an_f_string(monkeypatch):
         for finding in check(book).report:
             finding.as_dict("ja")
     assert flattened == []
+
+
+def test_changes_of_settings_and_sheets_are_printed_in_japanese(tmp_path):
+    old, new = tmp_path / "old.md", tmp_path / "new.md"
+    rows = "| Inputs | Connector | Formula | Output |\n| --- | --- | --- | --- |\n| Tick | map | 1 | {0} |\n"
+    devices = "| Stream | Device | Every |\n| --- | --- | --- |\n| Tick | Timer | {0} |\n"
+    one = "## A\n\n" + rows.format("X") + "\n## Devices\n\n"
+    old.write_text(one + devices.format("2 s"), encoding="utf-8")
+    new.write_text(one + devices.format("3 s") + "\n## B\n\n" + rows.format("Y"), encoding="utf-8")
+    changes = gather(new, against=old, language="ja").pack.changes
+    assert changes is not None
+    told = " ".join(f"{c.before} {c.after}" for c in changes.effects)
+    assert "間隔" in told and "1行" in told and "row" not in told

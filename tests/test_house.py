@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 68_374,
+    "lines of Python": 68_377,
     "modules": 341,
     "docstrings that begin as a question": 0,
     "lines of README": 130,

@@ -24,7 +24,7 @@ from rrp_sheets.model.changed import ChangedBehaviour
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, LazyMessage
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import recognise
@@ -259,7 +259,8 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
     kept = old.found is None or new.found is None or old.found.type.name == new.found.type.name
     for k in dict.fromkeys([*old.settings, *new.settings, *old.texts, *new.texts]):
         view = new if new.found is not None and k in new.found.type.settings else old
-        name = view.found.type.settings[k].name if view.found is not None and k in view.found.type.settings else k
+        setting = view.found.type.settings.get(k) if view.found is not None else None
+        name = LazyMessage(setting.name, msgctxt="setting") if setting is not None else k
         before, after = old.value(k, found.streams.sheets), new.value(k, {})
         texts = old.texts.get(k, ""), new.texts.get(k, "")
         known = k in old.settings or k in new.settings

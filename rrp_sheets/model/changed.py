@@ -12,7 +12,7 @@ SIGN_NAMES = {
     CHANGED: ("changed", "changed"),
     SAME: ("kept", "as before"),
 }
-"""Of each sign the kind of change, and the word for what has changed so."""
+"""The kind of change and the adjective for what changed, by sign."""
 Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new, and its words
 
 

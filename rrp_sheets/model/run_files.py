@@ -105,7 +105,7 @@ class RecordedAction(_Event):
     """Action of an operator.
 
     Attributes:
-        kind: one of `ACTIONS`; `send` of a value that a trace has as a `RecordedValue`.
+        kind: one of `ACTIONS`; a sent value is a `RecordedValue` instead.
         text: in words.
         by: who.
         wall: seconds of the wall clock since the beginning, by which films are aligned; the changes of one edit have

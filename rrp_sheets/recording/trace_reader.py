@@ -170,7 +170,8 @@ class TraceReader:
     def containing(self, *parts: bytes) -> Iterator[RecordedEvent]:
         """Yield all events, or those whose lines contain one of some byte strings.
 
-        Then all other lines are skipped, also those that are no events, which else end the reading.
+        With `parts`, lines that contain none of them are skipped unread, invalid ones included; without, an invalid
+        line ends the reading.
         """
         with self._opened() as file:
             file.readline()

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from rrp_sheets.replay.record import Recorded
     from rrp_sheets.replay.result import Replayed
 
+_KINDS = (N_("say"), N_("sound"), N_("scene"), N_("clamp"), N_("fall"), N_("person"))
+"""Kinds of entries that `unknown` counts; marked as texts here, since traces hold them as plain words."""
+
 
 def ending(recorded: Recorded, played: Played) -> str:
     """Describe in which way a replay ended otherwise than the run; empty when it did not."""
@@ -91,10 +94,6 @@ def _ends_said(ends: Ends) -> list[str]:
         )
         told.append(N_(words, commands=_many(len(ends.unknown)), shown=_few(list(shown))))
     return told
-
-
-_HAPPENINGS = (N_("say"), N_("sound"), N_("scene"), N_("clamp"), N_("fall"), N_("person"))
-"""Kinds of entries of a record, which `unknown` counts."""
 
 
 def _few(words: list[str]) -> str:

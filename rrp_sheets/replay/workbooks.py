@@ -225,7 +225,10 @@ def differing_remarks(ran: ReplaySource | None, other: ReplaySource, found: Matc
         was, now = ran.checked.run, other.checked.run
         if was.engine != now.engine or (now.engine == "frame" and was.frame_rate != now.frame_rate):
             words = [
-                f"{r.engine}, {r.frame_rate} frames a second" if r.engine == "frame" else r.engine for r in (was, now)
+                N_("{engine}, {rate} frames a second", engine=r.engine, rate=r.frame_rate)
+                if r.engine == "frame"
+                else r.engine
+                for r in (was, now)
             ]
             told.append(
                 N_(

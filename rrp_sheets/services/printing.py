@@ -174,7 +174,7 @@ def _one(change: Change, words: Texts) -> VersionDifference:
     def say(text: str) -> str:
         return told(text, words.language)
 
-    before, after = (value(text) if text else "" for text in (change.before, change.after))
+    before, after = (value(say(text)) if text else "" for text in (change.before, change.after))
     if change.kind in ("on", "off"):
         before, after = map(say, (N_("off"), N_("on")) if change.kind == "on" else (N_("on"), N_("off")))
     elif change.kind == "moved" and not change.before and change.rows[0] != change.rows[1]:

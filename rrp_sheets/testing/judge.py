@@ -345,8 +345,8 @@ def _fields(expectation: Expectation, interpreter: GuardedInterpreter) -> Holds:
 
     def holds(value: Value) -> str:
         if not isinstance(value, Record):
-            same = isinstance(value, str) and equal(value, expectation.text)
-            return "" if same else N_("It is no record with fields.")
+            is_text_alike = isinstance(value, str) and equal(value, expectation.text)
+            return "" if is_text_alike else N_("It is no record with fields.")
         for name, one in parts:
             try:
                 field = value.get(name)

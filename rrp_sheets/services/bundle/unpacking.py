@@ -190,7 +190,7 @@ def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
 
 
 def catalogue_note(home: Path) -> list[str]:
-    """Return the differences of the catalogues in words; nothing when both have the same bytes."""
+    """Return the differences of the catalogues in words; nothing when all that is read has the same bytes."""
     notes: list[str] = []
     for place in sorted(p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
         if place.name not in robot_names():
@@ -198,7 +198,7 @@ def catalogue_note(home: Path) -> list[str]:
             continue
         mine = {p.name: p.read_bytes() for p in files_of(load_robot(place.name))}
         other = {p.name: p.read_bytes() for p in place.iterdir() if p.is_file()}
-        changed = sorted(n for n in mine.keys() | other.keys() if mine.get(n) != other.get(n))
+        changed = sorted(name for name, data in mine.items() if other.get(name) != data)  # nothing reads other files
         if changed:
             words = N_("The robot's catalogue is another one than here ({files}); the bundle's own is used.")
             notes.append(N_(words, files=", ".join(changed[:5])))
