@@ -125,7 +125,7 @@ class Texts(HTMLParser):
 
 
 def literal(html: str) -> list[str]:
-    """What people read of a page that is neither in the pseudo-language nor data."""
+    """Return the visible texts of a page that are neither in the pseudo-language nor data."""
     reader = Texts()
     reader.feed(re.sub(f"{FROM}[^{TO}]*{TO}", "", html))
     reader.close()
@@ -134,7 +134,7 @@ def literal(html: str) -> list[str]:
 
 # ---- templates
 def texts_of(template: str) -> list[str]:
-    """What people read of a template, whatever its conditions, without what comes from expressions."""
+    """Return the visible texts in the source of a template, of all its branches, without the values of expressions."""
     return literal("".join(text for _, kind, text in Environment().lex(template) if kind == "data"))
 
 
