@@ -20,9 +20,9 @@ from pybullet_utils.bullet_client import BulletClient
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.trajectory import Planner
+from rrp_sheets.sim.actuators.tracker import Pointing
 from rrp_sheets.sim.body import Body
 from rrp_sheets.sim.gait import STEP_TIME, FootPlace, Gait, Legs, Standing
-from rrp_sheets.sim.tracker import Pointing
 
 ROBOT = load_robot()
 HOME = {joint: float(angle) for joint, angle in ROBOT.data["postures"]["StandInit"].items()}

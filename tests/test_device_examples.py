@@ -11,7 +11,7 @@ from rrp_sheets import api
 from rrp_sheets.checks import Checked
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.help.devices import FOLDER, example_of
-from rrp_sheets.help.finding import text_on
+from rrp_sheets.help.topics import text_on
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
 from rrp_sheets.testing import run_tests

@@ -7,9 +7,9 @@ from play import rows
 
 from rrp_sheets import api
 from rrp_sheets.model.values import Field, RecordType
+from rrp_sheets.render.formula_words import Content, Named, Wording
 from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.texts import texts
-from rrp_sheets.render.words import Content, Named, Wording
 from rrp_sheets.resources import bundled
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))

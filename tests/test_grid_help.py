@@ -6,7 +6,7 @@ from chromium import becomes, eventually
 from grid_books import HEADER, Books
 from playwright.sync_api import expect
 
-from rrp_sheets.help.finding import text_on
+from rrp_sheets.help.topics import text_on
 
 SHEETS = {
     "T": [

@@ -23,10 +23,10 @@ from rrp_sheets.formulas.functions import library
 from rrp_sheets.help.connector_marbles import marbles, workbook
 from rrp_sheets.help.connectors import IN_USE, one_connector
 from rrp_sheets.help.devices import DONE_EXAMPLE
-from rrp_sheets.help.finding import EXAMPLES, TOPICS
 from rrp_sheets.help.functions import examples, typed
 from rrp_sheets.help.layout import checked
 from rrp_sheets.help.scene_page import EXAMPLE, TIMES
+from rrp_sheets.help.topics import EXAMPLES, TOPICS
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
 from rrp_sheets.robots import load_robot

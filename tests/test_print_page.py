@@ -17,7 +17,7 @@ from chromium import becomes, eventually, let_in, violations
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
 from rrp_sheets.services.printing import gather
-from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter, Wanted
+from rrp_sheets.web.protocol_printer import ProtocolPrinter, Wanted
 
 LETTER = b"/MediaBox[0 0 612 792]"
 HOSTILE = "<script>alert(1)</script>\"'"

@@ -16,13 +16,13 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.check_worker import CheckWorker, Findings
-from rrp_sheets.runs.view import RunStart
+from rrp_sheets.runs.run_data import RunStart
+from rrp_sheets.web import workbook_session as workbook_session_module
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.collab import workbook_session as workbook_session_module
 from rrp_sheets.web.collab.broadcaster import EventStream, message
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.web.run.run_session import RunManager, RunOptions
 from rrp_sheets.web.run.run_state import RunState
+from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.workbook.maker import make_workbook
 
 START = RunStart(

@@ -32,8 +32,8 @@ from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.engine_process import RunEventSender
+from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunStart, StartEvent, Summary
 from rrp_sheets.runs.run_process import RunProcess
-from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunStart, StartEvent, Summary
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, encode
 

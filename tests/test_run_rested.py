@@ -14,11 +14,11 @@ from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.runs.check_worker import CheckWorker
+from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.running import run
-from rrp_sheets.runs.view import RunSettings, Summary
 from rrp_sheets.web.collab.broadcaster import EventStream
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
 from rrp_sheets.web.run.run_session import RunManager, RunOptions, failed
+from rrp_sheets.web.workbook_session import OpenWorkbooks
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 

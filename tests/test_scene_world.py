@@ -18,7 +18,7 @@ from test_sim_run import RATE, ROBOT, scene_of
 
 from rrp_sheets import api
 from rrp_sheets.model.exchange import DeviceUse
-from rrp_sheets.runs.view import RunSettings
+from rrp_sheets.runs.run_data import RunSettings
 from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld

@@ -11,7 +11,7 @@ import pytest
 from rrp_sheets import api
 from rrp_sheets.compare.as_text import say
 from rrp_sheets.documents.grid import make_grid
-from rrp_sheets.help.finding import text_on
+from rrp_sheets.help.topics import text_on
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.schema import BEHAVIOUR, CELLS, SHEETS, CellChoice, Column, recognise

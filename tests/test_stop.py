@@ -32,8 +32,8 @@ from test_watchdog import EVENT_LOOP, head_top
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Arrivals, Command, Notice
 from rrp_sheets.robots import load_robot
+from rrp_sheets.runs.run_data import RunSettings
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
-from rrp_sheets.runs.view import RunSettings
 from rrp_sheets.sim.process import REQUESTS, Simulator, Spec
 from rrp_sheets.sim.voice import espeak
 from rrp_sheets.workers.codec import pack, unpack

@@ -15,9 +15,9 @@ import pytest
 from browser import COOKIE
 from chromium import LATEST_ANSWER, GridPage, becomes, eventually, let_in, listening, serving
 
-from rrp_sheets.web.collab.workbook_session import MOST_HERE, MOST_LISTENERS, MOST_OF_ONE
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.security import Lan
+from rrp_sheets.web.workbook_session import MOST_HERE, MOST_LISTENERS, MOST_OF_ONE
 from rrp_sheets.workbook.maker import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from rrp_sheets.checks.test_cells import Expectation, Place, Sending, read_expect, read_send
+from rrp_sheets.checks.send_expect import Expectation, Place, Sending, read_expect, read_send
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.formulas import Scope

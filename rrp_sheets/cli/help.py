@@ -18,7 +18,7 @@ def help_command(topic: tuple[str, ...]) -> None:
     of a check (FORM003), a command (replay), or helpers, Priority, total, Protocol, Engine, keys. Without TOPIC there
     is an overview.
     """
-    from rrp_sheets.help.finding import text_on
+    from rrp_sheets.help.topics import text_on
 
     name = " ".join(topic)
     command_help = _command(name)

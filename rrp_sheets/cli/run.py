@@ -20,7 +20,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart
-from rrp_sheets.runs.view import Commands
+from rrp_sheets.runs.run_data import Commands
 
 
 @click.command(name="run")

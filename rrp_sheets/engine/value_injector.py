@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.facts import sensor_fact
-from rrp_sheets.checks.test_cells import Given, Sending, read_send
+from rrp_sheets.checks.send_expect import Given, Sending, read_send
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.engine import Engine, LiveStream
 from rrp_sheets.errors import SheetsError

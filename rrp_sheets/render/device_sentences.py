@@ -13,9 +13,9 @@ from rrp_sheets.graph import Graph, Stream
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
+from rrp_sheets.render.formula_words import Content, FieldNames
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.texts import Texts
-from rrp_sheets.render.words import Content, FieldNames
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.robots.catalogue import DeviceWords
 

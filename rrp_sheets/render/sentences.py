@@ -17,9 +17,9 @@ from rrp_sheets.render.device_sentences import (
     source_of,
     stops_at_a_blank,
 )
+from rrp_sheets.render.formula_words import Content, Named, Wording, contents, is_blank, shown
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.texts import Texts, texts
-from rrp_sheets.render.words import Content, Named, Wording, contents, is_blank, shown
 from rrp_sheets.texts import capital
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows

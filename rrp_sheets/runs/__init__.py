@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.runs.view import RunResult, RunSettings, RunStart, Summary
+from rrp_sheets.runs.run_data import RunResult, RunSettings, RunStart, Summary
 
 if TYPE_CHECKING:
     from rrp_sheets.runs.running import run

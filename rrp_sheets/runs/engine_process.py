@@ -21,7 +21,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.runs.check_worker import read_and_check
-from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunSettings
+from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunSettings
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import SharedCell

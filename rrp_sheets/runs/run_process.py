@@ -28,7 +28,7 @@ from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.run_files import TRACE, RecordedValue
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.engine_process import ENGINE
-from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
+from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack

@@ -33,7 +33,7 @@ from rrp_sheets.model.run_files import TRACE, faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.recording.folder import RunFolder
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.runs.view import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
+from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.scene.scene_sheet import scene_end_us
 from rrp_sheets.scene.scene_words import draw_scene

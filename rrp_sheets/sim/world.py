@@ -20,6 +20,7 @@ from rrp_sheets.perception.faces import FaceModels, Faces
 from rrp_sheets.perception.pinhole import Lens, Pixels, Vector
 from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
+from rrp_sheets.sim.actuators.tracker import Detection, Trackers
 from rrp_sheets.sim.arbitration import Arbiter, Tell
 from rrp_sheets.sim.body import EASY, STEP, STEPS_A_SECOND, Body
 from rrp_sheets.sim.camera import Eye, jpeg
@@ -33,7 +34,6 @@ from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, Signal
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.talk import Hearing, Talk
-from rrp_sheets.sim.tracker import Detection, Trackers
 from rrp_sheets.sim.voice import Speech, Voice
 from rrp_sheets.texts import N_
 

@@ -8,7 +8,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.test_cells import Expectation
+from rrp_sheets.checks.send_expect import Expectation
 from rrp_sheets.checks.tests import Case, CaseRow
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter

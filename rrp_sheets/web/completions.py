@@ -18,7 +18,7 @@ from rrp_sheets.help.scene_page import TIMES
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
-from rrp_sheets.render.words import contents
+from rrp_sheets.render.formula_words import contents
 from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, verb_names
 from rrp_sheets.texts import N_, sentences

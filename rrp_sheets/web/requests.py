@@ -12,10 +12,10 @@ from werkzeug.exceptions import BadRequest
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.security import SOMEBODY, clean_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import refuse_text
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 Asked = dict[str, Any]
 PAGE_LANGUAGES: tuple[str, ...] = ("en",)

@@ -10,12 +10,12 @@ from flask import current_app
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.services.bundle.packing import Packer
 from rrp_sheets.services.query_worker import QueryWorker
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks
+from rrp_sheets.web.protocol_printer import ProtocolPrinter
 from rrp_sheets.web.run.run_session import RunManager
-from rrp_sheets.web.runs.protocol_printer import ProtocolPrinter
 from rrp_sheets.web.runs.replay_jobs import Replays
 from rrp_sheets.web.runs.run_store import RunStore
 from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.workbook_session import OpenWorkbooks
 
 EXPORT_SECONDS = 150.0  # a table of a long run takes its time
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
+from rrp_sheets.checks.lints.context import Material
 from rrp_sheets.checks.lints.deadlock import lint_deadlock
 from rrp_sheets.checks.lints.failing_formulas import lint_formulas
 from rrp_sheets.checks.lints.flooded import lint_flooded
-from rrp_sheets.checks.lints.helpers import lint_helpers
 from rrp_sheets.checks.lints.input_specs import lint_taking
-from rrp_sheets.checks.lints.material import Material
 from rrp_sheets.checks.lints.stale import lint_stale
 from rrp_sheets.checks.lints.unmatched import lint_unmatched
 from rrp_sheets.checks.lints.unreachable import lint_never
+from rrp_sheets.checks.lints.unused_helpers import lint_helpers
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import Graph
 from rrp_sheets.model.workbook import Workbook

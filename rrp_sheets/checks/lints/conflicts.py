@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.dataflow import Route
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
-from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.lints.context import Material, row_of
 from rrp_sheets.graph import Step
 from rrp_sheets.texts import N_
 

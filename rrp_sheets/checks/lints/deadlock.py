@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.checks.lints.context import Material
 from rrp_sheets.graph import Step, Stream, StreamKind
 
 _ALL = frozenset({"map", "filter", "combineLatest"})

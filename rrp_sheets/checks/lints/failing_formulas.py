@@ -7,7 +7,7 @@ import ast
 from rrp_sheets.checks.dataflow import SAME_VALUE
 from rrp_sheets.checks.examples import alike
 from rrp_sheets.checks.facts import LIST, RECORD, TEXT
-from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.lints.context import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, AbstractValue, Fact
-from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.checks.lints.context import Material
 from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import KINDS, kind_of, kind_of_value
 from rrp_sheets.graph import Step, Stream

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.checks.facts import EVENT
-from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.lints.context import Material, row_of
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.checks.facts import RECORD, AbstractValue
-from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.checks.lints.context import Material
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.formulas import Table

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 
 from rrp_sheets.checks.facts import NUMBER
-from rrp_sheets.checks.lints.material import Material, row_of
+from rrp_sheets.checks.lints.context import Material, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.nodes import Pick

@@ -12,9 +12,9 @@ from rrp_sheets.perception.pinhole import Vector
 from rrp_sheets.robots.gestures import Gesture as Keyframes
 from rrp_sheets.robots.gestures import Keyframe
 from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
+from rrp_sheets.sim.actuators.tracker import Detection, Pointing
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.keyframes import Motion
-from rrp_sheets.sim.tracker import Detection, Pointing
 from rrp_sheets.texts import N_, sentences
 
 RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when

@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.recording.formatting import told
-from rrp_sheets.runs.view import RunStart
+from rrp_sheets.runs.run_data import RunStart
 
 _FORGIVEN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
 _LONGEST = 200  # letters of an error's message

@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.model.values import Value
 from rrp_sheets.recording.timeline import Drag, dragged
-from rrp_sheets.runs.view import QUIET_US, Commands
+from rrp_sheets.runs.run_data import QUIET_US, Commands
 from rrp_sheets.texts import N_
 
 KEPT = 400  # lines

@@ -11,16 +11,16 @@ from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.recording.formatting import clock, unit_of
+from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
-from rrp_sheets.runs.view import RunSettings, Summary
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.collab.broadcaster import message
-from rrp_sheets.web.collab.workbook_session import OpenWorkbooks, WorkbookSession
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import said
 from rrp_sheets.web.run.log import Line
 from rrp_sheets.web.run.run_state import RunState
 from rrp_sheets.web.security import SOMEBODY
+from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time

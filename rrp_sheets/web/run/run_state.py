@@ -19,7 +19,7 @@ from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.recording.formatting import clock
-from rrp_sheets.runs.view import RunStart, Summary
+from rrp_sheets.runs.run_data import RunStart, Summary
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.run.latest_values import LatestValues, StreamInfo, known_streams
 from rrp_sheets.web.run.log import Line, RunLog

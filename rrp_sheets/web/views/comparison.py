@@ -25,12 +25,12 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import author_name, confirm_download, page_language, workbook_or_404
 from rrp_sheets.web.runs.run_store import line_of, when
 from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.workbook_repository import refuse_text
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 blueprint = Blueprint("comparison", __name__)
 blueprint.after_request(confirm_download)

@@ -21,8 +21,8 @@ from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import LANGUAGES, language_code
 from rrp_sheets.web.models import TextPiece, date_and_time, pieces, said, show
+from rrp_sheets.web.protocol_printer import Wanted
 from rrp_sheets.web.requests import confirm_download
-from rrp_sheets.web.runs.protocol_printer import Wanted
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.comparison import Choice, choices, path_of
 from rrp_sheets.web.workbook_repository import printable, refuse_text

@@ -30,7 +30,6 @@ from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.collab.broadcaster import stream
-from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, said, script_json, show, words_of
 from rrp_sheets.web.requests import Asked, author_name, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
@@ -41,6 +40,7 @@ from rrp_sheets.web.services import services
 from rrp_sheets.web.tests_panel import TestsPanel, panel_of
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
+from rrp_sheets.web.workbook_session import WorkbookSession
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000

@@ -12,9 +12,9 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.web.collab.workbook_session import WorkbookSession
 from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
+from rrp_sheets.web.workbook_session import WorkbookSession
 from rrp_sheets.workbook.schema import TITLES, is_single
 
 blueprint = Blueprint("tabs", __name__)

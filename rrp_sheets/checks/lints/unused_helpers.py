@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.checks.lints.material import Material
+from rrp_sheets.checks.lints.context import Material
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model.names import key
 
