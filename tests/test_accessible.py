@@ -72,7 +72,7 @@ class Tour:
         self.page.wait_for_selector("#panels:not([aria-busy=true])", state="attached")
 
     def violations(self, looks: list[tuple[str, int]]) -> dict[str, list[str]]:
-        """What is wrong with the screen, by its look."""
+        """Violations on the screen, by its look."""
         found = {}
         for scheme, width in looks:
             self.page.set_viewport_size({"width": width, "height": 900})

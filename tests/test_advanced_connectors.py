@@ -1,4 +1,4 @@
-"""The advanced connectors (design: 4-streams, second table), in virtual time, and against short references."""
+"""The advanced connectors, in virtual time, and against short references."""
 
 from __future__ import annotations
 

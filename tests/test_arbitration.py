@@ -1,4 +1,4 @@
-"""Who may move what (design: 4-streams, Actuator conflict): invariants over random commands, without a simulator."""
+"""Arbitration of joints and resources: invariants over random commands, without a simulator."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is written with -o never takes the place of other work, whatever the names are."""
+"""Exports with -o never replace other work, whatever the names are."""
 
 from __future__ import annotations
 

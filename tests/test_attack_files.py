@@ -1,4 +1,4 @@
-"""What is written about a workbook never takes a workbook's place."""
+"""Files that are written about a workbook never replace a workbook."""
 
 from __future__ import annotations
 

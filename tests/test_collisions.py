@@ -50,7 +50,7 @@ class Shapes:
         assert len(self._pairs) > 70
 
     def inside(self, pose: Mapping[str, float]) -> list[tuple[str, str, float]]:
-        """Which links are inside each other in a pose, and how deep (mm)."""
+        """Links that are inside each other in a pose, with the depth (mm)."""
         for joint, angle in (HOME | dict(pose)).items():
             self._b.resetJointState(self.body.id, self.body.index[joint], angle)
         found = []

@@ -1,4 +1,4 @@
-"""Diagrams: nothing overlaps, nothing of a user's text becomes markup, every machine can draw (design: 7-exchange)."""
+"""Diagrams: nothing overlaps, nothing of a user's text becomes markup, every machine can draw."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What changed, drawn: every mark of the pictures, the rows beside them, the files, and the page in the browser."""
+"""Drawn changes: every mark of the pictures, the rows beside them, the files, and the page in the browser."""
 
 from __future__ import annotations
 

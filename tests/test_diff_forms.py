@@ -1,4 +1,4 @@
-"""What a comparison looks like: text, JSON, HTML, the command's exit codes, and git."""
+"""Forms of a comparison: text, JSON, HTML, the command's exit codes, and git."""
 
 from __future__ import annotations
 

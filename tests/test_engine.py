@@ -1,4 +1,4 @@
-"""The frame engine: no glitches, a fixed order, nothing that overflows (design: 4-streams, Engines)."""
+"""The frame engine: no glitches, a fixed order, nothing that overflows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Devices that the engine itself carries out: Wait, Timer, End run, Behaviour (design: 4-streams, 5-robot)."""
+"""Devices that the engine itself carries out: Wait, Timer, End run, Behaviour."""
 
 from __future__ import annotations
 

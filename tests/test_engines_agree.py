@@ -1,4 +1,4 @@
-"""Engines against a reference: random graphs, random events; both do what the rows mean (design: 4-streams)."""
+"""Engines against a reference: random graphs, random events; both do what the rows mean."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Line:
 
 
 class Reference:
-    """What rows mean, in plain Python: from the design alone, without a look at the engines or the connectors."""
+    """Meaning of rows in plain Python, written without the engines and the connectors."""
 
     def __init__(self, lines):
         self.lines = [(line, defaultdict(lambda: None, latest={}, passed=set(), queue=[], total=0)) for line in lines]

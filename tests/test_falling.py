@@ -21,7 +21,7 @@ POSTURE, GESTURE = use("posture", "Posture", speed=1.0), use("gesture", "Gesture
 
 
 def upright(robot: Robot) -> float:
-    """How much the torso's axis points up: 1 is upright."""
+    """Vertical part of the torso's axis: 1 is upright."""
     return float(robot.body.torso().rotation[2, 2])
 
 
@@ -96,7 +96,7 @@ def test_postures_rest_on_the_floor_and_let_it_stand_up_again():
 
 
 def _lowest(robot: Robot, link: int) -> float | None:
-    """How high above the floor a link's shape is, m; None of one that has none."""
+    """Height of a link's shape above the floor, m; None of one that has none."""
     near = robot.body._b.getClosestPoints(robot.body.id, 0, 1.0, link, -1)
     return min((p[8] for p in near), default=None)
 

@@ -1,4 +1,4 @@
-"""`rrp-sheets formula` (design: 3-formulas, Safety): one formula from the command line, or lines of JSON."""
+"""`rrp-sheets formula`: one formula from the command line, or lines of JSON."""
 
 from __future__ import annotations
 

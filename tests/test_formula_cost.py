@@ -1,4 +1,4 @@
-"""What a formula costs is bounded by its budget: every function and operator is charged by what it reads.
+"""Cost of formulas, bounded by their budget: every function and operator is charged by what it reads.
 
 A call is measured once, in processor time, and multiplied by how often the budget allows it in one evaluation.
 """

@@ -1,4 +1,4 @@
-"""What no formula can do (design: 3-formulas, Safety): hang, grow, reach out, or change its inputs."""
+"""Safety of formulas: none can hang, grow, leave its scope, or change its inputs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MEGABYTES = 60
 
 
 def outcome(text, values, in_scope=SCOPE):
-    """What comes of a formula: a FormulaProblem, a Failure or a value."""
+    """Outcome of a formula: a FormulaProblem, a Failure or a value."""
     try:
         formula = compile_formula(text, in_scope)
     except FormulaProblem as problem:
@@ -32,7 +32,7 @@ def outcome(text, values, in_scope=SCOPE):
 
 
 def fits(value, depth=0):
-    """Whether a value is one that may travel, within its bounds."""
+    """True when a value may be sent on a stream and is within its bounds."""
     kind = type(value)
     if kind in (int, float):
         return -LARGEST_NUMBER <= value <= LARGEST_NUMBER

@@ -1,4 +1,4 @@
-"""Both spellings of formulas (design: 3-formulas, Spelling): what means the same, what is refused, and where."""
+"""Both spellings of formulas: what means the same, what is refused, and where."""
 
 from __future__ import annotations
 

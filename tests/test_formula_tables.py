@@ -1,4 +1,4 @@
-"""Tables, PICK, helpers and what connectors add to a scope (design: 3-formulas, Names and Tables)."""
+"""Tables, PICK, helpers and what connectors add to a scope."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The formula language (design: 3-formulas), through compile_formula and the guarded interpreter."""
+"""The formula language, through compile_formula and the guarded interpreter."""
 
 from __future__ import annotations
 

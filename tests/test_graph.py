@@ -1,4 +1,4 @@
-"""Names, done streams and order of rows (design: 4-streams, Rules of the graph); and that no sheet breaks the graph."""
+"""Names, done streams and order of rows; and that no sheet breaks the graph."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def paste(grid: Shared, address: str, *lines: list[str]) -> None:
 
 
 def rows(grid: Shared, sheet: str = "T") -> list[list[str]]:
-    """What stands in the file below the header, without blank rows."""
+    """Rows of the file below the header, without blank ones."""
     grid.saved()
     found = next(s for s in read_sheets(grid.path) if s.name == sheet)
     width = max(column for _, column in found.cells)

@@ -57,7 +57,7 @@ class Restarted:
         self.page.keyboard.press("Enter")
 
     def notes(self) -> dict[int, str]:
-        """What stands in the file, by row."""
+        """Notes in the file, by row."""
         cells = read_sheets(self.path)[0].cells
         return {row: cell.typed for (row, column), cell in sorted(cells.items()) if column == NOTES and row > 1}
 

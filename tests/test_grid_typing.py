@@ -1,4 +1,4 @@
-"""What is typed goes where the person sees it: while answers are slow, while others edit, and while the file changes."""
+"""Typed text goes where the person sees it: while answers are slow, while others edit, and while the file changes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ BLANK_ROWS = 20
 
 
 def texts(path: Path, sheet: str = "T") -> list[tuple[str, ...]]:
-    """What stands in the rows of a sheet, blank ones too, as far as the last filled one."""
+    """Texts of the rows of a sheet, blank ones too, up to the last filled one."""
     (found,) = (s for s in read_sheets(path) if s.name == sheet)
     last = max((row for row, _ in found.cells), default=1)
     return [
@@ -496,7 +496,7 @@ def do(grid: Shared, action: Action) -> None:
 
 
 def same_words(grid: Shared) -> Shared:
-    """What is suggested does not depend on when the check has ended."""
+    """Suggestions do not depend on when the check has ended."""
     grid.page.evaluate(
         "() => document.querySelector('#listen').addEventListener('checked', (e) => e.stopImmediatePropagation(), true)"
     )
@@ -504,7 +504,7 @@ def same_words(grid: Shared) -> Shared:
 
 
 def shown(grid: Shared) -> list[list[str]]:
-    """What the page shows, blank rows at the end left out."""
+    """Texts that the page shows, blank rows at the end left out."""
     script = """() => [...document.querySelectorAll("#grid-scroll tbody tr")].map((row) =>
       [...row.cells].filter((cell) => !cell.matches("th, .example")).map((cell) => cell.dataset.v ?? ""))"""
     rows = [list(row) for row in grid.page.evaluate(script)]

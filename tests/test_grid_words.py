@@ -1,4 +1,4 @@
-"""What is suggested, in every kind of cell of every sheet."""
+"""Suggestions in every kind of cell of every sheet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the program installs: one PyBullet for each Python and system, and what is said where there is none."""
+"""Installation: one PyBullet for each Python and system, and the message where there is none."""
 
 from __future__ import annotations
 

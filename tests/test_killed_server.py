@@ -61,7 +61,7 @@ class Served:
         return "rows" in self.answer(row, text)
 
     def answer(self, row: int, text: str, cells: int = 1) -> dict[str, object]:
-        """What is answered when a note is changed, or several."""
+        """Answer to a change of a note, or of several."""
         changed = [{"row": r, "column": NOTES, "text": text, "was": None} for r in self.rows[row : row + cells]]
         sent = {"sheet": "T", "client": "c", "name": "n", "tag": "t", "cells": changed}
         return dict(json.loads(self.post("book/b.xlsx/cells", sent)))
@@ -81,7 +81,7 @@ class Served:
         return self.send(address, json.dumps(sent).encode(), headers)
 
     def post_or_refused(self, address: str, sent: dict[str, object]) -> str:
-        """What is answered, be it that it is refused."""
+        """Answer to a request, also when it is refused."""
         try:
             return self.post(address, sent)
         except urllib.error.HTTPError as error:
@@ -105,7 +105,7 @@ class Served:
         return str(self._opener.open(request, timeout=60).read().decode())
 
     def cookie(self) -> str:
-        """What lets a client in."""
+        """Cookie that lets a client in."""
         return "; ".join(f"{c.name}={c.value}" for c in self.jar)
 
     def get(self, address: str) -> str:

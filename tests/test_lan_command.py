@@ -76,7 +76,7 @@ def started(folder: Path) -> Iterator[object]:
 
 
 def said(process: subprocess.Popen[str]) -> str:
-    """What is printed until the server runs."""
+    """Text that is printed until the server runs."""
     assert process.stdout
     lines = []
     for line in process.stdout:

@@ -1,4 +1,4 @@
-"""What the check sees before the run, and what it leaves alone (design: 4-streams, Lints)."""
+"""Lints: mistakes that the check finds before the run, and rows that it accepts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ethics pack: what a board reads about a workbook, as an accessible PDF (design: 7-exchange)."""
+"""The ethics pack: what a board reads about a workbook, as an accessible PDF."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 
 
 def pack_of(path: Path, **options: object) -> Pack:
-    """What is printed of a workbook, without its diagrams."""
+    """Printed protocol of a workbook, without its diagrams."""
     reading = api.read(path)
     checked = check_workbook(reading.workbook, reading.report)
     return make_pack(reading, checked, Print(path.name, DAY.isoformat(), "1.0"), drawn=False, **options)[0]

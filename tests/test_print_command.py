@@ -1,4 +1,4 @@
-"""`rrp-sheets print`: changes since the approved version, drafts, hostile texts, large workbooks (design: 7-exchange)."""
+"""`rrp-sheets print`: changes since the approved version, drafts, hostile texts, large workbooks."""
 
 from __future__ import annotations
 

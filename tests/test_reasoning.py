@@ -1,4 +1,4 @@
-"""What the check concludes without evaluating must hold whenever a formula is evaluated."""
+"""Conclusions of the check hold whenever a formula is evaluated."""
 
 from __future__ import annotations
 

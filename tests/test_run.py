@@ -136,7 +136,7 @@ def child_of(pid: int, module: str) -> int:
 
 
 def runs(pid: int) -> bool:
-    """Whether a process still does something (one that has ended may wait to be buried)."""
+    """True while a process runs; one that has ended may still be listed."""
     with suppress(OSError):
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     return False

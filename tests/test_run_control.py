@@ -1,4 +1,4 @@
-"""What people do to a run while it goes on: pause, step, speed, marks, switches, values, the scene (design: 5, 6-web)."""
+"""Actions on a run that goes on: pause, step, speed, marks, switches, values, the scene."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_a_paused_run_is_not_taken_for_a_stuck_one():
     dog = Watchdog([5, 0, -1], lambda: 0.0, lambda: now[0])
 
     def fails(seconds, every):
-        """Whether it is ended within some seconds; every so many looks there is a sign of life."""
+        """True when it is ended within some seconds; every so many looks there is a sign of life."""
         for n in range(round(seconds * 10)):
             now[0] += 0.1
             if dog.failure(heard=bool(every) and n % every == 0, rows={}):

@@ -1,4 +1,4 @@
-"""What people do to a run in an event loop, and to one in another process with the simulated robot."""
+"""Actions on a run in an event loop, and on one in another process with the simulated robot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run's process and its watcher tell each other, and that a slow watcher costs the run nothing."""
+"""Messages between a run's process and its watcher; a slow watcher costs the run nothing."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ VALUES = st.recursive(
 
 
 def kinds(value):
-    """What a value is made of, with the names of its records."""
+    """Types in a value, with the names of its records."""
     if isinstance(value, Record):
         return (value.type.name, {n: kinds(v) for n, v in value.as_dict().items()})
     if isinstance(value, list):

@@ -214,7 +214,7 @@ def red(page: Any) -> tuple[Any, Any]:
 
 
 def jumper(page: Any) -> tuple[float, float]:
-    """Where on the screen the first person's jumper is, which is bluish green."""
+    """Place on the screen of the first person's jumper, which is bluish green."""
     r, g, b = drawn(page)
     v, u = np.nonzero((r < 120) & (g > r + 25) & (b > r + 25) & (b < g + 25))
     assert len(u) > 100, "there is nobody in the picture"
@@ -223,12 +223,12 @@ def jumper(page: Any) -> tuple[float, float]:
 
 
 def red_pixels(page: Any) -> int:
-    """How large the red ball is drawn."""
+    """Number of pixels of the red ball."""
     return len(red(page)[0])
 
 
 def red_place(page: Any) -> tuple[float, float]:
-    """Where on the screen the middle of the red ball is."""
+    """Place on the screen of the middle of the red ball."""
     box, (v, u) = some(page.locator("#robot3d canvas").bounding_box), red(page)
     assert len(u), "there is no red ball"
     return box["x"] + float(u.mean()), box["y"] + float(v.mean())

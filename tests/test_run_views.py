@@ -1,4 +1,4 @@
-"""What one sees of a run besides the robot: its eye, speech, plots, drives, and the diagram that lights up."""
+"""Views of a run besides the robot: its eye, speech, plots, drives, and the diagram that lights up."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The Scene sheet's grammar (design: 5-robot, Scenes)."""
+"""The Scene sheet's grammar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the rows of a Scene sheet do in the simulated room: each kind of thing is seen, measured or felt."""
+"""Effects of Scene rows in the simulated room: each kind of thing is seen, measured or felt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheets of a file: added, renamed, moved, deleted and brought back; all else stays (design: 2-workbook, Writing)."""
+"""Sheets of a file: added, renamed, moved, deleted and brought back; all else stays."""
 
 from __future__ import annotations
 

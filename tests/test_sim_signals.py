@@ -1,4 +1,4 @@
-"""What the Scene sheet's people do, as the simulated robot's sensors give it: presses, touches, words, tilt."""
+"""Actions of people in the Scene sheet, as the simulated sensors give them: presses, touches, words, tilt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the head camera's pictures tell: balls and spots found in rendered pixels."""
+"""Detection in the head camera's pictures: balls and spots found in rendered pixels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is too long for every day: `make soak`."""
+"""Tests that are too long for every day: `make soak`."""
 
 from __future__ import annotations
 

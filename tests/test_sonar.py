@@ -32,7 +32,7 @@ def world():
 
 
 def measured(world: SimWorld, *actions: SceneAction) -> dict[str, float]:
-    """What each side measures with some things in the room, which are taken away again."""
+    """Measurements of each side with some things in the room, which are taken away again."""
     us = world.stage.us
     world.act(actions)
     told = dict(world.advance(us + 150_000, ()).events)

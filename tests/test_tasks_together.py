@@ -1,4 +1,4 @@
-"""What people do with a grid beside writing rows: they bring tables from elsewhere, and they work together."""
+"""Tasks beside writing rows: tables are brought from elsewhere, and people work together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The trace: written once per frame, readable after a crash, its last line the summary (design: 4-streams, Trace)."""
+"""The trace: written once per frame, readable after a crash, its last line the summary."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Walking (design: 5-robot): guided, with feet that step and neither slide nor sink; it stops before what is in its way."""
+"""Walking: guided, with feet that step and neither slide nor sink; it stops before what is in its way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a person reads in the terminal during a run, and at its end."""
+"""Output in the terminal during a run, and at its end."""
 
 from __future__ import annotations
 

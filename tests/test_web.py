@@ -1,4 +1,4 @@
-"""What the pages that `serve` shows say, and that no text of a workbook becomes markup."""
+"""Texts of the pages that `serve` shows; no text of a workbook becomes markup."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who may see the pages that `serve` shows, which files they reach, and the real command."""
+"""Access to the pages that `serve` shows and to files, and the real command."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def test_the_robot_is_deaf_while_it_speaks_but_not_while_it_plays():
 
 
 def apart(seed: int) -> list[tuple]:
-    """What is heard in a process of its own, as in every run."""
+    """Words heard in a process of its own, as in every run."""
     scene = [
         SceneAction(0, "Noise", "level", {"to": 0.1}, kind="noise"),
         says(0.2, "Tom", "seven"),

@@ -215,7 +215,7 @@ QUICK = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCh
 
 
 def content(w: Workbook) -> object:
-    """What a workbook says, without where."""
+    """Content of a workbook, without places."""
     return [
         [(r.number, [c.text for c in r.inputs], r.connector.text, r.formula.text, r.output.text, r.on, r.priority)
          for r in b.rows]

@@ -1,4 +1,4 @@
-"""Made workbooks: text cells, drop-downs that never refuse, print setup, safe writing (design: 2-workbook, Writing)."""
+"""Made workbooks: text cells, drop-downs that never refuse, print setup, safe writing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading workbooks: recognising sheets, tolerance, diagnostics with cells (design: 2-workbook)."""
+"""Reading workbooks: recognising sheets, tolerance, diagnostics with cells."""
 
 from __future__ import annotations
 

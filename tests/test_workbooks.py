@@ -100,7 +100,7 @@ def test_it_runs_for_its_scene_without_errors(ran, name):
 
 
 def meaning(checked):
-    """What a workbook says, without where it says it."""
+    """Content of a workbook, without places."""
     book = checked.workbook
     return {
         "rows": [[(s.number, s.connector.name, s.inputs, s.row.formula.text, s.output, s.active) for s in b.steps]

@@ -1,4 +1,4 @@
-"""Edits leave everything else in an .xlsx as it was, byte for byte (design: 2-workbook, Writing)."""
+"""Edits leave everything else in an .xlsx as it was, byte for byte."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ def test_back_again_is_the_same_content(sample):
 if shutil.which("soffice"):
 
     def converted(office: str, kind: str, *paths: Path) -> list[Path]:
-        """What LibreOffice, started once, makes of files in one folder."""
+        """Files of one folder as LibreOffice, started once, converts them."""
         folder = paths[0].parent
         command = ["soffice", office, "--headless", "--convert-to", kind]
         done = subprocess.run(

@@ -1,4 +1,4 @@
-"""CSV and Markdown: written, read back, and edited with all other lines as they were (design: 7-exchange, Formats)."""
+"""CSV and Markdown: written, read back, and edited with all other lines as they were."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ LISTS = [["Connectors", "Sensors", "Actuators", "All devices", "On or off"], ["m
 
 
 def test_generated_lists_of_any_name_are_made_again(tmp_path):
-    """What earlier versions have added is gone; what somebody has written stays."""
+    """Additions of earlier versions are gone; what somebody has written stays."""
     row = [["Input streams", "Connector", "Formula", "Output stream"], ["Red ball", "map", "1", "X"]]
     old = {"T": row, "Lists": LISTS, "Lists for drop-downs": LISTS, "Lists for drop-downs 21": LISTS}
     own = {"Lists for drop-downs 3": [*LISTS, ["mine"]], "My lists": LISTS}
@@ -151,7 +151,7 @@ ROWS = st.lists(st.lists(st.one_of(TEXT, SPICY), max_size=4), min_size=1, max_si
 
 
 def kept(rows: list[list[str]], edges: bool) -> dict[tuple[int, int], str]:
-    """What of the rows comes back: cells with a content; Markdown loses spaces at the edges of a text and its lines."""
+    """Cells of the rows that come back: those with a content; Markdown loses spaces at the edges of a text and its lines."""
     cells = {(r, c): t for r, row in enumerate(rows, 1) for c, t in enumerate(row, 1) if t.strip()}
     return cells if edges else {at: t.strip() for at, t in cells.items()}
 

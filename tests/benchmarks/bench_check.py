@@ -1,4 +1,4 @@
-"""How long reading and checking take, and how quickly the commands start.
+"""Time to read and check workbooks, and to start the commands.
 
 Checks: seconds of the processor (other programs do not count), reading the .xlsx from disk included, and the memory
 at its peak. Commands: wall time. Not measured: a cold disk cache.

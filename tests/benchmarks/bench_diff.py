@@ -1,4 +1,4 @@
-"""How long comparing two long workbooks takes, reading and checking both included.
+"""Time to compare two long workbooks, reading and checking both included.
 
 Seconds of the processor: other programs on the machine do not count.
 """

@@ -1,4 +1,4 @@
-"""What the tasks of the thesis cost a practised person, by the keystroke-level model, from the keys and clicks that the
+"""Time that the tasks of the thesis take a practised person, by the keystroke-level model, from the keys and clicks that the
 page received; and how many times as long it took in the original software (measured with the same model)."""
 
 from __future__ import annotations

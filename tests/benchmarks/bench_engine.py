@@ -1,4 +1,4 @@
-"""What the frame engine costs beside asteval's own `run(node)` on the same formulas and values.
+"""Cost of the frame engine beside asteval's own `run(node)` on the same formulas and values.
 
 Measured in one process, one thread, without a simulator and without a display. The ratios hold for this machine's
 moment; the absolute figures do not travel. Not measured: reading and checking, several behaviours at once.

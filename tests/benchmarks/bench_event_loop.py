@@ -1,4 +1,4 @@
-"""How long the event loop takes from a sensor's value to its actuator, with ten sensors at 100 Hz.
+"""Delay of the event loop from a sensor's value to its actuator, with ten sensors at 100 Hz.
 
 Each sensor is a thread of its own that puts values into the mail; a value goes through two formulas to an actuator on
 a thread of its own. Measured from the moment the value is put in to the moment the actuator is called. Idle: nothing

@@ -1,4 +1,4 @@
-"""What the guard costs: the same trees run by asteval alone, by the guarded interpreter, and compiled by Python.
+"""Cost of the guard: the same trees run by asteval alone, by the guarded interpreter, and compiled by Python.
 
 Not measured: the first call after an edit, several threads, helpers and tables (asteval alone knows none), memory.
 asteval alone is given plain objects for records, Python's own functions, and the tree as the parser leaves it.

@@ -1,4 +1,4 @@
-"""How long it takes until a long run can be looked back at, and to go to another time of it.
+"""Time until a long run can be looked back at, and to go to another time of it.
 
 Measured: what the clerk's process computes, in processor time: reading the workbook, looking through the trace, a piece of
 values, a piece of poses. Not measured: the start of that process (some 0.5 s, once for a server), the browser.

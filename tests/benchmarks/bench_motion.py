@@ -1,4 +1,4 @@
-"""How well the robot walks, and how well head and arms follow what moves.
+"""Accuracy of the robot's walk, and of head and arms that follow what moves.
 
 Measured in the simulated world itself, in which the truth is known: where the ball is, where the camera and the arm
 point, where the soles stand. The ball is 6 cm, at 0.6 to 1.0 m, on a circle; the head camera looks at 10 Hz. Not
@@ -90,7 +90,7 @@ def test_what_follows_a_moving_ball_points_at_it(name: str) -> None:
 
 
 def walked(way: tuple[float, float, float]) -> tuple[float, float, float, float, float]:
-    """How far (mm, °) the robot ends from where it was sent, how far (mm) a sole slides and sinks, and how long (s)."""
+    """Distance (mm, °) of the robot from its goal, slide and sinking of a sole (mm), and time (s)."""
     world = SimWorld(Spec(ROBOT))
     stance, body = world.stance, world.body
     goal = stance.middle.plus(*way)

@@ -1,4 +1,4 @@
-"""How long `rrp-sheets print` takes, from the command to the file: checked, tested, drawn, set, written.
+"""Time that `rrp-sheets print` takes, from the command to the file: checked, tested, drawn, set, written.
 
 Processor time of a process of its own, begun cold, as a user begins it; and the wall time, in which other programs count.
 """

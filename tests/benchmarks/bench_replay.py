@@ -1,4 +1,4 @@
-"""How long a replay takes: ten minutes of a busy session, and every workbook of ours."""
+"""Time that a replay takes: ten minutes of a busy session, and every workbook of ours."""
 
 from __future__ import annotations
 

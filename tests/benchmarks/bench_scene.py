@@ -1,4 +1,4 @@
-"""How well the sonar measures, over many places of each kind of thing, and what a full room costs.
+"""Accuracy of the sonar, over many places of each kind of thing, and its cost in a full room.
 
 The truth is the distance of the nearest point of the thing in the beam's cone, worked out from its shape with many
 times as many rays; the sensor's own rays do not know it. Not measured: what real echoes do at slanting walls and soft clothes.

@@ -1,4 +1,4 @@
-"""How well the robot's camera finds balls and faces, how well it recognises faces, and how fast it goes meanwhile.
+"""Accuracy of finding balls and faces and of recognising faces, and the speed of the simulation meanwhile.
 
 Measured: pictures rendered from the head camera of a robot that stands still; balls of 6 cm at 320×240, faces at 640×480,
 eight drawn and two photographed ones, by YuNet and SFace with the thresholds of `perception/faces.py`. The truth is where the

@@ -1,4 +1,4 @@
-"""How fast the simulated robot goes beside real time while it follows a ball (faces: `bench_senses.py`).
+"""Speed of the simulated robot beside real time while it follows a ball (faces: `bench_senses.py`).
 
 Measured: the engine's door (`SimulatedWorld`) with the simulator's process, both pinned to one core, 240 Hz physics, the
 head camera at 320×240; with film also the three pictures a second from outside. Not measured: starting and stopping

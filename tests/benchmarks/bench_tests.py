@@ -1,4 +1,4 @@
-"""How long the tests inside a workbook take. Wall time of this machine, with reading and checking where it says so."""
+"""Time that the tests inside a workbook take. Wall time of this machine, with reading and checking where it says so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well the robot recognises the words that it listens for, by voice and noise, and how long that takes.
+"""Accuracy of recognising the words that the robot listens for, by voice and noise, and the time that it takes.
 
 Measured: the recogniser as a sensor uses it (`perception/word_recognition.py`), with the words of ten settings, on what espeak-ng says
 with the voices that people have in the scene; the same for words that are in no setting. Right means: that word and no
@@ -72,7 +72,7 @@ class Bench:
         self.seconds = self.audio = 0.0
 
     def hear(self, listener: Listener, text: str, voice: tuple[str, int], level: float) -> list[tuple[str, float]]:
-        """What is recognised when somebody says a text."""
+        """Words that are recognised when somebody says a text."""
         library = self.speech.library()
         assert library is not None and library.voice(voice[0])
         sound = talk.resampled(library.say(text, talk.SPEED, 100, voice[1]).astype(np.float32) / 32768, library.rate)

@@ -1,4 +1,4 @@
-"""How long it takes to save an edit into a large workbook. With the disk; the limit is of the
+"""Time to save an edit into a large workbook. With the disk; the limit is of the
 processor's time, so that a busy machine does not fail.
 """
 

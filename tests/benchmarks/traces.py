@@ -40,7 +40,7 @@ def traces(pythons: list[str], workbook: Path, base: Path, most: float) -> list[
 
 
 def difference(name: str, first: list[str], other: list[str]) -> str:
-    """Where two traces differ first, in one line; empty when they are equal."""
+    """First difference of two traces, in one line; empty when they are equal."""
     if first == other:
         return ""
     pairs = enumerate(zip(first, other, strict=False), start=2)

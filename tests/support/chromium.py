@@ -156,7 +156,7 @@ def axe() -> str:
 
 
 def violations(page: Any) -> list[str]:
-    """What axe-core finds wrong with a page, a line for each element."""
+    """Violations that axe-core finds on a page, a line for each element."""
     if not page.evaluate("() => 'axe' in window"):
         assert axe(), "npm could not fetch axe-core: what it would find is not known"
         page.evaluate(axe())
@@ -262,7 +262,7 @@ class GridPage:
         return int(self.page.evaluate(script, letter))
 
     def text(self, address: str) -> str:
-        """What was typed into a cell."""
+        """Text that was typed into a cell."""
         return self.cell(address).get_attribute("data-v") or ""
 
     def expect(self, address: str, text: str) -> None:

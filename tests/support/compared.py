@@ -92,5 +92,5 @@ def edited(*edits: tuple[str, str]) -> str:
 
 
 def told(comparison: Comparison) -> list[str]:
-    """What is told, with `~` before what has no effect."""
+    """Changes as they are printed, with `~` before those without effect."""
     return [("" if c.effect else "~ ") + say(c) for c in comparison.changes]

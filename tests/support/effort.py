@@ -1,4 +1,4 @@
-"""How long a practised person needs for what was done in a browser: the keystroke-level model of its keys and clicks.
+"""Time that a practised person needs for work in a browser: the keystroke-level model of its keys and clicks.
 
 What counts is what the page received, not what a test meant to send. As in the measurement of the original software:
 a key 0.28 s, pointing at something 1.1 s, a press or release of the button 0.1 s, the hand from keyboard to mouse or
@@ -57,7 +57,7 @@ class Effort:
 
 @dataclass
 class Recorder:
-    """What pages of a context received, in order. `watch` before the pages are opened."""
+    """Input that the pages of a context received, in order. `watch` before the pages are opened."""
 
     events: list[tuple[str, str, str, str, float, float]] = field(default_factory=list)
 
@@ -71,7 +71,7 @@ class Recorder:
         self.events.clear()
 
     def effort(self) -> Effort:
-        """What was done since the beginning; the hand begins at the keyboard."""
+        """Effort since the beginning; the hand begins at the keyboard."""
         return count(self.events)
 
 
@@ -118,5 +118,5 @@ def _value(kind: str, key: str, place: str, name: str, value: str) -> str:
 
 
 def _taken(kind: str, key: str, place: str, value: str) -> bool:
-    """Whether an event takes an option, button or link (one that helps to fill a field belongs to that value)."""
+    """True when an event takes an option, button or link (one that helps to fill a field belongs to that value)."""
     return place == "choice" and not value and (kind == "down" or key in ("Enter", " "))

@@ -43,7 +43,7 @@ class Shared(GridPage):
 
     @property
     def spoken(self) -> str:
-        """What a screen reader was told last."""
+        """Text that a screen reader was given last."""
         return str(self.page.inner_text("#spoken")).replace("\u00a0", "").strip()
 
     def wait_spoken(self, text: str) -> None:
@@ -51,7 +51,7 @@ class Shared(GridPage):
         self.page.wait_for_function("t => document.getElementById('spoken').textContent.includes(t)", arg=text)
 
     def faults(self) -> list[str]:
-        """What axe-core finds wrong with the page; the diagram has tests of its own."""
+        """Violations that axe-core finds on the page; the diagram has tests of its own."""
         return [fault for fault in violations(self.page) if '<g id="b' not in fault]
 
     def status(self, text: str) -> None:
@@ -59,7 +59,7 @@ class Shared(GridPage):
         self.page.wait_for_selector(f"#status:has-text({text!r})")
 
     def offered(self, address: str, typed: str = "") -> list[str]:
-        """What is suggested in a cell when something is typed, or its editor is opened; the cell stays as it is."""
+        """Suggestions in a cell when a text is typed, or its editor is opened; the cell stays as it is."""
         self.go(address)
         self.page.keyboard.type(typed) if typed else self.press("F2")
         found = [str(t) for t in self.page.locator("[role=option] .name").all_inner_texts()]

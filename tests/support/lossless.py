@@ -202,7 +202,7 @@ def add_part(path: Path, name: str, data: bytes, content_type: str, source: str,
 
 
 def cell(path: Path, row: int, column: int, sheet: int = 0) -> str:
-    """What was typed into a cell of the file."""
+    """Text that was typed into a cell of the file."""
     found = read_sheets(path)[sheet].cells.get((row, column))
     return found.typed if found else ""
 

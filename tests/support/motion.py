@@ -54,7 +54,7 @@ class Robot:
         return [value for name, value in self.events if name == f"{stream} done"]
 
     def joints(self) -> np.ndarray:
-        """Where all joints are."""
+        """Angles of all joints."""
         return np.array([self.body.position(name) for name in self.body.start])
 
     def ends(self, side: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""How fast the simulated robot goes on one core, and how much memory it takes: for the benchmarks."""
+"""Speed and memory of the simulated robot on one core, for the benchmarks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SECONDS, RATE = 20, 30
 
 @dataclass(frozen=True)
 class Went:
-    """How a world went, the start and the stop not counted.
+    """Measures of a world's run, the start and the stop not counted.
 
     Attributes:
         ratio: simulated seconds per second of the processor, both processes together: on one idle core that is time.

@@ -1,4 +1,4 @@
-"""What an accessible PDF tells a reader who does not see it: its tags, read with a library that did not make it."""
+"""Tags of an accessible PDF, read with a library that did not make it."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def unspaced(text: str) -> str:
 
 
 def filled(page: PageObject) -> float:
-    """How far down a page its words reach above the foot, from 0 to 1; those of diagrams count."""
+    """Part of a page that its words fill above the foot, from 0 to 1; those of diagrams count."""
     high, lowest = float(page.mediabox.height), [float(page.mediabox.height)]
 
     def visit(text: str, matrix: list[float], inner: list[float], *_: object) -> None:

@@ -49,7 +49,7 @@ def example(device: str, **fields: object) -> Record:
 
 
 class Played(RunObserver):
-    """What a play gave: by stream, pairs of (ms, value); errors as (ms, row, code)."""
+    """Result of a play: by stream, pairs of (ms, value); errors as (ms, row, code)."""
 
     def __init__(self, checked: Checked) -> None:
         self.names = {s.id: stream_label(s) for s in make_plan(checked).streams}

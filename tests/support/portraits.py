@@ -54,7 +54,7 @@ class Studio:
     def picture(
         self, person: int | None, far: float, aside: float = 0.0, turned: float = 0.0, light: float = 1.0
     ) -> Pixels:
-        """What the robot sees of a person: `far` (m) from the camera, `aside` and `turned` away (degrees)."""
+        """Picture of a person: `far` (m) from the camera, `aside` and `turned` away (degrees)."""
         for figure in self._figures:
             figure.place(NOWHERE)
         if person is not None:
@@ -70,7 +70,7 @@ class Studio:
         return self.models.features(picture, faces[0]) if len(faces) == 1 else None
 
     def alike(self, numbers: Features, person: int) -> tuple[float, float]:
-        """How much a face is like that person, and like the likest of the others."""
+        """Likeness of a face to that person, and to the most similar of the others."""
         mine = [p for p in self.memory.persons if p.name == self.names[person]]
         others = [p for p in self.memory.persons if p.name != self.names[person]]
         return FaceMemory(mine).likest(numbers)[1], FaceMemory(others).likest(numbers)[1]

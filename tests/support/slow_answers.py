@@ -93,5 +93,5 @@ class SlowAnswers:
 
     @property
     def saving(self) -> bool:
-        """Whether the page has something that is not saved."""
+        """True when the page has something that is not saved."""
         return bool(self.page.evaluate("() => document.body.hasAttribute('data-saving')"))

@@ -131,6 +131,6 @@ def _letter(page: GridPage, header: str) -> str:
 
 
 def texts(page: Any) -> list[list[str]]:
-    """What the cells of the grid hold, row by row."""
+    """Texts of the cells of the grid, row by row."""
     script = "() => [...document.querySelectorAll('tbody tr')].map(r => [...r.querySelectorAll('[data-v]')].map(c => c.dataset.v))"
     return [row for row in page.evaluate(script) if row]
