@@ -223,7 +223,7 @@ def draw(path: Path | str, target: Path | str, behaviour: str = "", language: st
     Returns:
         The checked workbook, and what the picture lacks (a font, say), in words.
     """
-    from rrp_sheets.documents.drawings import draw as draw_checked
+    from rrp_sheets.render.output import draw as draw_checked
 
     checked = check(path)
     return checked, draw_checked(checked, Path(target), behaviour, language)
@@ -231,7 +231,7 @@ def draw(path: Path | str, target: Path | str, behaviour: str = "", language: st
 
 def explain(path: Path | str, behaviour: str = "", language: str = "") -> tuple[str, Checked]:
     """Explain in plain words what a workbook does: `language` is en or ja, by default that of its Protocol."""
-    from rrp_sheets.documents.drawings import explain as explain_checked
+    from rrp_sheets.render.output import explain as explain_checked
 
     checked = check(path)
     return explain_checked(checked, behaviour, language), checked
@@ -303,7 +303,7 @@ def marbles(
         checked, report = test(path)
         if report is None or not report.cases:
             return checked, None
-        stamp = Stamp(Path(path).name, read(path).digest, __version__)
+        stamp = Stamp(Path(path).name, read(path).digest, __version__, language=checked.run.language)
         found = stamped([score for case in report.cases for score in scores(checked, case)], stamp)
     return checked, chosen(found, behaviour, window, streams)
 

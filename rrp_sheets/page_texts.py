@@ -10,7 +10,7 @@ from jinja2 import Environment, pass_context
 from jinja2.runtime import Context
 from markupsafe import Markup, escape
 
-from rrp_sheets.texts import LOCALE, LazyMessage, known_language, numbered, told
+from rrp_sheets.texts import LOCALE, LazyMessage, known_language, numbered, translate
 
 Language = Callable[[Context], str]
 
@@ -30,12 +30,12 @@ def install(environment: Environment, language: Language) -> None:
     @pass_context
     def text(context: Context, message: str, /, **places: Any) -> Markup:
         code = language(context)
-        return _filled(told(LazyMessage(message), code), places, code)
+        return _filled(translate(LazyMessage(message), code), places, code)
 
     @pass_context
     def text_in(context: Context, msgctxt: str, message: str, /, **places: Any) -> Markup:
         code = language(context)
-        return _filled(told(LazyMessage(message, msgctxt=msgctxt), code), places, code)
+        return _filled(translate(LazyMessage(message, msgctxt=msgctxt), code), places, code)
 
     @pass_context
     def number(context: Context, one: str, many: str, n: int, /, **places: Any) -> Markup:
@@ -44,7 +44,7 @@ def install(environment: Environment, language: Language) -> None:
 
     @pass_context
     def finalize(context: Context, value: object) -> object:
-        return told(value, language(context)) if isinstance(value, LazyMessage) else value
+        return translate(value, language(context)) if isinstance(value, LazyMessage) else value
 
     environment.globals |= {"_": text, "pgettext": text_in, "ngettext": number}
     environment.finalize = finalize
@@ -54,7 +54,7 @@ def _filled(template: str, places: dict[str, Any], language: str) -> Markup:
     escaped = Markup(str(escape(template)).replace("&#39;", "'"))  # our attributes stand in double quotes
     if not places:
         return escaped
-    own = {n: told(value, language) if isinstance(value, LazyMessage) else value for n, value in places.items()}
+    own = {n: translate(value, language) if isinstance(value, LazyMessage) else value for n, value in places.items()}
     return escaped.format(**own)
 
 

@@ -57,10 +57,10 @@ class MessageError(Exception):
         super().__init__(*([LazyMessage(template, **places)] if template else []))
 
 
-def told(text: str, language: str) -> str:
+def translate(text: str, language: str) -> str:
     """Return a message in a language; one without a translation stays English, and any other text is the user's.
 
-    >>> told(N_("Did you mean {guess}?", guess="a number"), "ja"), told("a number", "ja")
+    >>> translate(N_("Did you mean {guess}?", guess="a number"), "ja"), translate("a number", "ja")
     ('「a number」のことですか。', 'a number')
     """
     if not isinstance(text, LazyMessage) or language == "en":
@@ -75,7 +75,7 @@ def places_in(places: Mapping[str, Any], language: str) -> dict[str, Any]:
     >>> places_in({"name": "Red", "remedy": N_("Did you mean {guess}?", guess="Blue")}, "en")
     {'name': 'Red', 'remedy': 'Did you mean Blue?'}
     """
-    return {name: told(value, language) if isinstance(value, str) else value for name, value in places.items()}
+    return {name: translate(value, language) if isinstance(value, str) else value for name, value in places.items()}
 
 
 def numbered(one: str, many: str, n: int, language: str) -> str:
@@ -107,12 +107,14 @@ def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
         return LazyMessage(template, msgctxt=context)
     try:
         parts = [part for part in Formatter().parse(template) if part[1] is not None]
-        used = [places[str(name)] for _, name, _, _ in parts]
-    except (ValueError, KeyError):
+        if not all(not conversion and _SPECIFICATION.fullmatch(str(spec)) for _, _, spec, conversion in parts):
+            return template
+        texts = [name for _, name, _, _ in parts if isinstance(places[str(name)], str)]
+        most = _LONGEST // max(len(texts), 1)
+        long = {name: f"{value[:most]}…" for name, value in places.items() if name in texts and len(value) > most}
+        return LazyMessage(template, msgctxt=context, **{**places, **long})
+    except (ValueError, KeyError, TypeError, OverflowError):
         return template
-    plain = all(not conversion and _SPECIFICATION.fullmatch(str(spec)) for _, _, spec, conversion in parts)
-    short = sum(len(value) for value in used if isinstance(value, str)) <= _LONGEST
-    return LazyMessage(template, msgctxt=context, **places) if plain and short and "msgctxt" not in places else template
 
 
 def known_language(code: object) -> str:
@@ -136,7 +138,7 @@ _JOINED = {
 }  # fmt: skip
 _COUNTED = {
     "error": (N_("{n} error"), N_("{n} errors")), "warning": (N_("{n} warning"), N_("{n} warnings")),
-    "note": (N_("{n} note"), N_("{n} notes")),
+    "info": (N_("{n} note"), N_("{n} notes")),
 }  # fmt: skip
 
 
@@ -191,7 +193,7 @@ def _recased(text: str, case: Callable[[str], str]) -> str:
     if not isinstance(text, LazyMessage):
         return case(text[:1]) + text[1:]
     places = dict(text.places)
-    if first := _FIRST.match(text.template):
+    if (first := _FIRST.match(text.template)) and first[1] in places:
         value = places[first[1]]
         places[first[1]] = _recased(value if isinstance(value, str) else str(value), case)
         return LazyMessage(text.template, msgctxt=text.context, **places)

@@ -112,13 +112,25 @@ def _no_limit_here(monkeypatch):
 
 
 @pytest.fixture(scope="session", autouse=True)
+def _workers_are_forked():
+    """Engines, simulators and other workers are forked, as those of a server are: half of a short run is its start."""
+    from rrp_sheets.web.services import WORKER_MODULES
+    from rrp_sheets.workers.worker_process import WorkerProcess, fork_workers
+
+    fork_workers(WORKER_MODULES)
+    yield
+    if WorkerProcess.fork_server is not None:
+        WorkerProcess.fork_server.close()
+
+
+@pytest.fixture(scope="session", autouse=True)
 def _one_checker():
     """The servers of all tests check workbooks in one process: to start it takes longer than most checks."""
     from rrp_sheets.runs.check_worker import CheckWorker
 
     class Kept(CheckWorker):
         def close(self) -> None:
-            """When the last test has ended."""
+            """Keep the process: the fixture closes it when the last test has ended."""
 
     kept = Kept()
     with pytest.MonkeyPatch.context() as patch:

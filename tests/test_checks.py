@@ -1,4 +1,4 @@
-"""What the check says, and at which cell (design: 2-workbook, 3-formulas, 4-streams)."""
+"""Findings of the check, and their cells."""
 
 from __future__ import annotations
 
@@ -296,7 +296,7 @@ def test_protocol(line, expected):
     ],
 )
 def test_a_wrong_workbook_can_still_be_drawn_and_explained(text, tmp_path):
-    from rrp_sheets.documents.drawings import draw, explain
+    from rrp_sheets.render.output import draw, explain
 
     checked = check(rows(text))
     assert checked.report.errors

@@ -1,6 +1,8 @@
-"""The connectors' meaning (design: 4-streams, first table), in virtual time."""
+"""The connectors' meaning, in virtual time."""
 
 from __future__ import annotations
+
+from string import Formatter
 
 import pytest
 from play import example, findings, play, rows
@@ -166,6 +168,15 @@ def test_connectors_in_any_spelling(name):
 def test_every_connector_describes_itself():
     for connector in connectors():
         assert connector.help and connector.sentence and connector.icon.startswith("<") and connector.example
+
+
+def test_sentences_of_connectors_name_only_places_that_rows_fill():
+    places = {"input", "inputs", "inputs_or", "others", "formula", "period", "pace", "output", "onto", "as"}
+    of_some = {"event", "work", "condition", "does"}  # of map, filter, combineLatest, subscribe
+    for connector in connectors():
+        for template in (connector.sentence, *connector.variants.values()):
+            used = {name for _, name, _, _ in Formatter().parse(template) if name}
+            assert {name[:1].lower() + name[1:] for name in used} <= places | of_some, template
 
 
 def test_formula_errors_name_the_row_and_the_run_goes_on():

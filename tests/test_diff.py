@@ -1,4 +1,4 @@
-"""Comparing workbooks by what they mean (design: 7-exchange, Compare): an edit, and exactly what is told about it."""
+"""Comparing workbooks by what they mean: an edit, and exactly what is told about it."""
 
 from __future__ import annotations
 
@@ -153,6 +153,10 @@ EDITS = {
         ["~ Helper near: inputs is written differently: x → d", "~ Helper near: formula is written differently: x < limit → d < limit"],
     ),
     "cell of a table": ([("| pear | 2 |", "| pear | 3 |")], ["Table Words row 3: points 2 → 3"]),
+    "zeros before a number of a table": (
+        [("| pear | 2 |", "| pear | 002 |")],
+        ["Table Words row 3: points 2 → 002"],
+    ),
     "row of a table": ([("| pear | 2 |", "| pear | 2 |\n| plum | 3 |")], ["Table Words row 4 added: plum | 3"]),
     "order of a table": (
         [("| apple | 1 |\n| pear | 2 |", "| pear | 2 |\n| apple | 1 |")],

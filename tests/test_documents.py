@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
-from rrp_sheets.documents.journal import Journal, made_for
-from rrp_sheets.documents.steps import Cells
+from rrp_sheets.documents.grid import Cells
+from rrp_sheets.documents.workfile import Journal, made_for
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import edit
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, InsertRows, SetCell
@@ -290,9 +290,9 @@ def test_versions_keep_the_file_as_it_was(document: Document) -> None:
     content = document.path.read_bytes()
     document.keep_version("Aya", "approved")
     put(document, document.grids[SHEET].rows[0], "1")
-    (version,) = document.versions()
+    (version,) = document.file.versions()
     assert version.name == "approved"
-    assert document.version_content(version.id) == content
+    assert document.file.version_content(version.id) == content
 
 
 ACTIONS = st.lists(
@@ -408,5 +408,5 @@ def test_an_edit_that_is_asked_for_again_is_known_after_a_restart(document: Docu
     with made_for("page-3"):
         document.insert("Aya", SHEET, row, 1)
     found = again(document)
-    assert [found.made(f"page-{n}") for n in (1, 2, 3, 4)] == [True, False, True, False]
-    assert not found.made("")
+    assert [found.file.made(f"page-{n}") for n in (1, 2, 3, 4)] == [True, False, True, False]
+    assert not found.file.made("")

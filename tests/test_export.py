@@ -10,6 +10,7 @@ import shutil
 import sqlite3
 import xml.etree.ElementTree as ET
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,11 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.recording import exporting
+from rrp_sheets.recording.deleting import places_of
+from rrp_sheets.recording.exporting import ExportKind
 from rrp_sheets.recording.folder import stamp_pictures
 from rrp_sheets.recording.metadata import stamp_of
-from rrp_sheets.recording.participant_search import places_of
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
 from rrp_sheets.services.bundle import manifest
@@ -157,7 +160,7 @@ ODD = {"Value": 1, "Zone": "Head", "zone": "Hand", "time": 2.5, "Time (s)": 3, "
 
 
 def make_names(names: list[str]) -> list[str]:
-    """What R's make.names and make.unique make of a table's header (their documentation, R 4)."""
+    """A table's header as R's make.names and make.unique change it (their documentation, R 4)."""
     found: list[str] = []
     for name in names:
         plain = "".join(c if c.isalnum() or c in "._" else "." for c in name)
@@ -439,6 +442,26 @@ def test_what_lies_beside_the_runs_is_left_out(tmp_path: Path) -> None:
     assert target.read_bytes() == (tmp_path / "alone.csv").read_bytes()
     with pytest.raises(UnreadableFile, match=r"faces.json” is not a record"):
         api.export([faces], tmp_path / "none.csv")
+
+
+def test_a_further_kind_is_in_the_help_and_the_refusal_and_is_written(
+    session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def write(traces: Sequence[Path], target: Path, streams: Sequence[str]) -> list[str]:
+        target.write_text("\n".join(trace.parent.name for trace in traces))
+        return ["Only their names."]
+
+    names = ExportKind("names", "a list of names", {".lst": "text/plain"}, write, links={".lst": "their names"})
+    monkeypatch.setattr(exporting, "EXPORTS", (*exporting.EXPORTS, names))
+    helped = " ".join(CliRunner().invoke(group, ["export", "--help"]).output.split())
+    assert "--output PATH .xlsx or .csv: a table; " in helped and "; .lst: a list of names [required]" in helped
+    with pytest.raises(SheetsError) as caught:
+        api.export([session], tmp_path / "run.doc")
+    assert caught.value.remedy.startswith("Let the file's name end with .xlsx, .csv for a table, ")
+    assert caught.value.remedy.endswith(", .svg, .pdf, .png for plots, .lst for a list of names.")
+    result = CliRunner().invoke(group, ["export", str(session), "-o", str(tmp_path / "a.lst")])
+    assert result.output == f"Note: Only their names.\nWritten: {tmp_path / 'a.lst'}\n"
+    assert (tmp_path / "a.lst").read_text() == session.name
 
 
 def test_the_command(session: Path, tmp_path: Path) -> None:

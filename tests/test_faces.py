@@ -1,4 +1,4 @@
-"""The face sensor perceives: it finds, follows and recognises what the head camera shows (design: 5-robot, Sensors)."""
+"""The face sensor perceives: it finds, follows and recognises what the head camera shows."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ pytest.importorskip("cv2")
 from portraits import FACE, Studio
 
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
-from rrp_sheets.model.run_files import FACE_REMEMBERED
+from rrp_sheets.perception.face_memory import FACE_REMEMBERED
 from rrp_sheets.perception.faces import SAME, Faces
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim.process import Spec
@@ -157,7 +157,7 @@ def test_why_a_face_is_not_remembered_is_told() -> None:
     run = Run(enters(1.4, "Mia", 1.0, 0.0))
     assert run.remember() == "There is no face to remember in view."
     run.go(1.5)
-    assert run.remember("Anna") == f"{FACE_REMEMBERED}Anna."
+    assert run.remember("Anna") == FACE_REMEMBERED.format(name="Anna")
     assert run.remember("Anna") == "The face is remembered already, as Anna."
     run.world.close()
 

@@ -1,4 +1,4 @@
-"""What is known before the run: example values, kinds, bounds and paces of streams (design: 3-formulas, Checking)."""
+"""Facts about streams before the run: example values, kinds, bounds and paces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rrp_sheets.checks.check import row_examples
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.robots import load_robot
-from rrp_sheets.robots.trajectory import joint_limits
+from rrp_sheets.robots.trajectory import JointLimits
 
 PARTS = """
 ## Parts
@@ -41,7 +41,7 @@ HELPERS = """
 
 
 def facts(text: str) -> dict[int, Fact]:
-    """What is known about what each row gives, by the row's number."""
+    """Facts about the output of each row, by the row's number."""
     checked = check(rows(text, PARTS, DEVICES, HELPERS))
     assert not checked.report.errors, [d.as_dict() for d in checked.report.errors]
     return {int(ref.split("!")[1]): fact for ref, fact in row_examples(checked).items()}
@@ -198,7 +198,8 @@ def test_what_goes_round_through_a_done_stream():
 
 @pytest.mark.parametrize(("yaw", "low", "high"), [(0, -0.672, 0.515), (1.527, -0.330, 0.200), (-2.086, -0.449, 0.330)])
 def test_how_far_the_head_nods_depends_on_where_it_looks(yaw, low, high):
-    assert joint_limits(load_robot(), "HeadPitch", yaw) == (pytest.approx(low, abs=1e-3), pytest.approx(high, abs=1e-3))
+    limits = JointLimits(load_robot()).of("HeadPitch", yaw)
+    assert limits == (pytest.approx(low, abs=1e-3), pytest.approx(high, abs=1e-3))
 
 
 def test_a_record_example_is_shown_in_short():

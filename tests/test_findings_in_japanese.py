@@ -1,4 +1,4 @@
-"""What the check finds, in Japanese: nothing of the program's own words stays English (8-architecture.md, 1.)."""
+"""Findings in Japanese: none of the program's own words stays English."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ import re
 import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from dataclasses import replace
+from types import SimpleNamespace
 
 import openpyxl
 import pytest
 from play import check
 from test_mistakes import base, markdown_of, mistakes
 
-from rrp_sheets import texts
+from rrp_sheets import api, texts
 from rrp_sheets.cli.main import main
 from rrp_sheets.diagnostics import CODES, Diagnostic, Report
 from rrp_sheets.diagnostics.catalogue import completed, load_page
@@ -27,10 +28,10 @@ from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.replay.output import account
-from rrp_sheets.replay.report import as_text, in_words
+from rrp_sheets.replay.report import as_text, each_line, in_words, unknown
 from rrp_sheets.replay.result import Count, Difference, Replayed
 from rrp_sheets.services.printing import gather
-from rrp_sheets.texts import N_, LazyMessage, capital, listed, sentences, small, told
+from rrp_sheets.texts import N_, LazyMessage, capital, listed, sentences, small, translate
 from rrp_sheets.workbook import read
 from rrp_sheets.workers.codec import pack, unpack
 
@@ -65,27 +66,31 @@ def test_nothing_of_the_programs_words_stays_english(findings):
     assert len({d.code for d in findings}) > 100
     for d in findings:
         for said in (d.message, d.remedy):
-            japanese = TO_TYPE.sub("", told(without_typed(said), "ja"))
-            assert not ENGLISH.search(japanese), (d.code, told(said, "ja"))
+            japanese = TO_TYPE.sub("", translate(without_typed(said), "ja"))
+            assert not ENGLISH.search(japanese), (d.code, translate(said, "ja"))
 
 
 def test_what_was_typed_is_never_translated():
     report = Report()
     finding = report.add("GRAPH011", Address("Look", 2, 4), name="a number")
-    assert told(finding.message, "ja") == "ストリーム「a number」を使うものがないため、この行には効果がありません。"
+    assert (
+        translate(finding.message, "ja") == "ストリーム「a number」を使うものがないため、この行には効果がありません。"
+    )
     hostile = report.add(
         "GRAPH001", None, name="{name.__class__} <script>", remedy=N_("Did you mean {guess}?", guess="{0}")
     )
-    assert "「{name.__class__} <script>」" in told(hostile.message, "ja") and "「{0}」" in told(hostile.remedy, "ja")
+    assert "「{name.__class__} <script>」" in translate(hostile.message, "ja") and "「{0}」" in translate(
+        hostile.remedy, "ja"
+    )
 
 
 def test_a_message_is_the_english_text_and_survives_being_sent():
     finding = Report().add("LINT004", Address("Look", 3, 4), other=N_("row {number}", number=5))
     assert "This row and row 5 can speak" in finding.message
     sent = unpack(Diagnostic, json.loads(json.dumps(pack(finding))))
-    assert sent == finding and told(sent.message, "ja").startswith("この行と5行目は同時に話す")
+    assert sent == finding and translate(sent.message, "ja").startswith("この行と5行目は同時に話す")
     kept = pickle.loads(pickle.dumps(finding.message))
-    assert told(kept, "ja") == told(finding.message, "ja")
+    assert translate(kept, "ja") == translate(finding.message, "ja")
 
 
 def test_a_refused_file_crosses_processes_as_its_finding(tmp_path):
@@ -97,7 +102,7 @@ def test_a_refused_file_crosses_processes_as_its_finding(tmp_path):
     assert isinstance(sent, UnreadableWorkbook) and sent.finding == caught.value.finding
     assert str(sent) == str(caught.value) and sent.code == "FILE008"
     assert (
-        told(sent.finding.message, "ja")
+        translate(sent.finding.message, "ja")
         == "「broken.xlsx」は壊れています（途中で切れているか、全体がそろっていません）。"
     )
 
@@ -115,17 +120,26 @@ def test_details_are_values_by_name_in_the_reader_s_language():
 
 def test_messages_are_joined_and_begin_sentences():
     rows = [N_("row {number}", number=n) for n in (3, 5, 8)]
-    assert listed(rows, "and") == "row 3, row 5 and row 8" and told(listed(rows, "and"), "ja") == "3行目、5行目と8行目"
+    assert (
+        listed(rows, "and") == "row 3, row 5 and row 8"
+        and translate(listed(rows, "and"), "ja") == "3行目、5行目と8行目"
+    )
     many = listed([N_("row {number}", number=n) for n in range(2_000)], "and")
     assert many.startswith("row 0, row 1, row 2, ") and many.endswith(", row 1998 and row 1999")
     found = Report().add("LINT004", Address("Look", 3, 4), other=many)  # some hundred would be too deep one in another
     again = unpack(Diagnostic, json.loads(json.dumps(pack(found))))
-    assert again == found and "、".join(f"{n}行目" for n in range(1_999)) + "と1999行目" in told(again.message, "ja")
+    assert again == found and "、".join(f"{n}行目" for n in range(1_999)) + "と1999行目" in translate(
+        again.message, "ja"
+    )
     assert (
-        capital(rows[0]) == "Row 3" and told(capital(rows[0]), "ja") == "3行目" and small(capital(rows[0])) == "row 3"
+        capital(rows[0]) == "Row 3"
+        and translate(capital(rows[0]), "ja") == "3行目"
+        and small(capital(rows[0])) == "row 3"
     )
     both = sentences(N_("It has {names}.", names="x, y"), "", N_("Leave the cell blank."))
-    assert both == "It has x, y. Leave the cell blank." and told(both, "ja") == "項目：x, y。セルを空にしてください。"
+    assert (
+        both == "It has x, y. Leave the cell blank." and translate(both, "ja") == "項目：x, y。セルを空にしてください。"
+    )
 
 
 BOOK = """## Protocol
@@ -174,6 +188,80 @@ def test_the_marked_copy_and_the_pack_say_it_in_japanese(japanese):
     assert any("誤り GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "誤り1件" in texts
     (finding,) = gather(japanese, draft=True).pack.findings
     assert finding.text.startswith("ストリーム「Red bal」") and "のことですか" in finding.remedy
+
+
+TESTED = """## Protocol
+| Field | Value |
+|---|---|
+| Language | Japanese |
+
+## Look
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| Red ball | map | 1 / redBall.distance | |
+| | filter | value > 2 | Near |
+
+## Test
+| Time (ms) | Stream | Send | Expect |
+|---|---|---|---|
+| 0 | Red ball | distance=0 | |
+| 1000 | Red ball | distance=0.5 | |
+| 1200 | Near | | 3 |
+"""
+
+
+@pytest.fixture(scope="module")
+def tested(tmp_path_factory):
+    path = tmp_path_factory.mktemp("tested") / "試験.md"
+    path.write_text(TESTED, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("command", ["print", "marbles", "test", "run"])
+def test_every_command_says_in_japanese_what_is_wrong_with_a_japanese_workbook(command, japanese):
+    text = said_by(command, japanese)
+    assert "誤り GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text
+    assert not ENGLISH.search(text), text
+
+
+def test_cells_are_set_in_the_language_of_the_workbook(japanese, tmp_path):
+    book = tmp_path / "挨拶.md"
+    book.write_text(japanese.read_text(encoding="utf-8"), encoding="utf-8")
+    text = said_by("set", book, "Look!D2", "近い")
+    assert "Look!D2：『Near』 → 『近い』" in text and "誤り GRAPH001 Look!A2" in text and "誤り1件" in text
+    assert not ENGLISH.search(text), text
+
+
+def test_errors_are_told_in_the_language_of_the_command_and_of_no_command_before(japanese, tmp_path):
+    refused = said_by("explain", japanese, "--behaviour", "Ahead")
+    assert refused.startswith("エラー：") and not ENGLISH.search(refused), refused
+    occupied = tmp_path / "x.pdf"
+    occupied.mkdir()
+    refused = said_by("print", japanese, "--draft", "-o", occupied)
+    assert refused.startswith("エラー：") and not ENGLISH.search(refused), refused
+    assert said_by("check", "none.md").startswith("Error: There is no file")
+
+
+def test_tests_of_a_japanese_workbook_are_told_and_drawn_in_japanese(tested, tmp_path):
+    text = said_by("test", tested, "--marbles", tmp_path / "tests.svg")
+    assert "1件のテストのうち1件が不合格です" in text and not ENGLISH.search(text), text
+    drawn = said_by("marbles", tested, "-o", tmp_path / "marbles.svg")
+    assert "marbles.svg" in drawn and not ENGLISH.search(drawn)
+    for name in ("tests.svg", "marbles.svg"):
+        picture = (tmp_path / name).read_text(encoding="utf-8")
+        assert "センサー" in picture and "2行目" in picture
+        assert "division" not in picture and not re.search(r"\brow \d", picture)
+
+
+def test_times_and_quotes_of_a_replay_are_japanese():
+    ends = SimpleNamespace(dropped=0, usual=[("Say", name, 1.5) for name in "abcde"], unknown=[])
+    recorded = SimpleNamespace(ended="cut", last_us=2_500_000, engine="frame")
+    said = [translate(line, "ja") for line in unknown(recorded, {}, "", ends)]
+    assert "2.5秒" in said[0] and "“a” 1.5秒、“b” 1.5秒、“c” 1.5秒、“d” 1.5秒、…" in said[-1]
+    extra = Difference("extra", "event", "Near", 0, 0, "", "", None, 1)
+    found = Replayed("r1", "x.xlsx", "", "frame", 1.0, 1, (extra,), ())
+    (line,) = each_line(found)
+    assert translate(line.text, "ja").startswith("『Near』")
 
 
 KINDS = ("missing", "extra", "value", "time", "row", "order")
@@ -237,3 +325,12 @@ def test_changes_of_settings_and_sheets_are_printed_in_japanese(tmp_path):
     assert changes is not None
     told = " ".join(f"{c.before} {c.after}" for c in changes.effects)
     assert "間隔" in told and "1行" in told and "row" not in told
+
+
+def test_settings_of_an_added_device_are_named_in_japanese(tmp_path):
+    old, new = tmp_path / "old.md", tmp_path / "new.md"
+    old.write_text(BOOK.format(language="en"), encoding="utf-8")
+    devices = "\n## Devices\n\n| Stream | Device | Every |\n| --- | --- | --- |\n| Tick | Timer | 2 s |\n"
+    new.write_text(BOOK.format(language="en") + devices, encoding="utf-8")
+    (added,) = [change.after for change in api.diff(old, new).changes if change.part == "device"]
+    assert added == "Timer, Every 2 s" and translate(added, "ja") == "Timer、Every（間隔） 2 s"

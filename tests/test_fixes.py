@@ -1,4 +1,4 @@
-"""Fixes: each, applied, silences its finding and leaves the check clean (design: 8-architecture, `check --fix`)."""
+"""Fixes: each, applied, silences its finding and leaves the check clean."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import json
 import re
 from hashlib import sha256
 
+import openpyxl
 import pytest
+from panel import HEADER
 from play import check, rows
 from test_run import rrp
 from typed import run
@@ -252,3 +254,14 @@ def test_a_safe_fix_alone_needs_no_choice_and_is_not_listed(tmp_path):
     source = tmp_path / "w.md"
     source.write_text(rows("| | Red bal | subscribe | | Print |", header=COLUMNS))
     assert "--apply" not in run("check", source)[1]
+
+
+def test_a_number_that_a_fix_writes_is_a_number_as_in_the_grid(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.title = "T"
+    for row in (HEADER, ["", "Red ball", "map", "1,5", "Far"], ["", "Far", "subscribe", "", "Print"]):
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    api.fix(tmp_path / "a.xlsx", tmp_path / "b.xlsx", {})
+    cells = openpyxl.load_workbook(tmp_path / "b.xlsx")["T"][2]
+    assert [cell.value for cell in cells][3] == 1.5

@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope, make_table
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.formulas.problems import kind_of_value
 from rrp_sheets.help.functions import examples, typed
 from rrp_sheets.model.values import Failure, record_from_mapping, to_json
 
@@ -119,6 +121,11 @@ def test_every_function_answers_any_values_with_a_value_or_with_words(name, valu
         assert problem.code == "FORM006"
         return
     result = formula.prepare(GuardedInterpreter())(*values)
+    if not isinstance(result, Failure):
+        known = known_of(formula.tree, {})
+        kind = kind_of_value(result)
+        assert known.kind in ("any", kind, "number" if kind == "truth" else kind), (values, result)  # TRUE is 1
+        assert not known.bounded or known.low <= result <= known.high
     assert not isinstance(result, Failure) or (result.code != "FORM109" and result.message)
     assert not isinstance(result, float) or abs(result) <= 1e15
     assert not isinstance(result, str) or len(result) <= 2000

@@ -13,6 +13,7 @@ from play import check, rows
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
 from rrp_sheets.workbook import read
 
 pytest.importorskip("pybullet")
@@ -23,7 +24,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
-EXAMPLE = bundled("robots", "nao", "examples", "Gesture.md")
+EXAMPLE = load_robot().devices["gesture"].example
 TWICE = "| Greet | 0.5 | 0.3 |\n| Greet | 1 | -0.1 |"
 
 
@@ -41,7 +42,10 @@ def found(*lines, header="HeadPitch", device="Greet"):
 
 @pytest.mark.parametrize("form", ["md", "csv", "xlsx"])
 def test_every_format_gives_the_same_gesture(form, tmp_path):
-    path = EXAMPLE if form == "md" else api.convert(EXAMPLE, tmp_path / ("it.xlsx" if form == "xlsx" else "it"))
+    path = tmp_path / "example.md"
+    path.write_text(EXAMPLE, encoding="utf-8")
+    if form != "md":
+        path = api.convert(path, tmp_path / ("it.xlsx" if form == "xlsx" else "it"))
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
     assert checked.report.flatten(["code", "cell"]) == []
@@ -56,7 +60,7 @@ def test_every_format_gives_the_same_gesture(form, tmp_path):
 
 
 def test_it_is_made_and_held_by_the_simulated_robot():
-    robot = check(EXAMPLE.read_text(encoding="utf-8")).robot
+    robot = check(EXAMPLE).robot
     use = DeviceUse("g", "Show", "Gesture", {"name": "Salute"})
     world = SimWorld(Spec(robot, actuators=(use,), dones={"g": "gdone"}))
     try:

@@ -19,13 +19,14 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.gestures import Keyframe, load_gestures
-from rrp_sheets.robots.trajectory import MARGIN, Planner, joint_limits
+from rrp_sheets.robots.trajectory import MARGIN, JointLimits, Planner
 from rrp_sheets.sim.body import STEP
 from rrp_sheets.sim.keyframes import Motion, Motions
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 
 ROBOT = load_robot()
+LIMITS = JointLimits(ROBOT)
 HOME = {j: float(a) for j, a in ROBOT.data["postures"]["StandInit"].items()}
 EXPECTED = """Wave, Nod, Shake head, Bow, Point left, Point right, Arms up, Arms wide, Touch head, Clap, Shrug, Dance,
     I don't know, Thinking"""
@@ -51,7 +52,7 @@ def assert_within_limits(ways):
     for joint, samples in ways.items():
         fastest = ROBOT.joints[key(joint)].max_velocity
         for k, (angle, speed) in enumerate(samples):
-            low, high = joint_limits(ROBOT, joint, yaws[k] if yaws else 0.0)
+            low, high = LIMITS.of(joint, yaws[k] if yaws else 0.0)
             assert low - 1e-6 <= angle <= high + 1e-6, (joint, k * STEP)
             assert abs(speed) <= fastest, (joint, k * STEP)
         for (a, u), (b, v) in pairwise(samples):
@@ -98,7 +99,7 @@ def test_no_keyframes_whatever_lead_beyond_the_limits(lines, yaw, share):
     for gap, joints in lines:
         at += gap
         frames.append(Keyframe(at, joints))
-    low, high = joint_limits(ROBOT, "HeadPitch", yaw)
+    low, high = LIMITS.of("HeadPitch", yaw)
     ways = sampled(frames, {**HOME, "HeadYaw": yaw, "HeadPitch": min(max(0.0, low), high)}, share=share)
     for joint, samples in ways.items():
         j = ROBOT.joints[key(joint)]
@@ -155,7 +156,7 @@ def test_a_gesture_can_be_stopped_at_any_time_without_a_jerk(body, plays):
 
 
 class Watched:
-    """What a world without a scene gave: the ends of commands, what was told, and the joints of every frame."""
+    """Result of a world without a scene: the ends of commands, the notices, and the joints of every frame."""
 
     def __init__(self, devices, commands, frames):
         self.short, self.told, self.joints = [], [], []

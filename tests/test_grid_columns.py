@@ -1,4 +1,4 @@
-"""How the grid looks: letters, headers, widths, icons; and the panel beside it."""
+"""Look of the grid: letters, headers, widths, icons; and the panel beside it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from chromium import becomes, eventually, some
 from grid_books import HEADER, Books, Shared
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.resources import bundled
+from rrp_sheets.web.statics import icons
 
 SHEETS = {
     "T": [
@@ -91,9 +91,9 @@ def test_the_panel_beside_the_grid_is_dragged_and_moved_by_keys(shelf: Books) ->
 
 
 def test_every_connector_has_the_icon_of_the_diagram() -> None:
-    icons = (bundled("templates", "web") / "static" / "icons.svg").read_text(encoding="utf-8")
+    sheet = icons().decode()
     for connector in connectors():
-        (drawn,) = re.findall(rf'id="i-{connector.name}" [^>]*>(.*)</symbol>', icons)
+        (drawn,) = re.findall(rf'id="i-{connector.name}" [^>]*>(.*)</symbol>', sheet)
         assert drawn == connector.icon.replace('class="f"', 'fill="currentColor" stroke="none"')
 
 

@@ -10,7 +10,7 @@ import pytest
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
-from rrp_sheets.documents.journal import Journal
+from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.views.sheet import make_fix
@@ -29,7 +29,7 @@ def document(tmp_path: Path) -> Document:
 
 
 def look_with(fix: Fix) -> Analysis:
-    """What a check says that offers one fix."""
+    """Analysis of a check that offers one fix."""
     return replace(no_analysis(), findings=(replace(FOUND, fixes=(fix,)),))
 
 

@@ -70,7 +70,7 @@ def test_a_row_that_is_being_typed_does_not_scold_until_it_is_left(shelf: Books)
 
 
 def passes(path: Path) -> bool:
-    """Whether all tests of a workbook pass."""
+    """True when all tests of a workbook pass."""
     _, report = api.test(path)
     assert report is not None
     return report.passed
@@ -121,7 +121,7 @@ def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf:
     words = [form for w in sorted(TRUE_WORDS | FALSE_WORDS) for form in (w, f" {w.upper()} ", f"'{w}", w + chr(0x200B))]
     words += ["ＦＡＬＳＥ", "ｵﾌ", "maybe", "", "０"]
     is_off = """async words => {
-        const { Table } = await import(document.querySelector("script[src*='grid/main.js']").src.replace("main.js", "table.js"));
+        const { Table } = await import(document.querySelector("script[src*='grid/main.js']").src.replace("main.js", "grid.js"));
         const table = new Table(document.querySelector("table[role=grid]"));
         return words.map((word) => table.isOff(word));
     }"""

@@ -1,4 +1,4 @@
-"""The tests' own rule: what a page shows is waited for, and never read once and compared."""
+"""Rules for the tests themselves: values of a page are waited for, and docstrings say what something is."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from house import QUESTION
 
 HERE = Path(__file__).parent
 READS = frozenset((
@@ -23,7 +24,7 @@ SAFE = "# read once: "
 
 
 def is_read(node: ast.AST) -> bool:
-    """Whether an expression reads what a page shows now."""
+    """True when an expression reads what a page shows now."""
     if isinstance(node, ast.Attribute):
         return node.attr in SHOWN and isinstance(node.ctx, ast.Load)
     if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
@@ -33,7 +34,7 @@ def is_read(node: ast.AST) -> bool:
 
 
 def _names_a_cell(call: ast.Call) -> bool:
-    """Whether it is `grid.text("D2")`, and no text of a response or a sheet."""
+    """True for `grid.text("D2")`, not for a text of a response or a sheet."""
     wanted = call.args[0] if len(call.args) == 1 else None
     if isinstance(wanted, ast.JoinedStr):
         return True
@@ -52,7 +53,7 @@ def reads(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def asserted(tree: ast.AST) -> Iterator[ast.expr]:
-    """What is asserted, or waited for."""
+    """Expressions that are asserted, or waited for."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Assert):
             yield node.test
@@ -117,3 +118,15 @@ def test_what_is_read_once_is_found(line: str) -> None:
 )
 def test_what_is_waited_for_is_not_found(line: str) -> None:
     assert compared(f"def test_x(page, grid):\n    {line}\n") == []
+
+
+def test_docstrings_of_tests_do_not_begin_as_questions() -> None:
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(HERE.rglob("*.py"))}
+    described = [
+        (path.name, ast.get_docstring(node) or "")
+        for path, tree in trees.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+    ]
+    assert len(described) > 1_000
+    assert [place for place in described if QUESTION.match(place[1])] == []

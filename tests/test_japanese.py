@@ -22,7 +22,7 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.services.printing import gather
-from rrp_sheets.texts import LANGUAGES
+from rrp_sheets.texts import LANGUAGES, translate
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 UNITS = {"m", "rad", "cm", "Hz", "TRUE", "FALSE"}
@@ -230,8 +230,9 @@ def test_the_legend_fits_in_both_languages() -> None:
         said = texts(language)
         legend, wide, _ = draw_legend(language)
         assert said.get("legend.title") in legend and wide == PAGE[0]
-        for connector in {c.name for c in connectors()}:
-            meaning = said.get("legend.meaning", connector=connector, meaning=said.get(f"legend.connector.{connector}"))
+        for connector in dict.fromkeys(connectors()):
+            about = translate(connector.legend_message(), language)
+            meaning = said.get("legend.meaning", connector=connector.name, meaning=about)
             assert width(meaning, NAME_PT - 1) <= PAGE[0] / 2 - 26
 
 

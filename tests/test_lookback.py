@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from rrp_sheets import api
-from rrp_sheets.recording.formatting import told
+from rrp_sheets.recording.formatting import value_text
 from rrp_sheets.recording.lookback import answer
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.workbook.maker import make_workbook
@@ -74,7 +74,7 @@ def events(place: Path) -> list[dict[str, Any]]:
 
 
 def rows_told(place: Path, t: float) -> dict[str, tuple[float, str]]:
-    """What is told of every row at a time."""
+    """Values of every row at a time."""
     overview = ask(place, "overview")
     number = max(n for n, begin in enumerate(overview["pieces"]) if begin <= t)
     piece = ask(place, "piece", number)
@@ -101,7 +101,7 @@ def test_the_values_of_a_time_are_those_of_the_trace(run: Path, t: float) -> Non
     units = {"Look!2": "m", "Look!4": "m", "Look!5": "m"}
     for row, (_, value) in theirs.items():
         if not isinstance(value, dict):
-            assert mine[row][1] == told(value, units.get(row, "")), row
+            assert mine[row][1] == value_text(value, units.get(row, "")), row
     if t >= 1:
         assert "distance " in mine["Look!8"][1] and mine["Look!8"][1].endswith(" m")  # a record keeps its units
 
@@ -190,4 +190,4 @@ def test_a_half_written_folder_tells_what_there_is(run: Path, tmp_path: Path) ->
     assert ask(tmp_path, "overview")["count"] > 50
     assert ask(tmp_path, "sheets")["sheets"] == [] and "protocol.xlsx" in ask(tmp_path, "sheets")["why"]
     first = next(v for e in events(run) if (v := e.get("value")) and e.get("stream") == "Red ball")
-    assert told(value_from_json("Red ball", first)).startswith("colour")
+    assert value_text(value_from_json("Red ball", first)).startswith("colour")

@@ -1,4 +1,4 @@
-"""What is recorded beside a trace, and traces, poses and pictures that come from anywhere."""
+"""Files recorded beside a trace; and traces, poses and pictures from unknown sources."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from test_lookback import BOOK, ask
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DeviceUse, SceneAction
-from rrp_sheets.recording.lookback import answer
-from rrp_sheets.recording.lookback_index import PIECE_EVENTS, index_trace
+from rrp_sheets.recording.lookback import PIECE_EVENTS, answer, index_trace
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim import recording
 from rrp_sheets.sim.film import FilmFile, write_strip

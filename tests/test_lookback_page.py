@@ -13,7 +13,7 @@ from chromium import becomes, eventually, violations
 from playwright.sync_api import expect
 from test_lookback import BOOK, events, go, rows_of_the_trace
 
-from rrp_sheets.recording.formatting import told
+from rrp_sheets.recording.formatting import value_text
 from rrp_sheets.workbook.maker import make_workbook
 
 TWO = {
@@ -62,7 +62,7 @@ def words(place: Path, t: float) -> dict[str, str]:
     units = {"Look!2": "m", "Look!4": "m", "Look!5": "m"}
     failed = {e["row"]: (e["t"], e["error"]) for e in events(place) if "error" in e and e["t"] <= t}
     found = {
-        row: told(v, units.get(row, ""))
+        row: value_text(v, units.get(row, ""))
         for row, (_, v) in rows_of_the_trace(place, t).items()
         if not isinstance(v, dict)
     }

@@ -13,10 +13,10 @@ import pytest
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
-from rrp_sheets.web.collab import broadcaster
-from rrp_sheets.web.collab.broadcaster import EventStream, Place
+from rrp_sheets.web import workbook_session
 from rrp_sheets.web.run.run_session import RunManager, RunOptions
-from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.workbook_repository import OpenWorkbooks
+from rrp_sheets.web.workbook_session import EventStream, Place, WorkbookSession
 from rrp_sheets.workbook.maker import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
@@ -97,7 +97,7 @@ def test_a_rename_that_fails_leaves_the_workbook_usable(open_workbooks: OpenWork
 
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
 def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 0.01)
+    monkeypatch.setattr("rrp_sheets.web.workbook_repository.POLL_EVERY", 0.01)
     before = set(threading.enumerate())
     open_workbooks: OpenWorkbooks | None = OpenWorkbooks(tmp_path, CheckWorker())
     (thread,) = set(threading.enumerate()) - before
@@ -143,7 +143,7 @@ def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
     session.poll()
     assert not free_cells_told(other)
     now = time.monotonic()
-    monkeypatch.setattr(broadcaster.time, "monotonic", lambda: now + broadcaster.LOCK_SECONDS + 1)
+    monkeypatch.setattr(workbook_session.time, "monotonic", lambda: now + workbook_session.LOCK_SECONDS + 1)
     session.poll()
     assert free_cells_told(other) == [first_cell(session)[1]]
     assert not session.take("other.1", "Ben", first_cell(session))

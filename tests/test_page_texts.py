@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import recorded
 from babel.messages.catalog import Catalog
 from babel.messages.jslexer import tokenize
 from babel.messages.pofile import read_po, write_po
@@ -19,13 +20,14 @@ from browser import GOOD, HEADER, TOKEN, book, get, let_in
 from jinja2 import Environment, nodes, pass_context
 from markupsafe import Markup
 from playwright.sync_api import Browser, Page, expect
+from recorded import write_run
 from translations import SCRIPTS, TEMPLATES, extract_pages
 
 import rrp_sheets
 from rrp_sheets import page_texts, texts
 from rrp_sheets.compare import as_html
 from rrp_sheets.page_texts import script_texts
-from rrp_sheets.texts import LOCALE, N_, LazyMessage, told
+from rrp_sheets.texts import LOCALE, N_, LazyMessage, translate
 from rrp_sheets.web import models, requests
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.security import Lan, Password
@@ -170,15 +172,32 @@ def test_a_text_outside_the_catalogue_is_found() -> None:
 
 
 # ---- scripts
-_TEXT = re.compile(r"[^\W\d_]{2,}[,;:]? [^\W\d_]{2,}|^[A-Z][a-z]+ |^[A-Z][a-z]+(?: ?…|\.|:)$")
+_TEXT = re.compile(r"[^\W\d_]{2,}[,;:]? [^\W\d_]{2,}|^[A-Z][a-z]+ |^[A-Z][a-z]+(?: ?…|\.|:)$|^[A-Z][a-z]{2,}$")
 _CODE = re.compile(
     r"\n|^\(|[\[#>=]|:\w|\w \.\w|::|^\.|(?:is|only|run|line|cell)-[a-z]|^button |^t(?:body|r|h|d) |^svg "
 )
 """Shaders, media queries, selectors, classes."""
 _NO_TEXTS = {"className", "class", "font", "told", "help", "section"}
 """Properties that no text is for; the last three make the help on keys, which is a topic of `help/`."""
-_WORDS = {"Escape Escape", "looks away", "looks back", "set to"}
-"""Keys, and words of a Scene sheet."""
+_WORDS = {"Escape Escape", "looks away", "looks back", "set to", "Light", "Noise", "Files", "Somebody"} | {
+    "Alt",
+    "Backspace",
+    "Character",
+    "Control",
+    "Dead",
+    "Del",
+    "Delete",
+    "End",
+    "Enter",
+    "Escape",
+    "Home",
+    "Meta",
+    "Process",
+    "Shift",
+    "Space",
+    "Tab",
+}
+"""Words of a Scene sheet, a type of the browser's, a name in requests that is shown translated, and keys."""
 _LISTS = {
     "input, button, select",
     "•, button, summary, a",
@@ -237,13 +256,13 @@ def shown(page: Any, found: dict[int, Markup]) -> None:
 
 @pytest.fixture
 def marked(in_pseudo: None, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Whatever a page shows of its data is marked, so that texts of templates are told from it."""
+    """Mark all data that a page shows, so that texts of templates can be told from it."""
     markup: dict[int, Markup] = {}
 
     @pass_context
     def finalize(context: Any, value: object) -> object:
         if isinstance(value, LazyMessage):
-            return told(value, PSEUDO)
+            return translate(value, PSEUDO)
         if isinstance(value, Markup) and id(value) not in markup:  # of a macro, or of a text
             return value
         return Markup(FROM + "{}" + TO).format(value) if isinstance(value, str) else value
@@ -279,7 +298,16 @@ def test_pages_have_no_text_outside_the_catalogue(marked: None, tmp_path: Path) 
     (tmp_path / "unreadable.md").write_bytes(b"\xff\xfe\x00")
     for name in ("good.md", "wrong.md"):
         pages |= {f"{name}{part}": asked(client, book(name) + part) for part in ("", "/run", "/versions", "/print")}
-    for address in ("/", "/runs", "/compare", "/help?topic=map", "/help?q=say", "/nothing"):
+    for run in ("one", "two"):
+        write_run(tmp_path, run, recorded.HEADER, recorded.EVENT, recorded.END)
+    of_runs = (
+        "/runs/one",
+        "/runs/one/lookback",
+        "/runs/one/replay",
+        "/runs/pair?first=one&second=two",
+        "/runs/delete?run=one",
+    )
+    for address in ("/", "/runs", *of_runs, "/compare", "/help?topic=map", "/help?q=say", "/nothing"):
         pages[address] = asked(client, address)
     assert {name: literal(html) for name, html in pages.items() if literal(html)} == {}
     assert all(f'lang="{FROM}ja{TO}"' in html for html in pages.values())
@@ -294,7 +322,7 @@ def test_login_and_comparison_have_no_text_outside_the_catalogue(marked: None, t
     assert literal(part) == [] and part.count("⟦") > 3
 
 
-def test_pages_are_english_until_a_language_is_whole(tmp_path: Path) -> None:
+def test_pages_are_english_by_default(tmp_path: Path) -> None:
     assert requests.PAGE_LANGUAGES == ("en",)
     html = asked(let_in(create_app(tmp_path, TOKEN)), "/")
     assert '<html lang="en">' in html and "New workbook" in html and 'id="texts"' not in html

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import html
-import os
 import re
 import shutil
-import signal
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browser import GOOD, HEADER, HOME, book, get, visit
 from chromium import becomes, eventually, let_in, violations
+from processes import killed
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
@@ -167,8 +166,7 @@ def test_the_pdf_is_made_in_a_process_of_its_own_and_kept(folder: Path) -> None:
     assert LETTER in letter and LETTER not in first
     assert press.proof(wanted).pack == gather(path).pack
     assert press.pid is not None
-    os.kill(press.pid, signal.SIGKILL)
-    os.waitid(os.P_PID, press.pid, os.WEXITED | os.WNOWAIT)
+    killed(press.pid)
     assert press.pdf(wanted, "a4")[0] is first
     assert press.pdf(Wanted(path, "another"), "a4")[0].startswith(b"%PDF")  # the process is started anew
     press.close()

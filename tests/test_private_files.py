@@ -1,4 +1,4 @@
-"""What is recorded of people, and what is edited, can be read by this user only, from the moment that it is there."""
+"""Records of people and edited files can be read by this user only, from the moment that they exist."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from test_killed_server import HEADER
 
 from rrp_sheets import api
-from rrp_sheets.documents.journal import Journal
+from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.perception.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -21,14 +21,14 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="modes of Unix")
 
 @pytest.fixture(autouse=True)
 def _usual_umask() -> Iterator[None]:
-    """What most systems let others read."""
+    """Set the umask of most systems, which lets others read."""
     before = os.umask(0o022)
     yield
     os.umask(before)
 
 
 def open_to_others(folder: Path) -> dict[str, str]:
-    """What others may do something with."""
+    """Files that others may read, write or execute."""
     found = {}
     for path in [folder, *folder.rglob("*")]:
         try:

@@ -17,7 +17,7 @@ from flask.testing import FlaskClient
 from recorded import END, HEADER, write_run
 
 from rrp_sheets import api
-from rrp_sheets.recording.lookback_index import index_trace
+from rrp_sheets.recording.lookback import index_trace
 from rrp_sheets.recording.metadata import facts_of
 from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.resources import bundled

@@ -21,6 +21,8 @@ from werkzeug.test import TestResponse
 
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.recording import exporting
+from rrp_sheets.recording.exporting import ExportKind
 from rrp_sheets.web.runs.run_store import made
 
 OTHER = HEADER | {"participant": "P-02", "workbook": "1" * 64, "condition": "Warm"}
@@ -71,6 +73,22 @@ def test_pictures_and_tables_are_made_when_they_are_asked_for(client: FlaskClien
         assert get(client, address).status_code == 404
     assert "There is no run “../x” here" in get(client, "/runs/table.csv?run=../x").text
     assert get(client, "/runs/2-b/contact.png").status_code == 404
+
+
+def test_a_further_kind_of_export_is_offered(client: FlaskClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    def offered() -> list[tuple[str, str]]:
+        pages = get(client, "/runs/1-a").text + get(client, "/runs").text
+        return re.findall(r'<a data-made href="(/runs/1-a/(?!everything)[^"]*)"|formaction="(/runs/table[^"]*)"', pages)
+
+    before = offered()
+    assert ["".join(one) for one in before if "trace" in one[0] or "plots" in one[0] or one[1]][:5] == [
+        "/runs/1-a/trace.csv", "/runs/1-a/plots.pdf?take=1", "/runs/1-a/plots.svg?take=1",
+        "/runs/table.xlsx", "/runs/table.csv",
+    ]  # fmt: skip
+    names = ExportKind("names", "a list", {".lst": "text/plain"}, lambda *_: [], links={".lst": "their names"})
+    monkeypatch.setattr(exporting, "EXPORTS", (*exporting.EXPORTS, names))
+    assert [one for one in offered() if one not in before] == [("/runs/1-a/names.lst", ""), ("", "/runs/table.lst")]
+    assert '<b>names.lst</b><span class="quiet">their names</span>' in get(client, "/runs/1-a").text
 
 
 def test_what_cannot_be_made_for_an_answer_is_told_in_words_for_the_browser(folder: Path) -> None:

@@ -6,7 +6,6 @@ import csv
 import errno
 import io
 import os
-import signal
 import tempfile
 import zipfile
 from collections.abc import Iterator
@@ -15,6 +14,7 @@ from pathlib import Path
 import pytest
 from browser import get, visit
 from flask.testing import FlaskClient
+from processes import killed
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
@@ -102,8 +102,7 @@ def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, q
     with pytest.raises(SheetsError, match="not a record"):
         queries.course(place)
     assert queries.pid is not None
-    os.kill(queries.pid, signal.SIGKILL)
-    os.waitid(os.P_PID, queries.pid, os.WEXITED | os.WNOWAIT)
+    killed(queries.pid)
     write_run(tmp_path, "y", HEADER, EVENT, END)
     assert queries.course(tmp_path / "runs" / "y")["count"] == 1
 

@@ -1,4 +1,4 @@
-"""What the run panel's server knows of a run, without a browser: the newest values, the log, refusals."""
+"""State of a run in the run panel's server, without a browser: the newest values, the log, refusals."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.run_data import RunStart
-from rrp_sheets.web import workbook_session as workbook_session_module
+from rrp_sheets.web import workbook_repository
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.collab.broadcaster import EventStream, message
 from rrp_sheets.web.run.run_session import RunManager, RunOptions
 from rrp_sheets.web.run.run_state import RunState
-from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.workbook_repository import OpenWorkbooks
+from rrp_sheets.web.workbook_session import EventStream, WorkbookSession, message
 from rrp_sheets.workbook.maker import make_workbook
 
 START = RunStart(
@@ -178,7 +178,7 @@ def post(client, where: str, **sent):
 @pytest.mark.parametrize(
     ("action", "sent", "status"),
     [
-        ("mark", {"note": "x"}, 409), ("stop", {}, 409), ("dance", {}, 404), ("clear", {}, 200),
+        ("mark", {"note": "x"}, 409), ("pause", {}, 409), ("dance", {}, 404), ("clear", {}, 200),
         ("start", {"mode": "real"}, 400), ("start", {"speed": 3}, 400), ("start", {"participant": "x" * 61}, 400),
         ("start", {"name": ["a"]}, 400),
     ],
@@ -202,9 +202,17 @@ def test_there_is_nothing_to_see_or_hear_without_a_run(client) -> None:
 
 
 def test_nobody_else_can_stop_a_run(client) -> None:
-    where = "/book/b.xlsx/run/stop"
+    where = "/run/stop"
     assert client.post(where, json={}).status_code == 403
     assert client.post(where, json={}, headers={"X-RRP": "grid", "Origin": "http://evil.test"}).status_code == 403
+
+
+@pytest.mark.parametrize("sent", ["", "?name=", "?name=%ff%00%ed%a0%80", f"?name={'x' * 10_000}", "?name=A&name=B"])
+def test_stop_is_not_refused_for_what_is_sent_with_it(client, sent: str) -> None:
+    headers = {"X-RRP": "grid", "Origin": "http://localhost"}
+    for body in (b"", b"{", b"\xff" * 100_000):
+        answer = client.post(f"/run/stop{sent}", headers=headers, data=body, content_type="application/json")
+        assert answer.status_code == 409 and answer.json == {"message": "No run is going."}
 
 
 def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, monkeypatch) -> None:
@@ -218,16 +226,14 @@ def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, 
         go_on.wait(30)
         raise SheetsError("It was too large.", "")
 
-    monkeypatch.setattr(workbook_session_module, "Document", slowly)
+    monkeypatch.setattr(workbook_repository, "Document", slowly)
     page = threading.Thread(target=lambda: client.get("/book/large.xlsx"))
     page.start()
     try:
         assert opening.wait(10)
         headers = {"X-RRP": "grid", "Origin": "http://localhost"}
         answered = []
-        asked = threading.Thread(
-            target=lambda: answered.append(client.post("/book/b.xlsx/run/stop", json={}, headers=headers)), daemon=True
-        )
+        asked = threading.Thread(target=lambda: answered.append(client.post("/run/stop", headers=headers)), daemon=True)
         asked.start()
         asked.join(10)
         assert [answer.status_code for answer in answered] == [409]  # there is no run
@@ -281,7 +287,7 @@ def put(session: WorkbookSession, text: str) -> None:
 
 
 def hear(page: EventStream, words: str) -> str:
-    """What a page is told, until some words come."""
+    """Events that a page gets, until some words come."""
     heard, until = "", time.monotonic() + 90
     while words not in heard:
         assert time.monotonic() < until, heard[-2000:]

@@ -16,7 +16,7 @@ EYE = "fetch('/run/eye.jpg').then(async r => [r.status, ...new Uint8Array(await 
 
 
 def it_is_shown(at: GridPage) -> None:
-    """Who runs it for whom, and its values with their age."""
+    """It shows who runs it for whom, and its values with their age."""
     page = at.page
     eventually(
         lambda: page.inner_text("#run-participant b") == "P-07" and page.inner_text("#run-condition b") == "<b>ball</b>"
@@ -101,7 +101,7 @@ def it_is_stopped(at: GridPage) -> None:
     """Twice Esc, in every part of the page; in the end while a cell is edited."""
     page = at.page
     asked: list[str] = []
-    page.route("**/run/stop", lambda route: (asked.append(route.request.url), route.fulfill(json={})))
+    page.route("**/run/stop?*", lambda route: (asked.append(route.request.url), route.fulfill(json={})))
     for place in (
         "#mark input",
         "#send select",
@@ -117,7 +117,7 @@ def it_is_stopped(at: GridPage) -> None:
     assert len(asked) == 6
     at.press("Escape", "a", "Escape", "ArrowDown")
     assert len(asked) == 6
-    page.unroute("**/run/stop")
+    page.unroute("**/run/stop?*")
     row(page, 2).locator("td").nth(3).click()
     page.keyboard.type("x")
     press_twice(page)

@@ -11,6 +11,7 @@ import panel
 from chromium import GridPage, becomes, eventually
 from panel import LIVE, ended, row, run, running
 from playwright.sync_api import expect
+from processes import workers
 
 BOOKS = panel.BOOKS
 
@@ -65,15 +66,15 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
 
 def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, folder: Path) -> None:
     at = GridPage(browser, url, "session.xlsx")
-    before = _children()
+    before = {module: workers(os.getpid(), module) for module in ("engine_process", "server")}
     run(at.page, operator="OP-1")
     # who has no name of their own is the operator
     eventually(lambda: at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden())
     becomes(lambda: at.page.inner_text("[data-do=name] span"), "OP-1")
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"))
     for which in ("the run's process", "the simulator"):
-        module = b"runs.engine_process" if which == "the run's process" else b"sim.server"
-        (process,) = [pid for pid in _children() - before if module in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        module = "engine_process" if which == "the run's process" else "server"
+        (process,) = workers(os.getpid(), module) - before[module]
         os.kill(process, signal.SIGKILL)
         assert "The run broke off at " in ended(at.page)
         becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
@@ -84,15 +85,8 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     # Stop that comes after the end is no mistake
     becomes(
         lambda: at.page.evaluate(
-            "fetch('/book/session.xlsx/run/stop', {method: 'POST', body: '{}', headers: {'Content-Type':"
-            " 'application/json', 'X-RRP': 'grid'}}).then(r => r.status)"
+            "fetch('/run/stop', {method: 'POST', headers: {'X-RRP': 'grid'}}).then(r => r.status)"
         ),
         200,
     )
     at.close()
-
-
-def _children() -> set[int]:
-    """The processes that this one has started."""
-    tasks = Path(f"/proc/{os.getpid()}/task").iterdir()
-    return {int(pid) for task in tasks for pid in (task / "children").read_text().split()}

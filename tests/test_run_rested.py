@@ -1,4 +1,4 @@
-"""When the robot is at rest the next run may begin; table and diagram of the one before are written meanwhile."""
+"""The next run may begin when the robot is at rest; table and diagram of the one before are written meanwhile."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from rrp_sheets.help.connector_marbles import ScriptedWorld
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.running import run
-from rrp_sheets.web.collab.broadcaster import EventStream
 from rrp_sheets.web.run.run_session import RunManager, RunOptions, failed
-from rrp_sheets.web.workbook_session import OpenWorkbooks
+from rrp_sheets.web.workbook_repository import OpenWorkbooks
+from rrp_sheets.web.workbook_session import EventStream
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -30,7 +30,7 @@ ROWS = [
 
 
 class Watching(RunObserver):
-    """What there was when the robot was at rest."""
+    """State of the folder when the robot was at rest."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -23,14 +23,13 @@ from PIL import Image
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.cli.main import group
-from rrp_sheets.documents.journal import Journal
+from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.engine import file_lock
 from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.perception.face_memory import FaceMemory, kept, write_memory
-from rrp_sheets.recording.deleting import delete, plan
+from rrp_sheets.recording.deleting import delete, places_of, plan
 from rrp_sheets.recording.metadata import facts_of
-from rrp_sheets.recording.participant_search import places_of
 from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
 
@@ -306,7 +305,7 @@ def test_when_the_time_is_over_the_rest_is_named_as_not_searched(folder: Path, m
     for name in "abc":
         (folder / f"{name}.txt").write_text("with P-07")
     (folder / "P-07.txt").write_text("")
-    monkeypatch.setattr("rrp_sheets.recording.participant_search._MOST_SECONDS", -1.0)
+    monkeypatch.setattr("rrp_sheets.recording.deleting._MOST_SECONDS", -1.0)
     left = places_of(CODE, folder, frozenset({(folder / "runs").resolve()}))
     monkeypatch.undo()
     assert left.found == ["P-07.txt (its name)"] and left.whole

@@ -11,7 +11,7 @@ from test_sheets import same
 
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
-from rrp_sheets.documents.journal import Journal
+from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import AddSheet, DeleteSheet, RenameSheet, SetCell
@@ -183,9 +183,9 @@ def test_versions_and_comparing_know_sheets_that_came_and_went(document: Documen
     document.sheets.delete("Aya", "Check")
     document.sheets.add("Aya", "behaviour", "Greeting")
     document.sheets.add("Aya", "table", "Steps", [["Step", "Ask"]])
-    (version,) = document.versions()
+    (version,) = document.file.versions()
     old = tmp_path / "old.xlsx"
-    old.write_bytes(document.version_content(version.id) or b"")
+    old.write_bytes(document.file.version_content(version.id) or b"")
     told = {(c.kind, c.sheet or c.name) for c in api.diff(old, document.path).changes}
     assert {("removed", "Check"), ("added", "Greeting"), ("added", "Steps")} <= told
     document.restore("Aya", version.id)

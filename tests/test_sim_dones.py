@@ -1,4 +1,4 @@
-"""The end of every command of the simulated robot, and who may move what (design: 4-streams)."""
+"""The end of every command of the simulated robot, and who may move what."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse
 from rrp_sheets.sim.actuators import ACTUATORS
 from rrp_sheets.sim.process import Spec
+from rrp_sheets.sim.sensors import SENSORS
 from rrp_sheets.sim.world import SimWorld
 
 RATE = 30
@@ -34,7 +35,7 @@ ARM = DeviceUse("arm", "Arm", "Tracker", {"mode": "Move", "effector": "Left arm"
 
 
 class Play:
-    """What a world gave: done events as (frame, stream, value, completed, seconds), and what was told."""
+    """Result of a world: done events as (frame, stream, value, completed, seconds), and notices."""
 
     def __init__(
         self, devices: tuple[DeviceUse, ...], commands: dict[int, list[tuple]], frames: int, scene: str = BALL
@@ -154,6 +155,11 @@ def test_a_tracker_that_gets_no_more_events_gives_way_to_another_mode():
     feed = {f: [("arm", 1)] for f in range(45, 80, 3)}
     p = Play((TRACK, ARM), {0: [("track", 1)], **feed}, 80)
     assert p.short == [("track", 1, False)]
+
+
+def test_every_device_of_the_catalogue_has_a_class_in_the_simulator():
+    simulated = {d.name: d.kind for d in ROBOT.devices.values() if d.simulated and not d.engine}
+    assert simulated == dict.fromkeys(SENSORS, "sensor") | dict.fromkeys(ACTUATORS, "actuator")
 
 
 def test_what_the_simulator_lacks_is_told_once_and_done_at_once(monkeypatch):

@@ -16,7 +16,7 @@ from translations import MARKS, extract, extract_pages, update
 import rrp_sheets
 from rrp_sheets import texts
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, told
+from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, capital, small, translate
 from rrp_sheets.web.requests import PAGE_LANGUAGES
 from rrp_sheets.workers.codec import pack, unpack
 
@@ -65,7 +65,7 @@ def test_compiled_catalogue_is_there_and_up_to_date(written):
     language, catalogue = written
     assert (LOCALE / language / "LC_MESSAGES" / "messages.mo").is_file()  # else: make setup
     for (context, text), own in entries(catalogue).items():
-        assert told(LazyMessage(text, msgctxt=context), language) == (own or text)
+        assert translate(LazyMessage(text, msgctxt=context), language) == (own or text)
 
 
 def test_translations_keep_the_places_of_the_english_texts(written, pages):
@@ -173,7 +173,7 @@ def test_without_compiled_catalogue_texts_are_english(monkeypatch, tmp_path):
     texts._catalogue.cache_clear()
     try:
         finding = Report().add("GRAPH011", None, name="Near")
-        assert told(finding.message, "ja") == str(finding.message) and "Near" in finding.message
+        assert translate(finding.message, "ja") == str(finding.message) and "Near" in finding.message
         assert finding.as_dict("ja") == finding.as_dict("en")
     finally:
         texts._catalogue.cache_clear()
@@ -187,7 +187,7 @@ def test_a_language_that_a_file_names_is_no_path(tmp_path):
     with path.open("wb") as file:
         write_po(file, catalogue)
     compile_texts(tmp_path)
-    assert told(N_("a number"), f"../../../../../../../../../..{path.parents[1]}") == "a number"
+    assert translate(N_("a number"), f"../../../../../../../../../..{path.parents[1]}") == "a number"
 
 
 # ---- what translators may write
@@ -235,8 +235,13 @@ def test_what_users_type_is_no_template_and_is_never_looked_up(typed):
     inner = N_("Did you mean {guess}?", guess=typed)
     outer = N_("{before} {after}", before=inner, after=typed)
     assert outer == f"Did you mean {typed}? {typed}"
-    assert told(outer, "ja") == f"「{typed}」のことですか。{typed}"
-    assert told(typed, "ja") == typed
+    assert translate(outer, "ja") == f"「{typed}」のことですか。{typed}"
+    assert translate(typed, "ja") == typed
+
+
+@pytest.mark.parametrize("typed", ["{rows}", "{n} rows", "{"])
+def test_a_text_without_values_may_begin_with_a_brace(typed):
+    assert capital(N_(typed)) == small(N_(typed)) == typed
 
 
 # ---- what other processes send
@@ -250,6 +255,9 @@ def sent(template: object, **places: object) -> str:
 
 def test_messages_from_other_processes_are_filled():
     assert sent("{n} rows") == "5 rows" and sent("{n:,} rows", n=1_000) == "1,000 rows"
+    long = sent("{n} rows", n="y" * 200_000)
+    assert long.endswith("y… rows") and 50_000 < len(long) < 110_000
+    assert sent("{n:,} rows", n="1000") == "{n:,} rows"  # a number of NumPy, say, comes as a text
 
 
 @pytest.mark.parametrize(
@@ -274,7 +282,7 @@ def test_a_template_that_is_none_of_ours_is_shown_as_it_is(template):
 
 def test_messages_from_other_processes_do_not_grow_without_end():
     template = "{n}" * 1_000
-    assert sent(template, n="y" * 1_000) == template
+    assert sent(template, n="y" * 1_000) == ("y" * 100 + "…") * 1_000
     packed: object = "x" * 1_000
     for _ in range(60):
         packed = {"said": "{n}{n}", "places": {"n": packed}, "context": ""}

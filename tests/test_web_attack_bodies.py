@@ -1,4 +1,4 @@
-"""What is sent to the routes that change something: nonsense, monsters, and bodies that never end."""
+"""Bodies sent to the routes that change something: wrong, huge and endless ones."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def test_fields_of_the_wrong_kind_are_refused_or_do_no_harm(app: Flask, client: 
 
 
 def _strange(right: dict[str, Any], *, grows: bool) -> Iterator[dict[str, Any]]:
-    """What is right, with each of its fields in turn of a kind that nobody expects.
+    """A valid body, with each of its fields in turn of an unexpected kind.
 
     A strange name of who sends it is right, too: what then `grows` is asked for under such names elsewhere.
     """
@@ -114,7 +114,9 @@ def test_forms_of_the_wrong_kind_are_refused_or_do_no_harm(client: Any, app: Fla
                 ("multipart/form-data; boundary=x", b"".join(b"--x\r\nContent-Disposition: form-data; name=a\r\n\r\n1\r\n" for _ in range(5_000)) + b"--x--\r\n"),
             ):  # fmt: skip
                 answer = client.post(way.address(), base_url=HOME, headers=OURS, data=data, content_type=kind)
-                assert answer.status_code in (200, 400, 413, 415, 422), (way.key, kind[:60], answer.status_code)
+                # nothing that is sent with Stop is read: it says that there is no run
+                right = (409,) if way.key == "run_panel.stop" else (200, 400, 413, 415, 422)
+                assert answer.status_code in right, (way.key, kind[:60], answer.status_code)
 
 
 # ---- uploads ----

@@ -259,7 +259,9 @@ def test_a_run_shows_what_is_said_and_sent_as_text(browser: Any, folder: Path, c
             "t => document.getElementById('log').textContent.includes(t)", arg="<script>alert(1)</script>"
         )
         page.wait_for_function("t => document.getElementById('log').textContent.includes(t)", arg=said)
-        assert page.evaluate(act, ["stop", who])[0] == 200  # read once: the answer to what is sent
+        stop = """async (name) => (await fetch(`/run/stop?${new URLSearchParams({ name })}`,
+          {method: "POST", headers: {"X-RRP": "grid"}})).status"""
+        assert page.evaluate(stop, PERSON) == 200  # read once: the answer to what is sent
         page.wait_for_selector("body[data-run=ended]")
         eventually(lambda: page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [] and not troubles)
         expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve'), b:text-is('X')")).to_have_count(0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import http.client
-import json
 import re
 import socket
 import threading
@@ -19,7 +18,7 @@ from busy import crowded
 from test_killed_server import HEADER, Served, wait_for
 
 from rrp_sheets.web.serving import MOST_OF_ONE, THREADS, bind, make_server
-from rrp_sheets.web.workbook_session import MOST_HERE
+from rrp_sheets.web.workbook_repository import MOST_HERE
 from rrp_sheets.workbook.maker import make_workbook
 
 STREAMS, HALF_SENT = 60, 40
@@ -77,10 +76,10 @@ def half(server: Served) -> bytes:
 def stop(server: Served) -> tuple[int, float]:
     """Send Stop on a new connection, as a page does; the status, and the seconds until the answer."""
     host, port = address(server)
-    headers = {"Cookie": server.cookie(), "X-RRP": "grid", "Origin": server.home, "Content-Type": "application/json"}
+    headers = {"Cookie": server.cookie(), "X-RRP": "grid", "Origin": server.home}
     began = time.monotonic()
     line = http.client.HTTPConnection(host, port, timeout=20)
-    line.request("POST", "/book/b.xlsx/run/stop", json.dumps({"name": "n"}), headers)
+    line.request("POST", "/run/stop?name=n", headers=headers)
     answer = line.getresponse()
     answer.read()
     line.close()
@@ -190,7 +189,7 @@ def test_stop_does_not_wait_for_a_thread(tmp_path: Path) -> None:
     entered = threading.Semaphore(0)
 
     def app(environ: dict[str, Any], begin: Any) -> list[bytes]:
-        if not environ["PATH_INFO"].endswith("/run/stop"):
+        if environ["PATH_INFO"] != "/run/stop":
             entered.release()
             busy.wait(60)
         begin("200 OK", [("Content-Length", "0")])
@@ -207,7 +206,7 @@ def test_stop_does_not_wait_for_a_thread(tmp_path: Path) -> None:
             for _ in range(THREADS):
                 assert entered.acquire(timeout=20)
             asked = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
-            asked.request("POST", "/book/b.xlsx/run/stop")
+            asked.request("POST", "/run/stop")
             assert asked.getresponse().status == 200
             asked.close()
             busy.set()

@@ -7,7 +7,7 @@ import pytest
 from tested import TRACKING, held, ran, sheet, wrong
 
 from rrp_sheets import api
-from rrp_sheets.engine.clock import FrameClock
+from rrp_sheets.engine.engine import FrameClock
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
 

@@ -6,6 +6,7 @@ import textwrap
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from busy import crowded
 from play import rows
 
 from rrp_sheets import api
@@ -93,7 +94,7 @@ def test_a_check_that_goes_wrong_is_one_clear_finding(what, words, within, wicke
 
 def test_after_a_check_that_was_ended_the_next_one_works(wicked, monkeypatch):
     wicked("hang()")
-    with CheckWorker(within=5) as worker:  # a new process and a check need less, also on a busy machine
+    with CheckWorker(within=5 * crowded()) as worker:  # a new process and a check need less
         worker.check(BOOKS[0])
         monkeypatch.delenv("PYTHONPATH")
         assert "FILE018" not in [d.code for d in worker.check(BOOKS[0]).diagnostics]

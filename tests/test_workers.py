@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import signal
 import socket
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -17,10 +21,18 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
 from rrp_sheets.robots.catalogue import load_robot
 from rrp_sheets.sim.process import Spec
+from rrp_sheets.web.services import WORKER_MODULES
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
 from rrp_sheets.workers.worker_loop import named
-from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError, WorkerProcess
+from rrp_sheets.workers.worker_process import (
+    ForkedProcess,
+    ForkServer,
+    RestartingWorker,
+    Task,
+    WorkerError,
+    WorkerProcess,
+)
 
 PACKAGE = Path(rrp_sheets.__file__).parent
 TASK = re.compile(r'"(rrp_sheets(?:\.\w+){2,})"|f"\{__name__\}\.(\w+)"')
@@ -36,9 +48,93 @@ def tasks() -> list[str]:
     return sorted(found)
 
 
-@pytest.mark.parametrize("name", tasks())
+@pytest.mark.parametrize("name", sorted(set(tasks()) - set(WORKER_MODULES)))
 def test_task_is_a_function(name: str) -> None:
     assert callable(named(name))
+
+
+# ---- forked
+@pytest.fixture
+def fork_server(monkeypatch: pytest.MonkeyPatch) -> Iterator[ForkServer]:
+    """A fork server of its own."""
+    made = ForkServer(["fractions"])
+    monkeypatch.setattr(WorkerProcess, "fork_server", made)
+    yield made
+    made.close()
+
+
+def forked(worker: WorkerProcess) -> bool:
+    return isinstance(worker._process, ForkedProcess)
+
+
+def test_worker_is_forked_with_the_modules_environment_and_folder_of_its_starter(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("RRP_TRIED", "yes")
+    worker = WorkerProcess(scratch=True)
+    assert forked(worker) and worker.pid != fork_server.pid and not worker.ended
+    assert worker.ask(["os.getcwd"], 60) == str(tmp_path) and worker.ask(["os.getenv", "RRP_TRIED"], 60) == "yes"
+    assert worker.ask(["tempfile.gettempdir"], 60) == worker._scratch.name != tempfile.gettempdir()  # type: ignore[union-attr]
+    assert worker.ask(["os.getpgid", 0], 60) == worker.pid == worker.ask(["os.getpid"], 60)
+    worker.close(60)
+    assert worker.ended
+
+
+def test_end_of_a_forked_worker_is_told(fork_server: ForkServer) -> None:
+    worker = WorkerProcess()
+    with pytest.raises(WorkerError, match=r"exit code 7"):
+        worker.ask(["os._exit", 7], 60)
+    killed = WorkerProcess()
+    os.kill(killed.pid, signal.SIGKILL)
+    assert killed.receive(60) is None and killed.exit_summary() == " (signal 9)"
+    slow = WorkerProcess()
+    with pytest.raises(WorkerError, match=r"did not come to an end within 0\.2 s"):
+        slow.ask(["signal.pause"], 0.2)
+    assert slow.ended and slow.exit_summary() == " (signal 9)"
+    failing = WorkerProcess(Task("os.nothing"))
+    assert failing.receive(60) is None and "AttributeError" in failing.exit_summary()
+    for each in (worker, killed, slow, failing):
+        each.close()
+
+
+def test_without_its_fork_server_a_worker_is_started(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = WorkerProcess()
+    os.kill(fork_server.pid, signal.SIGKILL)
+    assert not before.ended and before.ask(["os.getpid"], 60) == before.pid, "it goes on"
+    started = WorkerProcess()
+    assert not forked(started) and started.ask(["os.getppid"], 60) == os.getpid()
+    started.close(60)
+    before.kill()
+    assert started.ended and before.ended
+    before.close()
+
+
+def test_fork_server_that_hangs_is_ended_and_the_worker_started(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rrp_sheets.workers.worker_process._FORK_WITHIN", 0.5)
+    os.kill(fork_server.pid, signal.SIGSTOP)
+    worker = WorkerProcess()
+    assert not forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    assert fork_server._process.ended and WorkerProcess.fork_server is None
+    worker.close()
+
+
+def test_fork_server_does_without_modules_that_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = ForkServer(["rrp_sheets.is_no_module", "fractions"])
+    monkeypatch.setattr(WorkerProcess, "fork_server", made)
+    worker = WorkerProcess()
+    assert forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    worker.close()
+    made.close()
+
+
+def test_worker_of_another_interpreter_is_started(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PYTHONHASHSEED", "1")
+    worker = WorkerProcess()
+    assert not forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    worker.close()
 
 
 @given(st.lists(st.binary(max_size=300), max_size=3), st.integers(1, 40))

@@ -14,6 +14,7 @@ from babel.messages.extract import extract as babel_extract
 from babel.messages.jslexer import tokenize, unquote_string
 from babel.messages.pofile import read_po, write_po
 
+from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.render.texts import texts
@@ -43,6 +44,9 @@ def extract() -> Catalog:
     for name, text in texts("en").entries.items():
         if text:
             found.add(text, context=name)
+    for connector in dict.fromkeys(connectors()):
+        for message in (connector.legend_message(), *map(connector.sentence_for, ("", *connector.variants))):
+            found.add(message.template, context=message.context)
     for name in robot_names():
         for text, context in _robot_texts(load_robot(name)):
             if text:

@@ -24,8 +24,6 @@ MOST_ROUTES = 16
 MOST_FILTERS = 20  # of one route; the earlier ones are forgotten
 MOST_NODES = 60  # of an expression that is followed through several rows
 MOST_COMBINATIONS = 64
-SAME_VALUE = frozenset({"filter", "once", "throttle", "changes", "sample", "delay", "timeout"})
-_LATER = frozenset({"sample", "delay", "timeout"})
 MOST_CASES = 12
 _OPPOSITE: dict[type, type] = {
     ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
@@ -87,11 +85,11 @@ class Paths:
 
     # ---- routes
     def _through(self, step: Step) -> tuple[Route, ...] | None:
-        name = step.connector.name
+        name, passes = step.connector.name, step.connector.passes
         first = self.of.get(step.inputs[0], ())
-        if name in _LATER:
+        if passes is not None and passes.later:
             return None if first is None else _few(replace(r, origin=f"clock {step.ref}") for r in first)
-        if name == "forgetAfter":
+        if passes is not None and passes.blanks:
             return None if first is None else self._forgetting(step, first)
         if name == "filter":
             return self._filtered(step, first)
@@ -185,8 +183,8 @@ class Paths:
         return self._terms.get(stream) or ast.Name(_symbol(stream))
 
     def _follow(self, step: Step) -> None:
-        name, formula = step.connector.name, self._formulas.get(step.ref)
-        if name in SAME_VALUE:
+        name, formula, passes = step.connector.name, self._formulas.get(step.ref), step.connector.passes
+        if passes is not None and not passes.blanks:
             self._terms[step.output] = self._term(step.inputs[0])
         elif name in ("map", "combineLatest") and formula is not None:
             term = self._substituted(formula.tree, step, formula)

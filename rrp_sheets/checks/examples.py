@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from rrp_sheets.checks.facts import (
     ANY,
     BLANK,
+    CHANGE,
     EVENT,
     NUMBER,
     RECORD,
@@ -27,6 +28,7 @@ from rrp_sheets.checks.facts import (
 )
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.connectors.combine_latest import together
+from rrp_sheets.connectors.spec import Passing
 from rrp_sheets.connectors.timestamp import TIMED
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
@@ -70,10 +72,10 @@ class Examples:
             return _merged(facts), None
         if name == "timestamp":
             return _timed(facts[0]), None
-        if name == "filter" and formula is not None:
-            return self._filter(formula, facts)
-        if name in _PASSES:
-            return _PASSES[name](step, facts), None
+        if name == "filter":
+            return (Fact(), None) if formula is None else self._filter(formula, facts)
+        if step.connector.passes is not None:
+            return _passed(step.connector.passes, facts[0], step.period_us), None
         if formula is not None:
             return self._mapped(step, formula, facts)
         return (_merged(facts) if step.connector.is_sink else Fact()), None
@@ -224,18 +226,12 @@ def _timed(fact: Fact) -> Fact:
     return Fact(known, True, example, sure=fact.sure, holes=fact.holes, rate=fact.rate)
 
 
-def _forgetting(step: Step, facts: Sequence[Fact]) -> Fact:
-    known = facts[0].known
-    choices = None if known.choices is None else (*known.choices, None)
-    return replace(facts[0], known=replace(known, blank=True, choices=choices))
-
-
-_PASSES: dict[str, Callable[[Step, Sequence[Fact]], Fact]] = {
-    "sample": lambda step, facts: replace(facts[0], rate=slower(facts[0].rate, step.period_us, TIMER)),
-    "throttle": lambda step, facts: replace(facts[0], rate=slower(facts[0].rate, step.period_us)),
-    "delay": lambda step, facts: facts[0],
-    "changes": lambda step, facts: replace(facts[0], rate=Rate("change")),
-    "once": lambda step, facts: replace(facts[0], rate=Rate(EVENT)),
-    "timeout": lambda step, facts: replace(facts[0], rate=Rate(EVENT)),
-    "forgetAfter": _forgetting,
-}
+def _passed(passing: Passing, fact: Fact, period_us: int | None) -> Fact:
+    """Return the fact about the output of a connector that passes on the values of an input."""
+    known = fact.known
+    if passing.blanks:
+        choices = None if known.choices is None else (*known.choices, None)
+        known = replace(known, blank=True, choices=choices)
+    limited, rare = slower(fact.rate, period_us), {"changes": Rate(CHANGE), "events": Rate(EVENT)}
+    rates = {"same": fact.rate, "limited": limited, "ticks": replace(limited, kind=TIMER), **rare}
+    return replace(fact, known=known, rate=rates[passing.rate])

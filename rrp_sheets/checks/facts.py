@@ -251,8 +251,8 @@ def fastest(rates: list[Rate]) -> Rate:
     return max(rates, key=lambda r: r.hz, default=Rate())
 
 
-def slower(rate: Rate, period_us: int | None, kind: str = "") -> Rate:
+def slower(rate: Rate, period_us: int | None) -> Rate:
     """Return the rate behind a sample or throttle with this period."""
     limit = 1_000_000 / period_us if period_us else 0.0
     hz = min(rate.hz, limit) if rate.hz and limit else rate.hz or limit
-    return replace(rate, kind=kind or rate.kind, hz=hz)
+    return replace(rate, hz=hz)

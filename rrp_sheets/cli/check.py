@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.terminal import opened
-from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.texts import LANGUAGES, N_, counted, told
+from rrp_sheets.cli.terminal import opened, say, speak, translated
+from rrp_sheets.texts import LANGUAGES, N_, counted
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -66,6 +65,7 @@ def check_command(
     if len(dict(chosen)) < len(chosen):
         raise click.UsageError("--apply takes one fix for a code; apply the other one to the copy afterwards.")
     changes: list[CellChange] = []
+    speak(language or "en")
     try:
         file = opened(file)
         if mended is None:
@@ -74,14 +74,13 @@ def check_command(
             changes, checked = api.fix(file, mended, dict(chosen))
     except UnreadableWorkbook as error:
         if not as_json:
-            raise UnreadableFile(
-                error.code, *(told(t, language or "en") for t in (error.message, error.remedy))
-            ) from None
+            raise
         entry = error.finding.as_dict(language or "en")
         click.echo(json.dumps({"findings": [entry], "examples": {}}, ensure_ascii=False, indent=2))
         sys.exit(2)
     report = checked.report
     language = language or checked.run.language
+    speak(language)
     if out is not None:
         api.mark(mended or file, out, report, language)
     if as_json:
@@ -91,14 +90,11 @@ def check_command(
         click.echo(json.dumps(found, ensure_ascii=False, indent=2))
     else:
         if mended is not None:
-            print_changes(changes, mended, language)
-        print_findings(report, language=language)
-        click.echo(verdict(report, language))
+            print_changes(changes, mended)
+        print_findings(report)
+        say(verdict(report))
         if out is not None:
-            words = N_(
-                "Made {path}: the findings stand beside their rows, and all of them on its last sheet.", path=out
-            )
-            click.echo(told(words, language))
+            say(N_("Made {path}: the findings stand beside their rows, and all of them on its last sheet.", path=out))
     sys.exit(1 if report.errors else 0)
 
 
@@ -114,29 +110,29 @@ def _examples(checked: Checked) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def print_changes(changes: Sequence[CellChange], mended: Path, language: str) -> None:
+def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
     """Print what was changed, cell by cell."""
-    changed = click.style(told(N_("changed"), language), fg="green", bold=True)
+    changed = click.style(translated(N_("changed")), fg="green", bold=True)
     for c in changes:
-        what = told(N_("inserted: {text}", text=c.new), language) if c.old is None else f"“{c.old}” → “{c.new}”"
+        what = translated(N_("inserted: {text}", text=c.new)) if c.old is None else f"“{c.old}” → “{c.new}”"
         click.echo(f"{changed} {c.code} {c.place} {what}")
     made = N_("Made {path}.", path=mended)
-    click.echo(told(made if changes else N_("Nothing to change; {path} is a copy.", path=mended), language))
+    say(made if changes else N_("Nothing to change; {path} is a copy.", path=mended))
 
 
-def print_findings(findings: Iterable[Diagnostic], err: bool = False, language: str = "en") -> None:
+def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
     """Print findings as people read them."""
     for d in findings:
         place = f"{d.address}: " if d.address else ""
-        kind = click.style(told(_SEVERITIES[d.severity.value], language), fg=_COLOURS[d.severity.value], bold=True)
-        click.echo(f"{kind} {d.code} {place}{told(d.message, language)}", err=err)
-        click.echo(f"  → {told(d.remedy, language)}", err=err)
+        kind = click.style(translated(_SEVERITIES[d.severity.value]), fg=_COLOURS[d.severity.value], bold=True)
+        click.echo(f"{kind} {d.code} {place}{translated(d.message)}", err=err)
+        click.echo(f"  → {translated(d.remedy)}", err=err)
         for fix in d.fixes if len(d.fixes) > 1 else (f for f in d.fixes if not f.safe):
-            click.echo(f"    --apply {d.code}:{fix.id}  {told(fix.title, language)}", err=err)
+            click.echo(f"    --apply {d.code}:{fix.id}  {translated(fix.title)}", err=err)
 
 
-def verdict(findings: Iterable[Diagnostic], language: str = "en") -> str:
+def verdict(findings: Iterable[Diagnostic]) -> str:
     """The findings counted, in words: `2 errors, 1 warning`."""
     kinds = [d.severity.value for d in findings]
     counts = {kind: kinds.count(kind) for kind in ("error", "warning")}
-    return told(N_("{before}.", before=counted(counts)) if any(counts.values()) else counted(counts), language)
+    return N_("{before}.", before=counted(counts)) if any(counts.values()) else counted(counts)

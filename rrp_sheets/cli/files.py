@@ -6,7 +6,9 @@ from pathlib import Path
 
 import click
 
+from rrp_sheets.cli.terminal import say, speak, translated
 from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.texts import N_
 
 _SHOWN = 3  # findings
 
@@ -45,14 +47,16 @@ def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
     from rrp_sheets.cli.check import print_findings, verdict
 
     done = api.set_cell(file, cell, value, sheet)
-    was, now = (f"“{text}”" if text else "empty" for text in (done.before, done.after))
-    click.echo(f"{done.address}: {was} → {now}" if was != now else f"{done.address} is {now} already.")
-    click.echo(f"Check: {verdict(done.report)}")
+    speak(done.language)
+    was, now = (N_("“{text}”", text=text) if text else N_("empty") for text in (done.before, done.after))
+    changed = N_("{address}: {before} → {after}") if was != now else N_("{address} is {after} already.")
+    say(N_(changed, address=str(done.address), before=was, after=now))
+    say(N_("Check: {verdict}", verdict=verdict(done.report)))
     found = [d for d in done.report if d.severity.value != "info"]
     found.sort(key=lambda d: (d.severity.value != "error", d.address != done.address))  # those of this cell first
     print_findings(found[:_SHOWN])
     if len(found) > _SHOWN:
-        click.echo(f'All of them: rrp-sheets check "{file}"')
+        say(N_('All of them: rrp-sheets check "{file}"', file=file))
 
 
 @click.command(name="convert")
@@ -100,12 +104,13 @@ def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, a
     from rrp_sheets.services.posing import shown
 
     done = api.pose(file, name, joints, posture=posture, at=_seconds(at), picture=picture)
+    speak(done.language)
     for note in done.notes:
-        click.echo(f"{click.style('Note:', fg='yellow')} {note}")
+        click.echo(f"{click.style('Note:', fg='yellow')} {translated(note)}")
     click.echo(f"{done.address}: “{name}” at {done.at:g} s: {', '.join(shown(done.joints))}")
     if done.added:
         click.echo(f"New columns: {', '.join(done.added)}")
-    click.echo(f"Check: {verdict(done.report)}")
+    say(N_("Check: {verdict}", verdict=verdict(done.report)))
     print_findings([d for d in done.report if d.address and d.address.sheet == done.address.sheet])
     if not done.report.errors:
         click.echo(f'Make it from a row: Output stream Gesture, with the formula "{name}".')

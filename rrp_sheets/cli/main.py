@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from rrp_sheets import __version__
-from rrp_sheets.cli.terminal import fail, plain_output
+from rrp_sheets.cli.terminal import fail, plain_output, speak
 from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.texts import N_
 
@@ -94,6 +94,7 @@ def group() -> None:
 
     FILE is an .xlsx workbook, a folder of CSV files, or a Markdown file; to look at and to run also a bundle (.zip).
     """
+    speak("en")
 
 
 def main() -> None:

@@ -12,8 +12,18 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from rrp_sheets.cli.terminal import WorkbookArgument, counted, is_bundle, print_notes, runs_of, said_when_slow
-from rrp_sheets.texts import N_, told
+from rrp_sheets.cli.terminal import (
+    WorkbookArgument,
+    counted,
+    is_bundle,
+    print_notes,
+    runs_of,
+    said_when_slow,
+    say,
+    speak,
+    speak_as_run,
+)
+from rrp_sheets.texts import N_, listed
 
 if TYPE_CHECKING:
     from rrp_sheets.recording.deleting import Deletion
@@ -137,8 +147,8 @@ def _require_here(planned: Deletion, below: bool) -> None:
 
 def _print_json(planned: Deletion, below: bool, *, deleted: bool, begun: Sequence[str] = ()) -> None:
     more = {"below_deleted": deleted and below, "begun_meanwhile": list(begun)}
-    told_of = {"schema": 1, "deleted": deleted, **planned.as_dict(), **more}
-    click.echo(json.dumps(told_of, ensure_ascii=False, indent=2))
+    entry = {"schema": 1, "deleted": deleted, **planned.as_dict(), **more}
+    click.echo(json.dumps(entry, ensure_ascii=False, indent=2))
 
 
 def _parts(planned: Deletion, below: bool) -> list[Deletion]:
@@ -226,10 +236,19 @@ def _listed(things: Sequence[str]) -> str:
     return ", ".join(things[:_MOST_NAMED]) + more
 
 
+class _ExportOption(click.Option):
+    """The file to write; its kinds are named when the help is asked for, as they take long to load."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from rrp_sheets.recording.exporting import EXPORTS
+
+        self.help = "; ".join(f"{listed([*kind.types], 'or')}: {kind.title}" for kind in EXPORTS)
+        return super().get_help_record(ctx)
+
+
 @click.command(name="export")
 @click.argument("runs", metavar="TRACE…", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path),
-              help=".xlsx or .csv: a table; .svg, .pdf or .png: plots")  # fmt: skip
+@click.option("-o", "--output", cls=_ExportOption, required=True, type=click.Path(path_type=Path))
 @click.option("--streams", default="", help="of plots: only these streams, with commas between them")
 def export_command(runs: tuple[Path, ...], output: Path, streams: str) -> None:
     """Write what was recorded as a table, or as plots of its numbers.
@@ -246,10 +265,11 @@ def export_command(runs: tuple[Path, ...], output: Path, streams: str) -> None:
     from rrp_sheets import api
 
     names = [n.strip() for n in streams.split(",") if n.strip()]
+    speak_as_run(runs[0])
     with said_when_slow(f"Writing {output.name} …"):
         notes = api.export(runs, output, streams=names)
     print_notes(notes)
-    click.echo(N_("Written: {path}", path=output))
+    say(N_("Written: {path}", path=output))
 
 
 @click.command(name="faces")
@@ -305,12 +325,13 @@ def replay_command(trace: Path, other: Path | None, as_json: bool, output: Path 
         raise click.UsageError(f"The name of OUT ends with {', '.join(SUFFIXES)}.")
     if is_bundle(trace):
         _replay_all(runs_of(trace), other, as_json, output)
+    speak_as_run(trace)
     found = api.replay(trace, other)
     notes = write(found, output) if output is not None else []
     _show(found, as_json)
-    print_notes(notes, found.language)
+    print_notes(notes)
     if output is not None and output.is_file():
-        click.echo(told(N_("Written: {path}", path=output), found.language), err=as_json)
+        say(N_("Written: {path}", path=output), err=as_json)
     sys.exit(0 if found.same else 1)
 
 
@@ -328,8 +349,8 @@ def _replay_all(runs: Sequence[Path], other: Path | None, as_json: bool, output:
             click.echo(click.style(f"{run.name}:", bold=True))
             _show(found, as_json)
     if as_json:
-        told = [{"run": name, **found.as_dict()} for name, found in replayed]
-        click.echo(json.dumps({"runs": told}, ensure_ascii=False, indent=2))
+        entries = [{"run": name, **found.as_dict()} for name, found in replayed]
+        click.echo(json.dumps({"runs": entries}, ensure_ascii=False, indent=2))
     sys.exit(0 if all(found.same for _, found in replayed) else 1)
 
 
@@ -369,6 +390,7 @@ def pack_command(
 
     with said_when_slow(f"Packing {file.name} and printing its protocol …"):
         packed = api.pack(file, output, runs=runs, against=against, today=day.date() if day else None)
+    speak(packed.language)
     notes = [*packed.notes]
     if runs:
         notes.append(N_(
@@ -377,4 +399,4 @@ def pack_command(
         ))  # fmt: skip
     print_notes(notes)
     size = packed.path.stat().st_size
-    click.echo(f"Packed: {packed.path} ({len(packed.files)} files, {size / 1e6:.1f} MB)")
+    say(N_("Packed: {path} ({n} files, {size:.1f} MB)", path=packed.path, n=len(packed.files), size=size / 1e6))

@@ -14,13 +14,14 @@ import click
 
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
-from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text
+from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text, say, speak
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart
 from rrp_sheets.runs.run_data import Commands
+from rrp_sheets.texts import N_
 
 
 @click.command(name="run")
@@ -68,8 +69,9 @@ def run_command(
     if result is None and watch.interrupted:
         sys.exit(INTERRUPTED)
     if result is None:
+        speak(ended.language)
         print_findings(ended.findings, err=True)
-        click.echo("The workbook has errors, so the run does not begin.", err=True)
+        say(N_("The workbook has errors, so the run does not begin."), err=True)
         if as_json:
             click.echo(json.dumps({"findings": [d.as_dict() for d in ended.findings]}, ensure_ascii=False))
         sys.exit(1)
@@ -144,6 +146,7 @@ class Watch(RunObserver):
         """Say what runs and for how long."""
         self._names = dict(start.actuators)
         self._until = start.until_us
+        speak(start.language)
         print_findings(start.findings, err=True)
         self._echo(f"{start.title}: {counted(len(start.rows), 'row')} for {start.until_us / 1e6:g} s. Ctrl-C stops.")
 

@@ -51,7 +51,9 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     """
     from rrp_sheets.web.app import create_app
     from rrp_sheets.web.security import OneTimeTokens, folder_secret
+    from rrp_sheets.web.services import WORKER_MODULES
     from rrp_sheets.web.serving import bind, make_server, own_temp_folder
+    from rrp_sheets.workers.worker_process import fork_workers
 
     folder, page = _place(folder)
     door = _ask_password() if lan else None
@@ -79,6 +81,7 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
         enter = " Press Enter for another link." if _offer_links(link) else ""
         click.echo(f"The link opens one browser on this computer.{enter} Ctrl-C ends it.")
         sys.stdout.flush()
+        fork_workers(WORKER_MODULES)
         if not no_browser and _has_screen():
             # a link of its own: others on this computer can see which address a program was started with
             threading.Thread(target=webbrowser.open, args=(link(),), daemon=True).start()

@@ -6,12 +6,25 @@ import shutil
 import sys
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from rrp_sheets.cli.terminal import WorkbookArgument, fail, home_of, print_notes, said_when_slow
+from rrp_sheets.cli.terminal import (
+    WorkbookArgument,
+    fail,
+    home_of,
+    print_notes,
+    said_when_slow,
+    say,
+    speak,
+    speak_as_run,
+)
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.texts import LANGUAGES, N_, told
+from rrp_sheets.texts import LANGUAGES, N_
+
+if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
 
 
 @click.command(name="explain")
@@ -26,18 +39,21 @@ def explain_command(file: Path, output: Path | None, behaviour: str, language: s
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
+    from rrp_sheets.render.output import explain
     from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
     if output is not None:
         refuse_workbook(output, file)
-    text, checked = api.explain(file, behaviour, language or "")
-    language = language or checked.run.language
-    print_findings(checked.report.errors, err=True, language=language)
+    speak(language or "en")
+    checked = api.check(file)
+    speak(language or checked.run.language)
+    text = explain(checked, behaviour, language or "")
+    print_findings(checked.report.errors, err=True)
     if output is None:
         click.echo(text)
     else:
         write_atomically(output, (text + "\n").encode())
-        click.echo(told(N_("Written: {path}", path=output), language))
+        say(N_("Written: {path}", path=output))
     sys.exit(1 if checked.report.errors else 0)
 
 
@@ -55,13 +71,16 @@ def diagram_command(file: Path, output: Path | None, behaviour: str, language: s
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
+    from rrp_sheets.render.output import draw
 
     target = output or Path(file.name).with_suffix(".svg")
-    checked, lacks = api.draw(file, target, behaviour, language or "")
-    language = language or checked.run.language
-    print_findings(checked.report.errors, err=True, language=language)
-    print_notes(lacks, language)
-    click.echo(told(N_("Drawn: {path}", path=target), language))
+    speak(language or "en")
+    checked = api.check(file)
+    speak(language or checked.run.language)
+    lacks = draw(checked, target, behaviour, language or "")
+    print_findings(checked.report.errors, err=True)
+    print_notes(lacks)
+    say(N_("Drawn: {path}", path=target))
     sys.exit(1 if checked.report.errors else 0)
 
 
@@ -85,15 +104,18 @@ def marbles_command(source: Path, output: Path | None, behaviour: str, first: st
 
     window = (_time(first, "--from"), _time(last, "--to"))
     names = [n.strip() for n in streams.split(",") if n.strip()]
+    speak_as_run(source)
     with said_when_slow(f"Reading {source.name} …"):
         checked, scores = api.marbles(source, behaviour=behaviour, window=window, streams=names)
+    if checked is not None:
+        speak(checked.run.language)
     if scores is None:
         from rrp_sheets.cli.check import print_findings
 
         errors = checked.report.errors if checked else []
         print_findings(errors, err=True)
         none = N_("This workbook has no tests to draw.")
-        click.echo(N_("The workbook has errors.") if errors else none, err=True)
+        say(N_("The workbook has errors.") if errors else none, err=True)
         sys.exit(1)
     if output is None:
         columns = max(60, min(200, shutil.get_terminal_size((110, 24)).columns - 1))
@@ -102,7 +124,7 @@ def marbles_command(source: Path, output: Path | None, behaviour: str, first: st
     with said_when_slow(f"Drawing {output.name} …"):
         notes = api.draw_marbles(scores, output)
     print_notes(notes)
-    click.echo(N_("Drawn: {path}", path=output))
+    say(N_("Drawn: {path}", path=output))
 
 
 def _time(text: str, option: str) -> int | None:
@@ -143,16 +165,22 @@ def print_command(
     target = output or (beside if beside.name else beside.resolve()).with_suffix(".pdf")
     if target.suffix.casefold() != ".pdf":
         raise click.UsageError("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf")
+    speak(language or "en")
+
+    def gathered(checked: Checked) -> None:
+        lift_limit()  # no formula is evaluated any more
+        speak(language or checked.run.language)
+
     try:
         made = print_pack(
             file, target, against=against, paper="letter" if paper == "letter" else "a4", language=language or "",
-            draft=draft, today=day.date() if day else None, gathered=lift_limit,
+            draft=draft, today=day.date() if day else None, gathered=gathered,
         )  # fmt: skip
     except HasErrors as error:
-        print_findings(error.checked.report.errors, err=True, language=language or error.checked.run.language)
+        speak(language or error.checked.run.language)
+        print_findings(error.checked.report.errors, err=True)
         fail(error, 1)
-    language = language or made.checked.run.language
-    print_findings(made.checked.report.errors, err=True, language=language)
-    print_notes(made.notes, language)
-    click.echo(told(N_("Printed: {path}", path=target), language))
+    print_findings(made.checked.report.errors, err=True)
+    print_notes(made.notes)
+    say(N_("Printed: {path}", path=target))
     sys.exit(1 if made.checked.report.errors else 0)

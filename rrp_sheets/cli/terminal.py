@@ -8,19 +8,21 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_, told
+from rrp_sheets.texts import N_, translate
 
 if TYPE_CHECKING:
     from rrp_sheets.services.bundle.unpacking import Bundle
 
 AFTER = 2.0  # s: what is quicker needs no word
 _MOST_NOTES = 20
+_language: ContextVar[str] = ContextVar("language", default="en")
 _OURS = r"\x1b(?!\[(?:0|1|2|3[0-7]|9[0-7])m)"  # the colours of click.style pass
 _STEERING = re.compile(_OURS + "|[\x00-\x08\x0b\x0c\x0e-\x1a\x1c-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]|\r(?!\n)")
 
@@ -66,6 +68,28 @@ def said_when_slow(words: str, after: float = AFTER) -> Iterator[None]:
         yield
     finally:
         timer.cancel()
+
+
+def speak(language: str) -> None:
+    """Print the texts of the program in this language from now on: that of the workbook, or of `--language`."""
+    _language.set(language)
+
+
+def speak_as_run(place: Path) -> None:
+    """Print in the language of a recorded run: its folder or its trace."""
+    from rrp_sheets.recording.metadata import stamp_of
+
+    speak(stamp_of(place if place.is_dir() else place.parent).language)
+
+
+def translated(text: str) -> str:
+    """Return a text of the program in the language of this command."""
+    return translate(text, _language.get())
+
+
+def say(text: str, *, err: bool = False) -> None:
+    """Print a text of the program in the language of this command."""
+    click.echo(translated(text), err=err)
 
 
 class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
@@ -131,17 +155,18 @@ def counted(number: int, what: str) -> str:
     return f"{number:,} {what if number == 1 else several}"
 
 
-def print_notes(notes: Iterable[str], language: str = "en") -> None:
+def print_notes(notes: Iterable[str]) -> None:
     """Print notes on the error channel."""
     for note in notes:
-        click.echo(told(N_("Note: {note}", note=note), language), err=True)
+        say(N_("Note: {note}", note=note), err=True)
 
 
 def fail(error: SheetsError, code: int) -> NoReturn:
     """Print an error, and exit with a code."""
-    click.echo(f"{click.style('Error:', fg='red', bold=True)} {error.message}", err=True)
+    word = click.style(translated(N_("Error:")), fg="red", bold=True)
+    click.echo(f"{word} {translated(error.message)}", err=True)
     if error.remedy:
-        click.echo(f"  → {error.remedy}", err=True)
+        click.echo(f"  → {translated(error.remedy)}", err=True)
     sys.exit(code)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
-from rrp_sheets.cli.terminal import WorkbookArgument, print_notes
+from rrp_sheets.cli.terminal import WorkbookArgument, print_notes, say, speak, translated
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
@@ -45,9 +45,10 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
         refuse_workbook(junit, file)
     with _StopOnInterrupt() as stop:
         checked, report = api.test(file, stop.asked)
+    speak(checked.run.language)
     if report is None:
         print_findings(checked.report.errors, err=True)
-        click.echo("The workbook has errors, so its tests are not run.", err=True)
+        say(N_("The workbook has errors, so its tests are not run."), err=True)
         if as_json:
             click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
         sys.exit(UNREADABLE)
@@ -63,7 +64,7 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
         write_atomically(junit, as_junit(report))
     if marbles is not None and report.cases:
         print_notes(api.draw_tests(report, marbles))
-        click.echo(N_("Drawn: {path}", path=marbles), err=True)
+        say(N_("Drawn: {path}", path=marbles), err=True)
     sys.exit(_code(report))
 
 
@@ -77,20 +78,24 @@ def _code(report: TestReport) -> int:
 
 def _show(report: TestReport) -> None:
     if not report.checked.tests:
-        click.echo("This workbook has no tests.", err=True)
-        click.echo("  → Add a sheet with the headers Time (ms), Stream, Send, Expect.", err=True)
+        say(N_("This workbook has no tests."), err=True)
+        click.echo(f"  → {translated(N_('Add a sheet with the headers Time (ms), Stream, Send, Expect.'))}", err=True)
         return
     for result in report.cases:
         _show_case(report, result)
     failed = sum(not c.passed for c in report.cases)
     count = sum(not c.idle for c in report.cases)
-    took = f"{sum(c.seconds for c in report.cases):.2f} s"
+    seconds = sum(c.seconds for c in report.cases)
     if report.stopped:
-        click.echo(f"Stopped: {len(report.cases)} of {len(report.checked.tests)} tests were run.", err=True)
+        words = N_("Stopped: {n} of {of} tests were run.")
+        say(N_(words, n=len(report.cases), of=len(report.checked.tests)), err=True)
     elif failed:
-        click.echo(f"{failed} of {count} {'tests fail' if count > 1 else 'test fails'} ({took}).")
+        words = N_("{failed} of {n} tests fail ({seconds:.2f} s).")
+        one = N_("{failed} of {n} test fails ({seconds:.2f} s).")
+        say(N_(words if count > 1 else one, failed=failed, n=count, seconds=seconds))
     elif count:
-        click.echo(f"{count} {'tests hold' if count > 1 else 'test holds'} ({took}).")
+        words = N_("{n} tests hold ({seconds:.2f} s).") if count > 1 else N_("{n} test holds ({seconds:.2f} s).")
+        say(N_(words, n=count, seconds=seconds))
 
 
 def _show_case(report: TestReport, result: CaseResult) -> None:
@@ -98,15 +103,15 @@ def _show_case(report: TestReport, result: CaseResult) -> None:
     from rrp_sheets.testing.case_output import around_failures, counted, failure_lines, fault_lines
 
     sign, colour = ("–", "yellow") if result.idle else ("✓", "green") if result.passed else ("✗", "red")
-    click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {counted(result)}")
+    click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {translated(counted(result))}")
     faults = fault_lines(result)
     if not result.passed:
         for line in failure_lines(result):
-            click.echo(f"  {line}")
+            click.echo(f"  {translated(line)}")
         for line in marble_text(around_failures(report.checked, result), width=_columns()):
             click.echo(f"    {line}")
     for line in faults[:10]:
-        click.echo(f"  {click.style('formula', fg='yellow')} {line}")
+        click.echo(f"  {click.style('formula', fg='yellow')} {translated(line)}")
 
 
 def _columns() -> int:

@@ -48,7 +48,7 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
     changes = []
     for c in comparison.changes:
         entry = {**asdict(c), "row_before": c.rows[0] or None, "row_after": c.rows[1] or None, "text": say(c)}
-        del entry["rows"]
+        del entry["rows"], entry["field"]
         changes.append(entry)
     return {
         "schema": SCHEMA,

@@ -20,7 +20,8 @@ class Change:
         sheet: the sheet's name, that of the second workbook where both have it.
         name: the stream, helper or field in question; empty for rows.
         rows: its row in the first and in the second workbook, 0 where there is none.
-        what: the column, setting or field that changed.
+        field: of a row, the cell that changed: `connector`, `inputs`, `formula`, `output`, `priority`.
+        what: the column, setting or field that changed, in words.
         before: what the first workbook says there.
         after: what the second says.
         effect: True when the change alters the behaviour.
@@ -39,6 +40,7 @@ class Change:
     effect: bool = True
     note: str = ""
     pieces: tuple[FormulaPiece, ...] = ()
+    field: str = ""
 
     def harmless(self, note: str) -> Change:
         """Return the change as one without effect, with the reason as its note if it has none."""

@@ -24,7 +24,7 @@ from rrp_sheets.model.changed import ChangedBehaviour
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
-from rrp_sheets.texts import N_, LazyMessage
+from rrp_sheets.texts import N_, LazyMessage, listed
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import recognise
@@ -219,7 +219,8 @@ def _one_sided(old: DeviceView | None, new: DeviceView | None) -> list[Change]:
     view = new or old
     if view is None or not view.row:
         return []
-    said = ", ".join([view.device, *(f"{k} {text}" for k, text in view.texts.items())])
+    settings = (N_("{name} {value}", name=_name(view, k), value=text) for k, text in view.texts.items())
+    said = listed([view.device, *settings])
     if new is not None:
         return [_change(None, new, "added", after=said)]
     return [_change(old, None, "removed", before=said)]
@@ -259,8 +260,7 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
     kept = old.found is None or new.found is None or old.found.type.name == new.found.type.name
     for k in dict.fromkeys([*old.settings, *new.settings, *old.texts, *new.texts]):
         view = new if new.found is not None and k in new.found.type.settings else old
-        setting = view.found.type.settings.get(k) if view.found is not None else None
-        name = LazyMessage(setting.name, msgctxt="setting") if setting is not None else k
+        name = _name(view, k)
         before, after = old.value(k, found.streams.sheets), new.value(k, {})
         texts = old.texts.get(k, ""), new.texts.get(k, "")
         known = k in old.settings or k in new.settings
@@ -272,6 +272,12 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
             note = WRITTEN if texts[0] and texts[1] else N_("this is what a blank cell means")
             out.append(_change(old, new, "written", name, texts[0], texts[1], False, note))
     return out
+
+
+def _name(view: DeviceView, k: str) -> str:
+    """Return the name of a setting, in words."""
+    setting = view.found.type.settings.get(k) if view.found is not None else None
+    return LazyMessage(setting.name, msgctxt="setting") if setting is not None else k
 
 
 def _default(value: Value) -> str:

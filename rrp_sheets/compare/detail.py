@@ -13,6 +13,7 @@ from rrp_sheets.compare.rows import WRITTEN
 from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side, different
 from rrp_sheets.compare.tokens import as_typed, helpers_in
 from rrp_sheets.formulas import HelperDef
+from rrp_sheets.formulas.tables import value_of
 from rrp_sheets.model import changed as c
 from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream, ComparableText, Link, same
 from rrp_sheets.model.durations import parse_duration
@@ -101,7 +102,7 @@ class _BehaviourBuilder:
 
     def _pair(self, a: RowView, b: RowView) -> ChangedRow:
         found = self.rows.get((key(b.sheet), a.row.number, b.row.number), [])
-        cells = {change.what: change for change in found if change.kind == "changed"}
+        cells = {change.field: change for change in found if change.kind == "changed"}
         remarks = [*self._remarks(a, b, found, cells), *self._helper_remarks(b)]
         moved = any(change.kind == "moved" and change.effect for change in found)
         sign = c.CHANGED if remarks or moved or any(change.kind in _SHOWN for change in found) else c.SAME
@@ -122,9 +123,8 @@ class _BehaviourBuilder:
                 yield N_("switched on") if change.kind == "on" else N_("switched off")
             elif change.kind == "moved" and change.effect:
                 yield N_("moved, was row {n}", n=a.row.number)
-        if "priority" in cells:
-            change = cells["priority"]
-            yield N_("priority {before} → {after}", before=change.before, after=change.after)
+        if priority := cells.get("priority"):
+            yield N_("priority {before} → {after}", before=priority.before, after=priority.after)
         if cells and not (a.on or b.on):
             yield N_("off in both")
 
@@ -237,6 +237,7 @@ class ListKind:
         effect: whether a change alters the behaviour.
         note: why it does not.
         ordered: whether the order of the lines matters.
+        names: of cells, in words; a cell that has none is called as in `ListRow.said`.
     """
 
     part: str
@@ -244,13 +245,15 @@ class ListKind:
     effect: bool = True
     note: str = ""
     ordered: bool = False
+    names: Mapping[str, str] = field(default_factory=dict)
 
 
 def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the scene: what happens in the simulated world, and when."""
     kind = ListKind(
-        "scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does"))
-    )
+        "scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does")),
+        names={"time": N_("time"), "thing": N_("thing"), "does": N_("does"), "value": N_("value")},
+    )  # fmt: skip
     old, new = _scene(first), _scene(second)
     if first.workbook.scene is None and second.workbook.scene is None:
         return []
@@ -279,12 +282,7 @@ def _scene(side: Side) -> list[ListRow]:
     actions = {a.row: a for a in side.checked.scene or ()}
     lines = []
     for row in side.workbook.scene or ():
-        cells: dict[str, Cell] = {
-            N_("time"): row.time,
-            N_("thing"): row.thing,
-            N_("does"): row.does,
-            N_("value"): row.value,
-        }
+        cells = {"time": row.time, "thing": row.thing, "does": row.does, "value": row.value}
         place = row.thing.address
         us = parse_duration(row.time.text, bare="s")
         meaning: dict[str, Hashable] = {n: key(c.text) for n, c in cells.items()}
@@ -306,14 +304,14 @@ def _said(cells: Mapping[str, Cell]) -> dict[str, str]:
 
 def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the user's own gestures."""
-    kind = ListKind("gesture", (("name", "time"), ("name",)))
+    kind = ListKind("gesture", (("name", "time"), ("name",)), names={"name": N_("name"), "time": N_("time")})
     return list_changes(_gestures(first), _gestures(second), kind, found.turned)[0]
 
 
 def _gestures(side: Side) -> list[ListRow]:
     lines = []
     for row in side.workbook.gestures:
-        cells: dict[str, Cell] = {N_("name"): row.name, N_("time"): row.time}
+        cells = {"name": row.name, "time": row.time}
         meaning: dict[str, Hashable] = {"name": key(row.name.text), "time": _duration(row.time, "s")}
         meaning |= {k: _angle(c.text) for k, c in sorted(row.joints.items())}
         place = row.name.address
@@ -340,8 +338,11 @@ def _angle(text: str) -> Hashable:
 
 def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the test sheets, which never alter the behaviour."""
-    kind = ListKind("test", (("time", "stream", "send"), ("time", "stream"), ("stream", "send", "expect"),
-                         ("time", "expect")), effect=False, note=TEST)  # fmt: skip
+    kind = ListKind(
+        "test", (("time", "stream", "send"), ("time", "stream"), ("stream", "send", "expect"), ("time", "expect")),
+        effect=False, note=TEST,
+        names={"time": N_("time"), "stream": N_("stream"), "send": N_("send"), "expect": N_("expect")},
+    )  # fmt: skip
     old, new = ({key(t.name): t for t in side.workbook.tests} for side in (first, second))
     out: list[Change] = []
     for k in dict.fromkeys([*new, *old]):
@@ -360,12 +361,7 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
 
 
 def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) -> ListRow:
-    cells: dict[str, Cell] = {
-        N_("time"): row.time,
-        N_("stream"): row.stream,
-        N_("send"): row.send,
-        N_("expect"): row.expect,
-    }
+    cells = {"time": row.time, "stream": row.stream, "send": row.send, "expect": row.expect}
     home, mark, name = row.stream.text.partition("!")
     stream = f"{key(home)}!{key(name)}" if mark else key(home)
     if not mark and stream not in side.streams:  # an ordinary stream without its sheet: that of the first that has it
@@ -413,18 +409,16 @@ def _table_lines(name: str, table: Sequence[Sequence[str]], head: Sequence[str])
     lines = []
     for number, row in enumerate(table[1:], 2):
         said = dict(zip(keys, row, strict=False))
-        lines.append(ListRow(name, number, {k: _plain(t) for k, t in said.items()}, said))
+        lines.append(ListRow(name, number, {k: _value(t) for k, t in said.items()}, said))
     return lines
 
 
-def _plain(text: str) -> Hashable:
-    """Return a cell of a table as formulas get it: `1.0` is 1, `true` is TRUE; texts as they are."""
-    if text.casefold() in ("true", "false"):
-        return text.casefold()
-    try:
-        return float(text) if text and text[0] in "+-.0123456789" and "_" not in text else text
-    except ValueError:
-        return text
+def _value(text: str) -> Hashable:
+    """Return what formulas get of a table's cell; a truth value as a text, since 1 and TRUE are equal in Python."""
+    value = value_of(text)
+    if value is None:
+        return ""
+    return value if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
 
 
 # ---- any list
@@ -471,11 +465,12 @@ def _alike(a: ListRow, b: ListRow) -> float:
 def _line(kind: ListKind, a: ListRow, b: ListRow, moved: bool) -> list[Change]:
     out = []
     for n in dict.fromkeys([*a.said, *b.said]):
+        name = kind.names.get(n, n)
         before, after = a.said.get(n, ""), b.said.get(n, "")
         if a.meaning.get(n, "") != b.meaning.get(n, ""):
-            out.append(_change(kind, "changed", a, b, n, before, after))
+            out.append(_change(kind, "changed", a, b, name, before, after))
         elif clean_name(before) != clean_name(after):
-            out.append(_change(kind, "written", a, b, n, before, after, note=WRITTEN))
+            out.append(_change(kind, "written", a, b, name, before, after, note=WRITTEN))
     if moved and a.row != b.row:
         out.append(_change(kind, "moved", a, b))
     out += [_change(kind, "notes", a, b, *told) for told in different(a.remarks, b.remarks)]

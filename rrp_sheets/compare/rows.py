@@ -17,6 +17,10 @@ from rrp_sheets.texts import N_, listed
 OFF = N_("the row is switched off in both")
 RENAMED = N_("the same stream under another name")
 WRITTEN = N_("it means the same")
+_CELLS = {
+    "connector": N_("connector"), "inputs": N_("inputs"), "formula": N_("formula"), "output": N_("output"),
+    "priority": N_("priority"),
+}  # fmt: skip
 _DRAWS = N_("what PICK draws from one seed goes with the row's number")
 _PLACE = N_("the row stands elsewhere, which changes nothing")
 
@@ -91,7 +95,7 @@ class _Pair:
                 placed.append((self.new.rows[b].row.number, 1, found))
         for b in self.pairs.right:
             placed.append((self.new.rows[b].row.number, 1, [_one_sided("added", self.new.rows[b])]))
-        below = 0  # a row that is gone is told where it stood: after the row above it that is still there
+        below = 0  # a removed row is listed where it stood: after the row above it that is still there
         for a, view in enumerate(self.old.rows):
             if a in self.pairs.to:
                 below = self.new.rows[self.pairs.to[a]].row.number
@@ -114,35 +118,37 @@ class _Pair:
         elif _draws(a) and _draws(b) and (a.row.number, a.sheet) != (b.row.number, b.sheet):
             out.append(self._change(a, b, "moved", effect=False, note=_DRAWS))
         for column, before, after in different(a.row.remarks, b.row.remarks):
-            out.append(self._change(a, b, "notes", column, before, after, effect=False))
+            out.append(self._change(a, b, "notes", "", before, after, effect=False, what=column))
         return out if a.on or b.on else [c.harmless(OFF) for c in out]
 
-    def _change(self, a: RowView, b: RowView, kind: str, what: str = "", before: str = "", after: str = "",
-                effect: bool = True, note: str = "") -> Change:  # fmt: skip
-        rows = (a.row.number, b.row.number)
-        return Change(kind, "row", b.sheet, rows=rows, what=what, before=before, after=after, effect=effect, note=note)
+    def _change(self, a: RowView, b: RowView, kind: str, field: str = "", before: str = "", after: str = "",
+                effect: bool = True, note: str = "", what: str = "") -> Change:  # fmt: skip
+        return Change(
+            kind, "row", b.sheet, rows=(a.row.number, b.row.number), what=_CELLS.get(field, what), before=before,
+            after=after, effect=effect, note=note, field=field,
+        )  # fmt: skip
 
-    def _written(self, a: RowView, b: RowView, what: str, before: str, after: str) -> list[Change]:
+    def _written(self, a: RowView, b: RowView, field: str, before: str, after: str) -> list[Change]:
         if before == after:
             return []
-        return [self._change(a, b, "written", what, before, after, effect=False, note=WRITTEN)]
+        return [self._change(a, b, "written", field, before, after, effect=False, note=WRITTEN)]
 
     def _connector(self, a: RowView, b: RowView) -> list[Change]:
         before, after = a.row.connector.text, b.row.connector.text
         if a.connector != b.connector:
-            return [self._change(a, b, "changed", N_("connector"), before, after)]
-        return self._written(a, b, N_("connector"), before, after)
+            return [self._change(a, b, "changed", "connector", before, after)]
+        return self._written(a, b, "connector", before, after)
 
     def _inputs(self, a: RowView, b: RowView) -> list[Change]:
         before, after = _said(a, self.first), _said(b, self.second)
         mine = self.found.inputs(a)
         if mine != b.inputs:
-            change = self._change(a, b, "changed", N_("inputs"), before, after)
+            change = self._change(a, b, "changed", "inputs", before, after)
             if self._same_by_names(a, b):
                 return [change.harmless(N_("the order of these inputs changes nothing"))]
             return [change]
         if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
-            return self._written(a, b, N_("inputs"), before, after)
+            return self._written(a, b, "inputs", before, after)
         return []
 
     def _same_by_names(self, a: RowView, b: RowView) -> bool:
@@ -173,11 +179,11 @@ class _Pair:
             return []
         explained = meanings(before, names) == meanings(after)
         if explained or self.found.shape(a) == b.shape or self._same_by_names(a, b):
-            return [] if explained and names else self._written(a, b, N_("formula"), before, after)
+            return [] if explained and names else self._written(a, b, "formula", before, after)
         if self._same_by_fields(a, b):
             return []  # the stream's new name is told
         found = pieces(before, after, names) if before and after else ()
-        return [replace(self._change(a, b, "changed", N_("formula"), before, after), pieces=found)]
+        return [replace(self._change(a, b, "changed", "formula", before, after), pieces=found)]
 
     def _same_by_fields(self, a: RowView, b: RowView) -> bool:
         """Return whether only fields differ that a combineLatest without formula names after its streams."""
@@ -201,20 +207,20 @@ class _Pair:
     def _output(self, a: RowView, b: RowView) -> list[Change]:
         before, after = a.row.output.text, b.row.output.text
         if a.drives != b.drives:
-            return [self._change(a, b, "changed", N_("output"), before, after)] if key(before) != key(after) else []
+            return [self._change(a, b, "changed", "output", before, after)] if key(before) != key(after) else []
         if a.drives:
             if self.found.streams.of(a.output) != b.output:
-                return [self._change(a, b, "changed", N_("output"), before, after)]
-            return self._written(a, b, N_("output"), before, after) if key(before) == key(after) else []
+                return [self._change(a, b, "changed", "output", before, after)]
+            return self._written(a, b, "output", before, after) if key(before) == key(after) else []
         if key(before) == key(after):
-            return self._written(a, b, N_("output"), before, after)
+            return self._written(a, b, "output", before, after)
         return [Change("renamed", "stream", b.sheet, rows=(a.row.number, b.row.number), before=before, after=after,
                        effect=False, note=RENAMED)]  # fmt: skip
 
     def _priority(self, a: RowView, b: RowView) -> list[Change]:
         if a.row.priority == b.row.priority:
             return []
-        change = self._change(a, b, "changed", N_("priority"), f"{a.row.priority:g}", f"{b.row.priority:g}")
+        change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
         return [change if a.drives or b.drives else change.harmless(N_("only rows that drive an actuator use it"))]
 
 

@@ -20,6 +20,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.reading import KNOWN_SUFFIXES
 from rrp_sheets.workbook.schema import BEHAVIOUR, recognise
 
 
@@ -229,7 +230,6 @@ def formula_name(stream: str) -> str:
     return key(argument_name(stream))
 
 
-_KNOWN = {".xlsx", ".xlsm", ".xltm", ".xlam", ".xls", ".ods", ".md", ".markdown", ".csv", ".tsv"}
 _HEAD = 8_192  # bytes that tell a format
 
 
@@ -254,7 +254,7 @@ def open_checked(path: Path) -> tuple[Reading, Checked]:
 
 def _format(path: Path) -> str:
     """Return the ending for the format that the first bytes show, if the file's own is unknown; else empty."""
-    if path.suffix.casefold() in _KNOWN or "\0" in str(path) or not path.is_file():
+    if path.suffix.casefold() in KNOWN_SUFFIXES or "\0" in str(path) or not path.is_file():
         return ""
     try:
         with path.open("rb") as file:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, batch_per_instant, by_input
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, ValueStream, batch_per_instant, by_input
 from rrp_sheets.model.values import Failure, Value
 
-if TYPE_CHECKING:
-    from reactivex import Observable
 
-
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the total, which each event changes, by input order and then by arrival.
 
     The formula's result becomes the total. It sees `total`, `value` (the event's) and the inputs: the event's own has
@@ -41,12 +37,13 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
 
 ACCUMULATE = Connector(
     name="accumulate",
-    min_inputs=1,
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M9.6 2.8V1.3H2.2L6.4 6l-4.2 4.7h7.4V9.2"/>'),
     help="Works out a total anew with each value of its inputs, from the total so far; without formula it counts.",
-    sentence="With each {inputs_or}, the total is worked out anew: {formula}.",
+    sentence="With each {inputs_or}, the total is worked out anew: {formula}{as}.",
+    variants={"no_formula": "Each {inputs_or} is counted{as}."},
+    legend="counts or adds up",
     build=build,
     advanced=True,
     any_input=True,

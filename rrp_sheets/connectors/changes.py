@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter
-from rrp_sheets.model.values import Value, identity
-
-if TYPE_CHECKING:
-    from reactivex import Observable
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Passing, ValueStream
+from rrp_sheets.model.values import identity
 
 
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the values that differ from the one before them."""
     from reactivex import operators as ops
 
@@ -20,17 +15,16 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
 
 CHANGES = Connector(
     name="changes",
-    min_inputs=1,
-    max_inputs=1,
-    parameter=Parameter.NONE,
     icon=(
         '<path d="M.8 9h3.4V3h3.4v6H11"/>'
         '<circle cx="4.2" cy="3" r="1" class="f"/><circle cx="7.6" cy="9" r="1" class="f"/>'
     ),
     help="Lets a value pass only when it differs from the one before.",
-    sentence="{Input} goes on only when it differs from the one before.",
+    sentence="{Input} goes on{onto} only when it differs from the one before.",
+    legend="only what differs",
     build=build,
     synonyms=("distinctUntilChanged",),
     advanced=True,
+    passes=Passing("changes"),
     example=("1-1-2-2-1",),
 )

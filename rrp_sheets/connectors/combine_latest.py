@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, batch_per_instant
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, ValueStream, batch_per_instant
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
-
-if TYPE_CHECKING:
-    from reactivex import Observable
 
 
 def together(names: tuple[str, ...]) -> RecordType:
@@ -19,7 +15,7 @@ def together(names: tuple[str, ...]) -> RecordType:
     return RecordType("Combination", fields, positions=tuple(key(f.name) for f in fields))
 
 
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of one result per instant in which an input changed, once each has had a value."""
     count = len(wiring.inputs)
     latest: list[Value] = [None] * count
@@ -53,7 +49,8 @@ COMBINE_LATEST = Connector(
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M1 2.2h2.6l3 3M1 9.8h2.6l3-3M8.5 6H12"/><circle cx="7.2" cy="6" r="1.9" class="f"/>'),
     help="Joins the latest values of its inputs whenever one of them changes, once each of them has had a value.",
-    sentence="Whenever {inputs_or} changes, {formula} is worked out from the latest of each.",
+    sentence="Whenever {inputs_or} comes, and once each has had a value, {work} from the latest of each{as}.",
+    legend="joins the latest of each",
     build=build,
     example=("1---2----3", "--a----b--", "first & second"),
 )

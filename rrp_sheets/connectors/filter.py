@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, first_with_latest
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Passing, ValueStream, first_with_latest
 from rrp_sheets.model.values import Failure, Value, show
 from rrp_sheets.texts import N_
 
-if TYPE_CHECKING:
-    from reactivex import Observable
 
-
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the first input's values for which the formula gives TRUE or a number other than 0."""
     from reactivex import operators as ops
 
@@ -50,12 +46,17 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
 
 FILTER = Connector(
     name="filter",
-    min_inputs=1,
     max_inputs=None,
     parameter=Parameter.FORMULA,
     icon=('<path d="M1 1.5h10L7.2 6.2v4.3L4.8 9V6.2z"/>'),
     help="Lets a value of the first input pass when the formula holds; further inputs give their latest value.",
-    sentence="{Input} goes on only when {formula}.",
+    sentence="When {condition}, {input} goes on{onto}.",
+    variants={
+        "several": "When {condition}, with the latest {others}, {input} goes on{onto}.",
+        "sensor": "{event} and {condition}, it goes on{onto}.",
+    },
+    legend="lets through only what fits",
     build=build,
+    passes=Passing(),
     example=("1-5--2-7", "value > 3"),
 )

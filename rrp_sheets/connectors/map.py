@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, evaluated
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, ValueStream, evaluated
 from rrp_sheets.model.values import Failure, Value
 
-if TYPE_CHECKING:
-    from reactivex import Observable
 
-
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the formula's results for the first input's values and the latest of the others."""
     from reactivex import compose
     from reactivex import operators as ops
@@ -37,12 +32,12 @@ def _held(result: Value) -> bool:
 
 MAP = Connector(
     name="map",
-    min_inputs=1,
     max_inputs=None,
     parameter=Parameter.FORMULA,
     icon=('<path d="M1 6h6.5M5.2 3.4 7.8 6 5.2 8.6"/><rect x="9" y="4.2" width="2.6" height="3.6" class="f"/>'),
     help="Works out a new value for each value of the first input; further inputs give their latest value.",
-    sentence="From {input}, work out {formula}.",
+    sentence="{event}, {work}{as}.",
+    legend="works out a new value",
     build=build,
     example=("1-2--3", "value * 10"),
 )

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, batch_per_instant
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Passing, ValueStream, batch_per_instant
 from rrp_sheets.model.values import Failure, Value, identity
-
-if TYPE_CHECKING:
-    from reactivex import Observable
 
 MOST_KEYS = 100_000
 """Of more, the oldest are forgotten: a run of hours must not fill the memory."""
 
 
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the first input's values whose key has not passed since another input had a value.
 
     In one instant the other inputs come first, as with `map` and `filter`: `Right, Part | once` takes a right answer
@@ -53,15 +49,22 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
 
 ONCE = Connector(
     name="once",
-    min_inputs=1,
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M4.6 4.4 6.2 3v6M4.6 9h3.2"/>'),
     help="Lets a value of the first input pass only the first time (for each result of the formula, if there is one); "
     "a value of another input lets everything pass once more.",
-    sentence="{Input} goes on only the first time.",
+    sentence="{Input} goes on{onto} only the first time.",
+    variants={
+        "formula": "{Input} goes on{onto} only the first time for each {formula}.",
+        "several": "{Input} goes on{onto} only the first time since the start or since {others}.",
+        "formula_several": "{Input} goes on{onto} only the first time for each {formula} since the start or since "
+        "{others}.",
+    },
+    legend="only the first time",
     build=build,
     advanced=True,
     first_input=True,
+    passes=Passing("events"),
     example=("a-b-a--b-a", "-----1----", "first"),
 )

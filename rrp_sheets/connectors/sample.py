@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Passing, Taker, ValueStream, of_first
 from rrp_sheets.model.values import Value
 
-if TYPE_CHECKING:
-    from reactivex import Observable
-    from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
-
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the latest value at each tick, if one has arrived since the last tick.
 
     Ticks have absolute due times (no drift); a value of the tick's own instant counts.
     """
-    from reactivex import Observable
-    from reactivex.disposable import SingleAssignmentDisposable
-
     clock, rank = wiring.clock, wiring.rank
 
-    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
+    def make(emit: Taker) -> Taker:
         waiting: list[Value] = []
         due = 0
 
@@ -37,7 +28,7 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
             period = wiring.period_us
             arm(due + max(1, (clock.us - due) // period + 1) * period)
             if waiting:
-                observer.on_next(waiting.pop())
+                emit(waiting.pop())
 
         def edited() -> None:
             if clock.us + wiring.period_us != due:
@@ -46,23 +37,21 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
         def take(value: Value) -> None:
             waiting[:] = [value]
 
-        source = SingleAssignmentDisposable()
-        source.disposable = wiring.inputs[0].subscribe(take)
         arm(clock.us + wiring.period_us)  # a behaviour may be switched on in the middle of a run
         wiring.edited = edited
-        return source
+        return take
 
-    return Observable(subscribe)
+    return of_first(wiring, make)
 
 
 SAMPLE = Connector(
     name="sample",
-    min_inputs=1,
-    max_inputs=1,
     parameter=Parameter.PERIOD,
     icon=('<path d="M.8 9.5h2.4v-7h2.8v7h2.8v-7h2.4"/>'),
     help="At a fixed pace, the latest value, if one has arrived since the last time.",
-    sentence="Every {period}, the latest {input} goes on.",
+    sentence="{Pace} at most, the latest {input} goes on{onto}.",
+    legend="the latest, at a fixed pace",
     build=build,
+    passes=Passing("ticks", later=True),
     example=("1-2-3---4", "200 ms"),
 )

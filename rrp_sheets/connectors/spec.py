@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 from rrp_sheets.model.values import Failure, Value
+from rrp_sheets.texts import LazyMessage
 
 if TYPE_CHECKING:
     from reactivex import Observable
@@ -29,6 +30,22 @@ class Parameter(Enum):
 
 
 @dataclass(frozen=True)
+class Passing:
+    """The way in which a connector passes on the values of its first input, which stay as they are.
+
+    Attributes:
+        rate: as often as they come (`same`), at most once in a period (`limited`), at its ends (`ticks`), when they
+            change (`changes`), or now and then (`events`).
+        later: whether a value leaves at another moment than it came.
+        blanks: whether a blank follows when nothing has come for the period.
+    """
+
+    rate: Literal["same", "limited", "ticks", "changes", "events"] = "same"
+    later: bool = False
+    blanks: bool = False
+
+
+@dataclass(frozen=True)
 class Connector:
     """Description of one kind of row for the checks, the engine and the help.
 
@@ -37,35 +54,56 @@ class Connector:
         max_inputs: the most, or None for any number.
         icon: SVG elements in a 12 × 12 box, stroke only; `class="f"` marks what is filled.
         help: one or two sentences for users.
-        sentence: a template for the plain-language description, with `{input}`, `{inputs}`, `{formula}`, `{period}`,
-            `{output}`.
-        sentences: the same in other languages, by their codes; the program's own connectors have theirs in its texts.
+        sentence: a template for the plain-language description, with `{input}`, `{inputs}` (`{inputs_or}`: the last
+            after “or”), `{others}` (but the first), `{formula}`, `{period}`, `{pace}`, `{output}`, and the phrases
+            `{onto}` and `{as}`, which are empty for an output without name; `{Input}` begins a sentence. For what the
+            formula says there are `{work}`, after the `{event}` that triggers it, or `{condition}`.
+        variants: its sentences for rows with (`formula`) or without (`no_formula`) a formula, with `several` inputs or
+            `one`, or with both: `formula_several`.
+        sentences: the sentence in other languages, by their codes; the program's own connectors have theirs in its
+            catalogues.
+        legend: a few words for the legend of diagrams; without them it leaves the connector out.
         build: wires the connector: from a :class:`ConnectorContext` to the observable of its output.
         is_sink: True for `subscribe`, the only connector with a side effect.
         any_input: True when one fed input is enough to be of use (`merge`); switched-off inputs are then silent.
         first_input: True when it is enough that the first input is fed (`timeout`); the others may be silent.
+        passes: how it passes on the values of its first input; None when its values are others.
         extra: names that its formula sees before the inputs (accumulate: `total`, `value`).
         example: input rows of marbles (`1-2--3`) and the parameter, run to make the help's marble picture.
     """
 
     name: str
-    min_inputs: int
-    max_inputs: int | None
-    parameter: Parameter
     icon: str
     help: str
     sentence: str
     build: Callable[[ConnectorContext], Observable[object]]
+    min_inputs: int = 1
+    max_inputs: int | None = 1
+    parameter: Parameter = Parameter.NONE
     synonyms: tuple[str, ...] = ()
     advanced: bool = False
     is_sink: bool = False
     any_input: bool = False
     first_input: bool = False
+    passes: Passing | None = None
     extra: tuple[str, ...] = ()
     example: Sequence[str] = ()
+    variants: Mapping[str, str] = field(default_factory=dict, compare=False)
     sentences: Mapping[str, str] = field(default_factory=dict, compare=False)
+    legend: str = ""
+
+    def sentence_for(self, case: str = "") -> LazyMessage:
+        """Return the sentence, or the variant for a case, as a message for the catalogues."""
+        if case not in self.variants:
+            return LazyMessage(self.sentence, msgctxt=f"row.{self.name}")
+        return LazyMessage(self.variants[case], msgctxt=f"row.{self.name}_{case}")
+
+    def legend_message(self) -> LazyMessage:
+        """Return the words of the legend as a message for the catalogues."""
+        return LazyMessage(self.legend, msgctxt=f"legend.connector.{self.name}")
 
 
+ValueStream: TypeAlias = "Observable[Value]"
 Taker = Callable[[Value], None]
 
 
@@ -105,7 +143,7 @@ class ConnectorContext:
 
 def batch_per_instant(
     wiring: ConnectorContext, flush: Callable[[list[tuple[int, Value]], Callable[[Value], None]], None]
-) -> Observable[Value]:
+) -> ValueStream:
     """Return an observable that collects the inputs' values and calls `flush` once per instant, at the row's rank.
 
     `flush` gets the arrivals as (input number, value), in the order of their arrival, and a function to emit with.
@@ -135,14 +173,34 @@ def batch_per_instant(
     return Observable(subscribe)
 
 
+def of_first(wiring: ConnectorContext, make: Callable[[Taker], Taker]) -> ValueStream:
+    """Return an observable whose first input is taken by what `make` makes of the function to emit with."""
+    from reactivex import Observable
+
+    def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:
+        return wiring.inputs[0].subscribe(make(observer.on_next))
+
+    return Observable(subscribe)
+
+
 def by_input(batch: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
     """Return the arrivals of one instant by input order, then by arrival."""
     return sorted(batch, key=lambda item: item[0])
 
 
+def merged(wiring: ConnectorContext) -> ValueStream:
+    """Return an observable of every value of every input; those of one instant in the order of the inputs."""
+
+    def flush(batch: list[tuple[int, Value]], emit: Callable[[Value], None]) -> None:
+        for _, value in by_input(batch):
+            emit(value)
+
+    return batch_per_instant(wiring, flush)
+
+
 def first_with_latest(
     wiring: ConnectorContext, use: Callable[[tuple[Value, ...], Callable[[Value], None]], None]
-) -> Observable[Value]:
+) -> ValueStream:
     """Return an observable that calls `use` with each value of the first input and the others' latest values.
 
     Values of this instant count as latest. Nothing passes before each further input has had a value.
@@ -165,7 +223,7 @@ def first_with_latest(
     return batch_per_instant(wiring, flush)
 
 
-def evaluated(wiring: ConnectorContext) -> Observable[Value]:
+def evaluated(wiring: ConnectorContext) -> ValueStream:
     """Return the observable of the formula's results for the first input's values, at the row's place in the order."""
     evaluate, fail = wiring.evaluate, wiring.fail
     assert evaluate is not None

@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rrp_sheets.connectors import merge
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, evaluated
-from rrp_sheets.model.values import Value
-
-if TYPE_CHECKING:
-    from reactivex import Observable
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, ValueStream, evaluated, merged
 
 
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the values for the actuator: those of every input or, with a formula, its results.
 
     A formula works as in `map`. Values come at the row's own place in the order, so the later of two rows prevails.
     """
-    return merge.build(wiring) if wiring.evaluate is None else evaluated(wiring)
+    return merged(wiring) if wiring.evaluate is None else evaluated(wiring)
 
 
 SUBSCRIBE = Connector(
     name="subscribe",
-    min_inputs=1,
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M.8 6h5.6M4.2 3.6 6.6 6 4.2 8.4"/><path d="M9.4 1.5v9" stroke-width="2.4"/>'),
     help="Drives the actuator stream named as output. A blank value stops what it is doing.",
-    sentence="{Input}: {does}.",
+    sentence="{event}, {does}.",
+    variants={
+        "formula": "{event}, {work} and {does} with the result.",
+        "words": "{event}, say {work}.",
+    },
+    legend="drives an actuator",
     build=build,
     is_sink=True,
     example=("1-2--3",),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Taker
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Passing, Taker
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
@@ -64,15 +64,17 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
 
 TIMEOUT = Connector(
     name="timeout",
-    min_inputs=1,
     max_inputs=None,
     parameter=Parameter.PERIOD,
     icon=('<circle cx="6" cy="6.8" r="4.3"/><path d="M6 4.2v2.8M4.6 1h2.8M6 1v1.4"/><circle cx="6" cy="8.8" r=".5"/>'),
     help="Gives the first input's value when the period has passed since it came, unless another input has had a value "
     "meanwhile; a newer value starts the period anew.",
-    sentence="When {period} have passed since {input}, it goes on.",
+    sentence="When {period} have passed since {input}, it goes on{onto}.",
+    variants={"several": "When {period} have passed since {input} without {others}, it goes on{onto}."},
+    legend="when time has passed",
     build=build,
     advanced=True,
     first_input=True,
+    passes=Passing("events", later=True),
     example=("1---2------", "--a--------", "300 ms"),
 )

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter
-from rrp_sheets.model.values import Field, Record, RecordType, Value
-
-if TYPE_CHECKING:
-    from reactivex import Observable
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, ValueStream
+from rrp_sheets.model.values import Field, Record, RecordType
 
 TIMED = RecordType(
     "Value with time",
@@ -18,7 +13,7 @@ TIMED = RecordType(
 )
 
 
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of records of `value` (`v`) and `timestamp` (`t`, in seconds on the run's one clock)."""
     from reactivex import operators as ops
 
@@ -28,12 +23,10 @@ def build(wiring: ConnectorContext) -> Observable[Value]:
 
 TIMESTAMP = Connector(
     name="timestamp",
-    min_inputs=1,
-    max_inputs=1,
-    parameter=Parameter.NONE,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M6 3v3.2l2.2 1.3"/>'),
     help="Adds the time to each value: a record with the fields value (v) and timestamp (t, seconds).",
-    sentence="The time is added to {input}.",
+    sentence="The time is noted with each {input}{as}.",
+    legend="notes the time",
     build=build,
     example=("a-b--c",),
 )

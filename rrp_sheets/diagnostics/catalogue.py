@@ -1,4 +1,4 @@
-"""The catalogue of diagnostic codes, and their help pages: both stand in `pages/<CODE>.md`, whose form tests hold.
+"""The catalogue of diagnostic codes, and their help pages: both stand in `pages/<CODE>.md`, tests check their form.
 
 At its head a page has severity, title, message and remedy. Below are the sections “What it means”, “Why it matters”
 and “How to mend it”, and then either the examples “Wrong” and “Right”, each made of sheets (`### Name` and a table),

@@ -13,7 +13,7 @@ from rrp_sheets.diagnostics.fix import Fix, proposed
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
-from rrp_sheets.texts import LazyMessage, places_in, told
+from rrp_sheets.texts import LazyMessage, places_in, translate
 
 Detail = str | int | float | None
 """Value of a detail: what the user typed, a number, or a `LazyMessage` of the program; all can be written as JSON."""
@@ -69,12 +69,12 @@ class Diagnostic:
 
     @property
     def message(self) -> LazyMessage:
-        """The problem, in the user's words; `texts.told` translates it."""
+        """The problem, in the user's words; `texts.translate` translates it."""
         return CODES[self.code].text("message", self.details)
 
     @property
     def remedy(self) -> LazyMessage:
-        """The advice for removing it; `texts.told` translates it."""
+        """The advice for removing it; `texts.translate` translates it."""
         return CODES[self.code].text("remedy", self.details)
 
     @property
@@ -90,10 +90,10 @@ class Diagnostic:
             "severity": self.severity.value,
             "sheet": self.address.sheet if self.address else "",
             "cell": self.address.cell if self.address else "",
-            "message": told(self.message, language),
-            "remedy": told(self.remedy, language),
+            "message": translate(self.message, language),
+            "remedy": translate(self.remedy, language),
             "span": list(self.span) if self.span else None,
-            "fixes": [{"id": f.id, "title": told(f.title, language), "safe": f.safe} for f in self.fixes],
+            "fixes": [{"id": f.id, "title": translate(f.title, language), "safe": f.safe} for f in self.fixes],
             "details": places_in(self.details, language),
         }
 

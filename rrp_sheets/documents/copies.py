@@ -83,7 +83,7 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     """
     from rrp_sheets.workbook import read
     from rrp_sheets.workbook.editing import read_sheets
-    from rrp_sheets.workbook.reading import to_rows
+    from rrp_sheets.workbook.reading import MARKDOWN, to_rows
     from rrp_sheets.workbook.text_patch import write_csv, write_markdown
 
     suffix = target.suffix.casefold()
@@ -99,7 +99,7 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     _refuse_twins(reading.workbook.sheets)
     named = reading.workbook.tables
     sheets = {n: rows for n, rows in to_rows(raw).items() if key(n) in named or not offered.made(n, rows)}
-    if suffix in (".md", ".markdown"):
+    if suffix in MARKDOWN:
         return write_markdown(sheets, target, replace=replace)
     if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
         raise SheetsError(

@@ -9,35 +9,68 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange
-from rrp_sheets.documents.journal import Journal, Version, made_for, requests_now
-from rrp_sheets.documents.sheet_edits import SheetEdits
-from rrp_sheets.documents.steps import (
+from rrp_sheets.documents.grid import (
     Batch,
     Cells,
+    CellText,
+    Changed,
+    Grid,
     Moved,
+    Refused,
     RemoveRows,
     RestoreRows,
-    SheetIn,
-    Sheets,
-    SheetStep,
-    Step,
-    Steps,
+    RowStep,
+    SheetChange,
     blocks,
     bring,
     cell_edits,
-    make_sheet_step,
     must_have,
     put_texts,
     remove,
     shift,
 )
-from rrp_sheets.documents.workfile import WorkFile, take_over
+from rrp_sheets.documents.sheet_edits import SheetEdits, SheetIn, Sheets, SheetStep, make_sheet_step
+from rrp_sheets.documents.workfile import Journal, WorkFile, made_for, requests_now, take_over
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.edits import Edit, SetCell
 from rrp_sheets.workbook.schema import recognise
+
+Step = RowStep | Batch | SheetStep
+MOST_BACK = 500  # steps that a person can undo
+
+
+class Steps:
+    """Steps of each person that can be undone, and those that were undone and can be made again."""
+
+    def __init__(self) -> None:
+        self._back: dict[str, list[Step]] = {}
+        self._again: dict[str, list[Step]] = {}
+
+    def did(self, author: str, step: Step) -> None:
+        """Note a new step; what was undone before it cannot be made again."""
+        self._push(self._back, author, step)
+        self._again.pop(author, None)
+
+    def undone(self, author: str, step: Step) -> None:
+        """Note an undo: `step` would make the change again."""
+        self._push(self._again, author, step)
+
+    def redone(self, author: str, step: Step) -> None:
+        """Note a redo: `step` would undo it again."""
+        self._push(self._back, author, step)
+
+    def last(self, author: str, *, again: bool) -> Step | None:
+        """Remove and return the newest step to undo or redo; None when there is none."""
+        pile = (self._again if again else self._back).get(author)
+        return pile.pop() if pile else None
+
+    @staticmethod
+    def _push(piles: dict[str, list[Step]], author: str, step: Step) -> None:
+        pile = piles.setdefault(author, [])
+        pile.append(step)
+        del pile[:-MOST_BACK]
 
 
 class Document:
@@ -49,6 +82,7 @@ class Document:
         why: why it can only be looked at.
 
     Attributes:
+        file: what keeps it, with its named versions.
         grids: its sheets by name, in the order of the file.
         own: the names of the user's own sheets, which are left alone.
         sheets: what can be done to its sheets.
@@ -63,18 +97,18 @@ class Document:
         self.why = why
         self._lock = threading.RLock()
         self._steps = Steps()
-        self._file = WorkFile(path, journal, why)
+        self.file = WorkFile(path, journal, why)
         self.grids: dict[str, Grid] = {}
         self.own: tuple[str, ...] = ()
         self.version = 0
         self._named: dict[str, str] = {}
         self._outside: list[Changed] = []
-        self._added = self._file.added()
+        self._added = self.file.added()
         self.sheets = SheetEdits(self._lock, self._new, self._sheets, path)
         self._queue = Queue(self._lock, self._fulfil)
         self._kept_rows: dict[str, list[str]] = {}
         self._open()
-        rows, since = self._file.kept_rows()
+        rows, since = self.file.kept_rows()
         for name, grid in self.grids.items():
             if name in rows:
                 grid.adopt(rows[name], since)
@@ -84,12 +118,7 @@ class Document:
     def reading(self) -> Reading:
         """The workbook as its file says it now; read again only when it has changed."""
         with self._lock:
-            return self._file.reading
-
-    @property
-    def read_only(self) -> bool:
-        """True when the workbook can only be looked at here; `why` says why."""
-        return self._file.read_only
+            return self.file.reading
 
     # ---- editing
 
@@ -175,15 +204,7 @@ class Document:
         """Keep the workbook as it is now under a name."""
         with self._lock:
             self._synchronise()
-            self._file.keep_version(author, name)
-
-    def versions(self) -> list[Version]:
-        """The named versions, the newest first."""
-        return self._file.versions()
-
-    def version_content(self, version: int) -> bytes | None:
-        """The bytes of a version; None when there is no such version."""
-        return self._file.version_content(version)
+            self.file.keep_version(author, name)
 
     def restore(self, author: str, version: int) -> list[Changed]:
         """Make the file what it was in a version; what it is now is kept as a version too.
@@ -193,7 +214,7 @@ class Document:
         """
         with self._changing():
             self._synchronise()
-            self._file.restore(author, version)
+            self.file.restore(author, version)
             return self.poll()
 
     @contextmanager
@@ -209,12 +230,8 @@ class Document:
         """Keep the rows' ids, if there are others, so that pages mean the same rows after a restart of the server."""
         rows = {name: list(grid.rows) for name, grid in self.grids.items()}
         if rows != self._kept_rows:
-            self._file.keep_rows(rows)
+            self.file.keep_rows(rows)
             self._kept_rows = rows
-
-    def made(self, request: str) -> bool:
-        """Return whether the edit of a page's request was made already, also before a restart of the server."""
-        return self._file.made(request)
 
     def _new(self, author: str, step: Step) -> Changed:
         with self._changing():
@@ -232,9 +249,7 @@ class Document:
         changed, inverse = self._make_rows(author, grid, step)
         return replace(changed, grown=tuple(grid.fill_up())), inverse
 
-    def _make_rows(
-        self, author: str, grid: Grid, step: Cells | RemoveRows | RestoreRows | Moved
-    ) -> tuple[Changed, Step]:
+    def _make_rows(self, author: str, grid: Grid, step: RowStep) -> tuple[Changed, Step]:
         if isinstance(step, Cells):
             return self._put(author, grid, step)
         if isinstance(step, RestoreRows):
@@ -265,7 +280,7 @@ class Document:
     def _each(self, author: str, together: Batch) -> tuple[Changed, Step]:
         """One step after the other; when one is refused, those before it are taken back."""
         changes: list[Changed] = []
-        back: list[Cells | RemoveRows | RestoreRows | Moved] = []
+        back: list[RowStep] = []
         try:
             for step in together.steps:
                 changed, inverse = self._make(author, step)
@@ -324,19 +339,19 @@ class Document:
         self._keep_rows()
 
     def _store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
-        kept = self._file.store(author, edits)
+        kept = self.file.store(author, edits)
         self.version += 1
         return kept
 
     def _synchronise(self) -> None:
-        if not self._file.has_changed():
+        if not self.file.has_changed():
             return
         self.version += 1
         self._outside += self._take_over()
 
     def _open(self) -> None:
         """Make the grids from the sheets in the file; the whole is understood only if one is of no known kind."""
-        sheets = self._file.sheets()
+        sheets = self.file.sheets()
         if sheets and all(recognise(sheet).kind for sheet in sheets):
             self.grids, _ = take_over({}, sheets, ())
         else:
@@ -346,7 +361,7 @@ class Document:
         """Bring the grids up to what the file says; rows that are the same keep their ids."""
         reading = self.reading
         tables = {*reading.workbook.tables, *self._added}
-        self.grids, changes = take_over(self.grids, self._file.whole(tables), tables)
+        self.grids, changes = take_over(self.grids, self.file.whole(tables), tables)
         own = tuple(name for name in reading.workbook.sheets if name not in self.grids)
         changes += [Changed(n, change=SheetChange("added", n)) for n in own if n not in self.own]
         changes += [Changed(n, change=SheetChange("deleted", n)) for n in self.own if n not in reading.workbook.sheets]
@@ -354,7 +369,7 @@ class Document:
         return changes
 
     def _renew(self, grids: Mapping[str, Grid]) -> Mapping[str, Grid]:
-        self._added = self._file.added()
+        self._added = self.file.added()
         self.grids = dict(grids)
         self._take_over()
         return self.grids

@@ -1,15 +1,17 @@
-"""A sheet as a grid of rows that keep their identity, and the changes that pass between a document and its editors."""
+"""A sheet as a grid of rows that keep their identity, the steps that change them, and what the editors are told."""
 
 from __future__ import annotations
 
 import difflib
 import secrets
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import groupby
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows
+from rrp_sheets.texts import N_
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell, typed
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import Recognised
 
@@ -289,11 +291,11 @@ def _lines(sheet: RawSheet, first: int, columns: tuple[GridColumn, ...]) -> Iter
                 yield number, texts
 
 
-Cells = Mapping[int, str]
+RowTexts = Mapping[int, str]
 _MOST = 10_000  # pairs of rows that are compared cell by cell; beyond, rows are paired in their order
 
 
-def match(old: Sequence[Cells], new: Sequence[Cells]) -> list[int | None]:
+def match(old: Sequence[RowTexts], new: Sequence[RowTexts]) -> list[int | None]:
     """For each new row the place of the old row that it was; None for a row that came.
 
     Equal rows are the same row; of the others between two equal ones, those that share most cells.
@@ -319,7 +321,7 @@ def match(old: Sequence[Cells], new: Sequence[Cells]) -> list[int | None]:
 
 
 def _alike(
-    old: Sequence[Cells], new: Sequence[Cells], some: tuple[int, int], others: tuple[int, int]
+    old: Sequence[RowTexts], new: Sequence[RowTexts], some: tuple[int, int], others: tuple[int, int]
 ) -> Iterator[tuple[int, int]]:
     """Pairs of rows in their order, as many as there can be, so that they share as many cells as possible."""
     (a, b), (c, d) = some, others
@@ -342,10 +344,190 @@ def _alike(
             j += 1
 
 
-def _likeness(one: Cells, other: Cells) -> int:
+def _likeness(one: RowTexts, other: RowTexts) -> int:
     """One for being a pair at all, and much more for each cell with the same text."""
     return 1 + 1000 * sum(other.get(column) == text for column, text in one.items())
 
 
-def _tag(cells: Cells) -> tuple[tuple[int, str], ...]:
+def _tag(cells: RowTexts) -> tuple[tuple[int, str], ...]:
     return tuple(sorted(cells.items()))
+
+
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Texts were changed: put those of `back` in again, if `now` still stands there."""
+
+    sheet: str
+    back: tuple[CellText, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveRows:
+    """Rows were inserted: delete them again; `texts` are those that they had then, None where that does not matter."""
+
+    sheet: str
+    rows: tuple[str, ...]
+    texts: tuple[dict[int, str], ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RestoreRows:
+    """Rows were deleted: insert them again, with their ids and texts, before a row (None: at the end)."""
+
+    sheet: str
+    rows: tuple[tuple[str, dict[int, str]], ...]
+    before: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """Rows were moved: move them back before a row (None: to the end)."""
+
+    sheet: str
+    rows: tuple[str, ...]
+    before: str | None
+
+
+RowStep = Cells | RemoveRows | RestoreRows | Moved
+"""A step of the rows of one sheet, made in the file and then in the grid; each gives the step that undoes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Several steps, one after the other, that are one for people; `sheet` is that of the first."""
+
+    sheet: str
+    steps: tuple[RowStep, ...]
+
+
+def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str, str, int], str]) -> list[SetCell]:
+    """Return the file's edits for new texts; `before`: texts that come before them and are not in the grid yet.
+
+    Raises:
+        Refused: when someone has changed one of them meanwhile, or it is gone.
+    """
+    must_have(grid, [c.row for c in cells])
+    columns = {c.number for c in grid.columns}
+    if any(c.column not in columns for c in cells):
+        raise Refused(N_("There is no such column."), N_("Reload the page."))
+    clashes = []
+    for c in cells:
+        now = before.get((grid.name, c.row, c.column), grid.text(c.row, c.column))
+        if c.was is not None and now not in (c.was, c.text):
+            clashes.append(Clash(c.row, c.column, c.text, now, grid.authors.get((c.row, c.column), "")))
+    if clashes:
+        raise clash(grid, clashes)
+    numbers = grid.numbers()
+    return [SetCell(grid.name, numbers[c.row], c.column, typed(c.text)) for c in cells]
+
+
+def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Cells]:
+    """Put texts that are in the file already into the grid; returns the change and the step back."""
+    back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in cells)
+    for c in cells:
+        grid.put(c.row, c.column, c.text)
+        grid.authors[c.row, c.column] = author
+    rows, places = dict.fromkeys(c.row for c in cells), tuple((c.row, c.column) for c in cells)
+    return Changed(grid.name, touched=tuple(rows), cells=places), Cells(grid.name, back)
+
+
+Store = Callable[[str, Sequence[Edit]], object]
+"""Puts an author's edits into the file; raises Refused when it does not take them."""
+
+
+def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Changed, RemoveRows]:
+    """Insert rows, with their texts when they were deleted before."""
+    place = grid.place(step.before)
+    number = grid.first + place
+    ids = [row for row, _ in step.rows]
+    insert = InsertRows(grid.name, number, len(ids))
+    texts = [
+        SetCell(grid.name, number + i, column, typed(text))
+        for i, (_, cells) in enumerate(step.rows)
+        for column, text in cells.items()
+    ]
+    store(author, [insert, *texts])
+    grid.carry_out(insert, ids)
+    for row, cells in step.rows:
+        for column, text in cells.items():
+            grid.put(row, column, text)
+    back = RemoveRows(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
+    return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
+
+
+def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, RestoreRows]:
+    """Delete rows that follow each other.
+
+    Raises:
+        Refused: when somebody has changed one of them since it came.
+    """
+    _unchanged(author, grid, step)
+    place, count = grid.place(step.rows[0]), len(step.rows)
+    first = grid.first + place
+    gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
+    removal = DeleteRows(grid.name, first, count)
+    store(author, [removal])
+    grid.carry_out(removal)
+    removed = tuple(row for row, _ in gone)
+    return Changed(grid.name, removed=removed), RestoreRows(grid.name, gone, grid.before(place))
+
+
+def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, Moved]:
+    """Move rows that follow each other."""
+    place, count = grid.place(step.rows[0]), len(step.rows)
+    first, after = grid.first + place, grid.before(place + count)
+    target = grid.first + grid.place(step.before)
+    move = MoveRows(grid.name, first, count, target)
+    if move.moves:
+        store(author, [move])
+        grid.carry_out(move)
+    return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(grid.name, step.rows, after)
+
+
+def blocks(grid: Grid, step: RemoveRows | Moved) -> list[RemoveRows] | list[Moved]:
+    """A step of rows as one step for each of those that follow each other: others may have come between them."""
+    places = sorted({grid.place(row) for row in step.rows})
+    groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
+    parts = [tuple(grid.rows[place] for _, place in group) for group in groups]
+    if isinstance(step, Moved):
+        return [replace(step, rows=rows) for rows in parts]
+    if step.texts is None:
+        return [replace(step, rows=rows) for rows in parts]
+    texts = dict(zip(step.rows, step.texts, strict=True))
+    return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]
+
+
+def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
+    for row, texts in zip(step.rows, step.texts or (), strict=False):
+        now = grid.texts[row]
+        others = (grid.authors.get((row, c)) for c in {*now, *texts} if now.get(c, "") != texts.get(c, ""))
+        by = next((who for who in others if who != author), author)
+        if by != author:
+            raise Refused(
+                N_(
+                    "{who} has changed row {row} since, so it stays.",
+                    who=by or N_("Another program"),
+                    row=grid.number(row),
+                ),
+                N_("Delete it if it is to go."),
+            )
+
+
+_AGAIN = N_("Look at it, and change it again if you still want to.")
+
+
+def must_have(grid: Grid, rows: Iterable[str]) -> None:
+    """Refuse when one of the rows is gone."""
+    if not all(grid.has(row) for row in rows):
+        raise Refused(N_("A row that this changes was deleted meanwhile."), _AGAIN)
+
+
+def clash(grid: Grid, clashes: list[Clash]) -> Refused:
+    """Return the refusal for cells that somebody has changed meanwhile."""
+    first = clashes[0]
+    return Refused(
+        N_("{who} has changed this cell meanwhile ({sheet}, row {row}): it is “{theirs}” now; yours was “{mine}”.",
+           who=first.by or N_("Someone"), sheet=grid.name, row=grid.number(first.row), theirs=first.theirs,
+           mine=first.mine),
+        _AGAIN, tuple(clashes),
+    )  # fmt: skip

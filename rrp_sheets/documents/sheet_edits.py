@@ -1,21 +1,28 @@
-"""The sheets of a document: added, renamed, moved, duplicated, deleted."""
+"""The sheets of a document: added, renamed, moved, duplicated, deleted; the cells that refer to them."""
 
 from __future__ import annotations
 
+import re
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rrp_sheets.documents.grid import Changed, Refused
-from rrp_sheets.documents.sheet_references import renamed_cells, users
-from rrp_sheets.documents.steps import SheetIn, SheetNamed, SheetOut, SheetPlaced, Sheets, SheetStep, added
+from rrp_sheets.checks.tests import quoted_sheet
+from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.names import key
+from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.formulas.tokens import Hole, Token, tokenize
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.workbook import Address, Cell, Workbook
+from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import AddSheet
+from rrp_sheets.workbook import Reading
+from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, Edit, MoveSheet, RenameSheet, SetCell, typed
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import TITLES, is_single, recognise
-from rrp_sheets.workbook.sheet_names import free_name
+from rrp_sheets.workbook.sheet_names import free_name, sheet_name
+from rrp_sheets.workbook.sheet_readers import words
 from rrp_sheets.workbook.template import beginning, place_of
 
 
@@ -139,3 +146,339 @@ def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
 def _short(text: str) -> str:
     line = " ".join(text.split())
     return line if len(line) <= 60 else f"{line[:59]}…"
+
+
+@dataclass(frozen=True, slots=True)
+class SheetIn:
+    """A sheet is missing: add it, or bring it back as it was.
+
+    Attributes:
+        cells: what changes with it, by sheet (the Protocol's Run), where it still stands there as it did.
+        grid: of the sheet that comes back, whose rows keep their ids.
+    """
+
+    sheet: str
+    edit: AddSheet | BringSheet
+    cells: tuple[tuple[str, CellText], ...] = ()
+    grid: Grid | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SheetOut:
+    """A sheet is there: delete it; with `texts` only if nothing else stands in it by now."""
+
+    sheet: str
+    texts: tuple[tuple[tuple[int, str], ...], ...] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SheetNamed:
+    """A sheet has this name: give it another one.
+
+    Attributes:
+        cells: how the cells that name it were spelt, by sheet, where they still say what they do.
+    """
+
+    sheet: str
+    name: str
+    cells: tuple[tuple[str, CellText], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class SheetPlaced:
+    """A sheet stands somewhere: let it stand before another one (empty: at the end)."""
+
+    sheet: str
+    before: str
+
+
+SheetStep = SheetIn | SheetOut | SheetNamed | SheetPlaced
+
+
+@dataclass
+class Sheets:
+    """Sheets that the steps work on, with the ways to store and to read them again.
+
+    Attributes:
+        grids: of the sheets of ours.
+        reading: the workbook as it is.
+        store: puts an author's edits into the file; what brings deleted sheets back.
+        renew: the grids as the file says them now, starting from these.
+    """
+
+    grids: Mapping[str, Grid]
+    reading: Reading
+    store: Callable[[str, Sequence[Edit]], tuple[str, ...]]
+    renew: Callable[[Mapping[str, Grid]], Mapping[str, Grid]]
+
+    def text(self, at: Address) -> str:
+        """Return the typed text of a cell."""
+        grid = self.grids.get(at.sheet)
+        place = at.row - grid.first if grid is not None else -1
+        return grid.text(grid.rows[place], at.column) if grid is not None and 0 <= place < len(grid.rows) else ""
+
+    def cell(self, at: Address, text: str) -> tuple[str, CellText]:
+        """A cell's new text, by its row's id."""
+        grid = self.grids[at.sheet]
+        return at.sheet, CellText(grid.rows[at.row - grid.first], at.column, text, self.text(at))
+
+
+SheetCells = tuple[tuple[str, CellText], ...]
+
+
+def make_sheet_step(sheets: Sheets, author: str, step: SheetStep) -> tuple[Changed, SheetStep]:
+    """Make a step; what it changed, and the step that takes it back.
+
+    Raises:
+        Refused: it cannot be made, and why.
+    """
+    match step:
+        case SheetIn():
+            return _bring_in(sheets, author, step)
+        case SheetOut():
+            return _take_out(sheets, author, step)
+        case SheetNamed():
+            return _rename(sheets, author, step)
+        case SheetPlaced():
+            return _move(sheets, author, step)
+
+
+def _bring_in(sheets: Sheets, author: str, step: SheetIn) -> tuple[Changed, SheetStep]:
+    cells = _still(sheets, step.cells)
+    sheets.store(author, [*_edits(sheets, cells), step.edit])
+    sheets.grids = sheets.renew({**sheets.grids, **({step.sheet: step.grid} if step.grid is not None else {})})
+    new = sheets.grids.get(step.sheet)
+    change = SheetChange("added", step.sheet, new.kind if new else "")
+    return _changed(sheets, author, step.sheet, change, cells), SheetOut(step.sheet, _texts(new))
+
+
+def _take_out(sheets: Sheets, author: str, step: SheetOut) -> tuple[Changed, SheetStep]:
+    grid = sheets.grids.get(step.sheet)
+    if step.texts is not None and _texts(grid) != step.texts:
+        names = sorted({who for who in grid.authors.values() if who != author}) if grid else []
+        message = N_("“{sheet}” was changed since, so it stays.", sheet=step.sheet)
+        if names:
+            by = " and ".join(names[:3])
+            message = N_("“{sheet}” was changed since by {names}, so it stays.", sheet=step.sheet, names=by)
+        raise Refused(message, N_("Delete it in the menu of its tab."))
+    cells = tuple(_run_without(sheets, step.sheet))
+    (kept,) = sheets.store(author, [*_edits(sheets, cells), DeleteSheet(step.sheet)])
+    back = tuple((name, replace(c, text=c.was or "", was=c.text)) for name, c in cells)
+    sheets.grids = sheets.renew({n: g for n, g in sheets.grids.items() if n != step.sheet})
+    changed = _changed(sheets, author, step.sheet, SheetChange("deleted", step.sheet), cells)
+    return changed, SheetIn(step.sheet, BringSheet(step.sheet, kept), back, grid)
+
+
+def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, SheetStep]:
+    old, book = step.sheet, sheets.reading.workbook
+    new = _named(step.name, [n for n in book.sheets if n != old], sheets.grids[old].kind if old in sheets.grids else "")
+    found = renamed_cells(book, sheets.text, old, new)
+    spelt = {(name, c.row, c.column, c.was): c.text for name, c in step.cells}
+    cells = tuple(
+        (name, replace(c, text=spelt.get((name, c.row, c.column, c.was), c.text)))
+        for name, c in (sheets.cell(at, text) for at, text in found.items() if at.sheet in sheets.grids)
+    )
+    sheets.store(author, [*_edits(sheets, cells), RenameSheet(old, new)])
+    grids = {new if n == old else n: g for n, g in sheets.grids.items()}
+    if new in grids:
+        grids[new].name = new
+    sheets.grids = sheets.renew(grids)
+    cells = tuple((new if name == old else name, c) for name, c in cells)
+    back = tuple((name, replace(c, text=c.was or "", was=c.text)) for name, c in cells)
+    change = SheetChange("renamed", new, was=old)
+    return _changed(sheets, author, new, change, cells), SheetNamed(new, old, back)
+
+
+def _move(sheets: Sheets, author: str, step: SheetPlaced) -> tuple[Changed, SheetStep]:
+    names = list(sheets.reading.workbook.sheets)
+    if step.before and step.before not in names:
+        raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=step.before), N_("Reload the page."))
+    after = names[names.index(step.sheet) + 1 :][:1]
+    sheets.store(author, [MoveSheet(step.sheet, step.before)])
+    sheets.grids = sheets.renew(sheets.grids)
+    changed = Changed(step.sheet, change=SheetChange("moved", step.sheet))
+    return changed, SheetPlaced(step.sheet, after[0] if after else "")
+
+
+def added(sheets: Sheets, edit: AddSheet, kind: str) -> SheetIn:
+    """The step that adds a sheet; a new behaviour goes into the Protocol's Run, where that lists names."""
+    name = _named(edit.sheet, sheets.reading.workbook.sheets, kind)
+    run = run_cell(sheets.reading.workbook) if kind == "behaviour" else None
+    cells: SheetCells = ()
+    if run is not None and run.address.sheet in sheets.grids:
+        now = sheets.text(run.address)
+        cells = (sheets.cell(run.address, f"{now.rstrip().rstrip(',;')}, {name}"),)
+    return SheetIn(name, replace(edit, sheet=name), cells)
+
+
+def _named(name: str, others: Sequence[str], kind: str) -> str:
+    """The name as it is used; a behaviour's is written in the Protocol's Run, where commas stand between names."""
+    if kind == "behaviour" and (mark := next((c for c in name if c in ",;"), "")):
+        raise Refused(
+            N_("A behaviour's name has no “{mark}”: it stands between names.", mark=mark), N_("Leave it out.")
+        )
+    try:
+        return sheet_name(name, others)
+    except SheetsError as error:
+        raise Refused(error.message, error.remedy) from error
+
+
+def _run_without(sheets: Sheets, sheet: str) -> list[tuple[str, CellText]]:
+    """The Protocol's Run without a sheet, where it lists others too; alone it stays, as all would run without it."""
+    run = run_cell(sheets.reading.workbook)
+    if run is None or run.address.sheet not in sheets.grids or run.address.sheet == sheet:
+        return []
+    names = run_names(sheets.text(run.address))
+    left = [name for name in names if key(name) != key(sheet)]
+    return [sheets.cell(run.address, ", ".join(left))] if left and len(left) < len(names) else []
+
+
+def _still(sheets: Sheets, cells: SheetCells) -> SheetCells:
+    """Those whose rows and texts are as they were when the step was kept."""
+    return tuple(
+        (name, c)
+        for name, c in cells
+        if (grid := sheets.grids.get(name)) is not None and grid.has(c.row) and grid.text(c.row, c.column) == c.was
+    )
+
+
+def _edits(sheets: Sheets, cells: SheetCells) -> list[SetCell]:
+    return [SetCell(name, sheets.grids[name].number(c.row), c.column, typed(c.text)) for name, c in cells]
+
+
+def _changed(sheets: Sheets, author: str, sheet: str, change: SheetChange, cells: SheetCells) -> Changed:
+    then = []
+    for name, c in cells:
+        grid = sheets.grids.get(name)
+        if grid is not None and grid.has(c.row):
+            grid.authors[c.row, c.column] = author
+            then.append(Changed(name, touched=(c.row,), cells=((c.row, c.column),)))
+    return Changed(sheet, change=change, then=tuple(then))
+
+
+def _texts(grid: Grid | None) -> tuple[tuple[tuple[int, str], ...], ...] | None:
+    """Return the texts in a sheet by row, whatever the ids of its rows."""
+    if grid is None:
+        return None
+    return tuple(tuple(sorted(grid.texts[row].items())) for row in grid.rows if grid.texts[row])
+
+
+Texts = Callable[[Address], str]
+"""Text of a cell, as it was typed."""
+_SEPARATORS = re.compile(r"([,;\n])")
+
+
+def renamed_cells(workbook: Workbook, texts: Texts, old: str, new: str) -> dict[Address, str]:
+    """The cells that name a sheet, with what they say when it has another name; `texts` gives what was typed."""
+    k = key(old)
+    found: dict[Address, str] = {}
+    for cell in _tests(workbook, k):
+        text = texts(cell.address)
+        head, bang, stream = text.rpartition("!")
+        if bang:
+            found[cell.address] = f"{_spaced(head, quoted_sheet(new))}!{stream}"
+    for cell in _switches(workbook, k):
+        found[cell.address] = _spaced(texts(cell.address), new)
+    run = run_cell(workbook)
+    if run is not None and any(key(name) == k for name in run_names(run.text)):
+        found[run.address] = "".join(
+            _spaced(part, new) if key(part) == k else part for part in _SEPARATORS.split(texts(run.address))
+        )
+    for cell in _formulas(workbook, k):
+        text = texts(cell.address)
+        if (changed := renamed_table(text, old, new)) != text:
+            found[cell.address] = changed
+    return {at: text for at, text in found.items() if text != texts(at)}
+
+
+def _tests(workbook: Workbook, k: str) -> Iterator[Cell]:
+    for test in workbook.tests:
+        for row in test.rows:
+            sheet, bang, _ = row.stream.text.rpartition("!")
+            if bang and key(sheet.strip().strip("'")) == k:
+                yield row.stream
+
+
+def _switches(workbook: Workbook, k: str) -> Iterator[Cell]:
+    name = workbook.protocol.robot
+    robot = load_robot(name if name in robot_names() else "nao")
+    for device in workbook.devices:
+        found = robot.find(device.device.text)
+        for setting, cell in device.settings.items():
+            known = found.type.settings.get(setting) if found else None
+            if known is not None and known.kind == "behaviour" and cell and key(cell.text) == k:
+                yield cell
+
+
+def _formulas(workbook: Workbook, k: str) -> Iterator[Cell]:
+    """The formulas that may name a table; a name that is an input or a helper means that one."""
+    if k not in workbook.tables or any(key(h.name.text) == k for h in workbook.helpers):
+        return
+    for behaviour in workbook.behaviours:
+        yield from (r.formula for r in behaviour.rows if r.formula and not _has(r.inputs, k))
+    yield from (h.formula for h in workbook.helpers if h.formula and not _has(h.inputs, k))
+
+
+def users(workbook: Workbook, sheet: str) -> Iterator[Cell]:
+    """The cells that use what a sheet makes: its streams, devices and helpers, by their names."""
+    k = key(sheet)
+    made = {key(r.output.text) for b in workbook.behaviours if key(b.name) == k for r in b.rows if r.output}
+    yield from (r.stream for t in workbook.tests if key(t.name) != k for r in t.rows if key(r.stream.text) in made)
+    streams = {key(d.stream.text) for d in workbook.devices if key(d.stream.address.sheet) == k}
+    rows = [(b, r) for b in workbook.behaviours for r in b.rows if key(b.name) != k]
+    yield from (cell for _, r in rows for cell in (*r.inputs, r.output) if cell and key(cell.text) in streams)
+    helpers = {key(h.name.text) for h in workbook.helpers if key(h.name.address.sheet) == k}
+    yield from (r.formula for _, r in rows if r.formula and helpers & words([r.formula.text]))
+
+
+def _has(names: Sequence[Cell], k: str) -> bool:
+    return any(key(argument_name(name.text)) == k for name in names)
+
+
+def renamed_table(formula: str, old: str, new: str) -> str:
+    """A formula in which a table has another name; one that cannot be understood stays as it is.
+
+    >>> renamed_table('XLOOKUP(step; Steps[Steps]; Steps) & "Steps" & f"{ROWS(Steps)}"', "Steps", "My steps")
+    'XLOOKUP(step; mySteps[Steps]; mySteps) & "Steps" & f"{ROWS(mySteps)}"'
+    """
+    keys = {key(old), key(argument_name(old))}
+    name = new if new.isidentifier() else argument_name(new)
+    try:
+        tokens = tokenize(formula, lambda word: key(word) in keys)
+    except FormulaProblem:
+        return formula
+    spans = sorted(_spans(tokens, keys), reverse=True)
+    for start, end in spans:
+        formula = formula[:start] + name + formula[end:]
+    return formula
+
+
+def _spans(tokens: Sequence[Token], keys: set[str]) -> Iterator[tuple[int, int]]:
+    before = ""
+    for token in tokens:
+        if token.kind == "name" and key(token.text) in keys and before != ".":
+            yield token.start, token.end
+        elif token.kind == "column" and key(str(token.parts[0])) in keys:
+            yield token.start, token.start + len(str(token.parts[0]))
+        elif token.kind == "texts":
+            for part in token.parts:
+                if isinstance(part, Hole):
+                    yield from _spans(part.tokens, keys)
+        before = token.text
+
+
+def run_cell(workbook: Workbook) -> Cell | None:
+    """The Protocol's Run, when it lists names."""
+    cell = workbook.protocol.fields.get("run")
+    return cell if cell and key(cell.text) != "all" else None
+
+
+def run_names(text: str) -> list[str]:
+    """The names that it lists."""
+    return [name for part in _SEPARATORS.split(text)[::2] if (name := part.strip())]
+
+
+def _spaced(text: str, new: str) -> str:
+    """A name instead of a text, with the text's spaces around it."""
+    bare = text.strip()
+    return text.replace(bare, new, 1) if bare else new

@@ -216,7 +216,7 @@ class SimulatedWorld(World):
             return value
         if self._records[stream] is DONE:
             value = {**value, "value": self._values.pop(value["value"])}
-        return self._records[stream].make(**{key(name): v for name, v in value.items()})
+        return self._records[stream].make(**value)
 
 
 def _specs(uses: Sequence[DeviceUse], robot: Robot) -> tuple[DeviceUse, ...]:

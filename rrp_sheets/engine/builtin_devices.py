@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from rrp_sheets.engine.clock import FrameClock
+from rrp_sheets.connectors.spec import Clock
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Notice, commanded
 from rrp_sheets.model.names import key
@@ -25,7 +25,10 @@ in a circle through `X done` leave an engine without frames its time."""
 class Host(Protocol):
     """Operations of an engine that its own devices call."""
 
-    clock: FrameClock
+    @property
+    def clock(self) -> Clock:
+        """Clock of the run."""
+        ...
 
     def feed(self, stream: str, value: Value) -> None:
         """Let a value enter a stream, if some row reads it."""

@@ -1,24 +1,28 @@
-"""The two engines and their base: the wired rows of a plan, built-in devices, behaviours that switch on and off.
+"""The two engines and their base: the wired rows of a plan, their clock, behaviours that switch on and off.
 
 An engine decides only at which instants values enter and the graph settles.
 """
 
 from __future__ import annotations
 
+import heapq
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from datetime import UTC, datetime, timedelta
+from typing import Any, TypeVar
 
 from reactivex import Observable, never
-from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
-from reactivex.disposable import CompositeDisposable, Disposable
+from reactivex.abc import DisposableBase, ObserverBase, ScheduledAction, SchedulerBase
+from reactivex.disposable import CompositeDisposable, Disposable, SingleAssignmentDisposable
+from reactivex.scheduler.periodicscheduler import PeriodicScheduler
+from reactivex.typing import AbsoluteTime, RelativeTime
 
 from rrp_sheets.connectors.spec import ConnectorContext
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
-from rrp_sheets.engine.clock import INSTANT, NO_ROW, RANK, SETTLING, FrameClock, Heartbeat
 from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.ports import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat, new_cell
 from rrp_sheets.engine.run_events import FormulaFailure, RunObserver, StreamEvent
 from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.errors import RunBroken
@@ -33,6 +37,13 @@ from rrp_sheets.texts import N_
 
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
 _VALUES_PER_ROW = 60  # that many in one instant, if all rows have so many, are not yet called too many
+_EPOCH = datetime.fromtimestamp(0, UTC)
+MOST_AT_ONCE = 30_000
+"""Most values that all streams may have in one frame. Rows that double what they get, one after the other or in
+a circle through a done stream, reach it within a few rows or frames; a workbook of many rows may have more."""
+_LAST = 1 << 30  # the rank of actions that come from reactivex's own operators: after all rows
+_State = TypeVar("_State")
+Entry = tuple[int, int, int, Callable[[], None]]
 
 
 class Engine(ABC):
@@ -368,6 +379,105 @@ class EventEngine(Engine):
         """Let the timers that are due before a time act, each at its own."""
         while not self.ended_by and not self.halted() and (due := self.clock.next_due) is not None and due < before_us:
             commands += self._instant(due, ())
+
+
+class FrameClock(PeriodicScheduler):
+    """The run's clock, a reactivex scheduler of virtual time in whole µs (`us`); `cell` tells which row is at work.
+
+    Within a frame actions are ordered by (rank, due time, sequence): the graph settles in topological order, and a
+    timer that is due acts at its connector's place, after the values of its own instant have reached it. From frame to
+    frame timers keep their absolute due times and act in the first frame at or after them.
+    """
+
+    def __init__(self, cell: Heartbeat | None = None) -> None:
+        super().__init__()
+        self.us = 0
+        self.cell = cell if cell is not None else new_cell()
+        self.came = 0  # values on streams since the frame began
+        self.most = MOST_AT_ONCE  # how many those may be
+        self._timers: list[Entry] = []  # (due, rank, sequence, action): after this frame
+        self._frame: list[Entry] = []  # (rank, due, sequence, action): in this frame
+        self._sequence = 0
+
+    @property
+    def now(self) -> datetime:
+        """The time as reactivex's operators want it."""
+        return _EPOCH + timedelta(microseconds=self.us)
+
+    def push(self, due_us: int, rank: int, action: Callable[[], None]) -> None:
+        """Do something in the first frame at or after `due_us`, at `rank` in its order."""
+        self._sequence += 1
+        if due_us <= self.us:
+            heapq.heappush(self._frame, (rank, due_us, self._sequence, action))
+        else:
+            heapq.heappush(self._timers, (due_us, rank, self._sequence, action))
+
+    def begin(self, us: int) -> None:
+        """Go on to a later time; what is due by then waits for its turn in this frame."""
+        self.us = us
+        self.came = 0
+        timers = self._timers
+        while timers and timers[0][0] <= us:
+            due, rank, sequence, action = heapq.heappop(timers)
+            heapq.heappush(self._frame, (rank, due, sequence, action))
+
+    def drain(self) -> None:
+        """Do everything that belongs to this frame, in order."""
+        frame, cell = self._frame, self.cell
+        while frame:
+            rank, _, _, action = heapq.heappop(frame)
+            cell[RANK] = rank
+            action()
+        cell[RANK] = NO_ROW
+
+    @property
+    def next_due(self) -> int | None:
+        """Time of the next action; None when nothing waits."""
+        if self._frame:
+            return self.us
+        return self._timers[0][0] if self._timers else None
+
+    def forget(self, ranks: Collection[int]) -> None:
+        """Forget what rows have put on the agenda: their behaviour was switched off. Between frames only."""
+        self._timers = [entry for entry in self._timers if entry[1] not in ranks]
+        heapq.heapify(self._timers)
+
+    def clear(self) -> None:
+        """Forget the whole agenda: the run is over."""
+        self._timers.clear()
+        self._frame.clear()
+
+    # ---- reactivex's scheduler interface, for connectors made of its operators
+    def schedule(self, action: ScheduledAction[_State], state: _State | None = None) -> DisposableBase:
+        """Do something in this frame."""
+        return self._schedule(self.us, action, state)
+
+    def schedule_relative(
+        self, duetime: RelativeTime, action: ScheduledAction[_State], state: _State | None = None
+    ) -> DisposableBase:
+        """Do something after a time."""
+        return self._schedule(self.us + round(self.to_seconds(duetime) * 1e6), action, state)
+
+    def schedule_absolute(
+        self, duetime: AbsoluteTime, action: ScheduledAction[_State], state: _State | None = None
+    ) -> DisposableBase:
+        """Do something at a time."""
+        return self._schedule(round((self.to_datetime(duetime) - _EPOCH).total_seconds() * 1e6), action, state)
+
+    def _schedule(self, due: int, action: ScheduledAction[Any], state: Any) -> DisposableBase:
+        cancelled = [False]
+        inner = SingleAssignmentDisposable()
+
+        def act() -> None:
+            if not cancelled[0]:
+                inner.disposable = action(self, state) or Disposable()
+
+        def cancel() -> None:
+            cancelled[0] = True
+            inner.dispose()
+
+        self.push(due, _LAST, act)
+        return Disposable(cancel)
 
 
 class LiveStream(Observable[Value]):

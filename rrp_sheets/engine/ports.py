@@ -1,4 +1,4 @@
-"""Interfaces of the engines to a world: a simulator, a test, or a robot."""
+"""Interfaces of the engines: to a world (a simulator, a test, or a robot), and the heartbeat that a watchdog reads."""
 
 from __future__ import annotations
 
@@ -124,3 +124,22 @@ class Runner(Protocol):
             RunBroken: when something broke while stopping.
         """
         ...
+
+
+INSTANT, SETTLING, RANK = range(3)
+"""Places: how many instants (frames) have begun; 1 while one settles, else 0; the rank of the row being worked out."""
+PLACES = 3
+NO_ROW = -1
+
+
+class Heartbeat(Protocol):
+    """Whole numbers by place: a list, or a memory view."""
+
+    def __getitem__(self, place: int, /) -> int: ...
+
+    def __setitem__(self, place: int, number: int, /) -> None: ...
+
+
+def new_cell() -> Heartbeat:
+    """A cell that nobody watches."""
+    return [0, 0, NO_ROW]

@@ -1,4 +1,4 @@
-"""Problems of formulas in a therapist's words, and what to write for the names and signs of other programs."""
+"""Problems of formulas in plain words, and what to write for the names and signs of other programs."""
 
 from __future__ import annotations
 

@@ -474,6 +474,7 @@ def _bind_function(node: ast.expr, function: Function, args: list[ast.expr]) -> 
     call = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
     call.bound = function.call  # type: ignore[attr-defined]
     call.charges = function.charges  # type: ignore[attr-defined]
+    call.gives = function.gives  # type: ignore[attr-defined]
     return call
 
 

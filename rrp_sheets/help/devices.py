@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from rrp_sheets.help.functions import typed
 from rrp_sheets.help.layout import columns, entries, grids, heading, paragraph, titled
@@ -13,6 +12,7 @@ from rrp_sheets.model.names import argument_name
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting, load_robot
 
 _SHOWN = 3  # further names of a device that are shown in the list
+_TEST = "\n## Test\n"
 
 DONE_EXAMPLE = """
 ## Hello
@@ -93,9 +93,10 @@ def one_device(found: FoundDevice) -> Iterator[str]:
     if settings:
         found_settings = entries((s.name, described(s)) for s in settings)
         yield titled("Settings: columns of the Devices sheet", found_settings)
-    example = example_of(device, load_robot())
-    if example is not None:
-        yield titled(f"For example: {example.title}", *grids(example.shown), between="\n\n")
+    if device.example:
+        shown = device.example.partition(_TEST)[0]  # its test says nothing to who only wants to see how it is used
+        title = shown.partition("\n")[0].lstrip("# ")
+        yield titled(f"For example: {title}", *grids(shown), between="\n\n")
 
 
 def done_stream(found: FoundDevice) -> Iterator[str]:
@@ -135,40 +136,3 @@ def _default(setting: Setting) -> str:
     if isinstance(setting.default, bool):
         return str(setting.default).upper()
     return f"{setting.default:g}" if isinstance(setting.default, float) else str(setting.default)
-
-
-FOLDER = "examples"
-_TEST = "\n## Test\n"
-
-
-@dataclass(frozen=True)
-class Example:
-    """An example: `examples/<device>.md` in the robot's folder.
-
-    Attributes:
-        title: what it shows, from its first line.
-        text: the whole workbook, in Markdown.
-    """
-
-    title: str
-    text: str
-
-    @property
-    def shown(self) -> str:
-        """The workbook without its test, which says nothing to who only wants to see how the device is used."""
-        return self.text.partition(_TEST)[0]
-
-
-def example_of(device: DeviceType, robot: Robot) -> Example | None:
-    """The example of a device; None where there is none.
-
-    >>> from rrp_sheets.robots import load_robot
-    >>> robot = load_robot()
-    >>> example_of(robot.find("Say").type, robot).title
-    'The robot says what it worked out'
-    """
-    path = robot.folder / FOLDER / f"{device.name}.md"
-    if not path.is_file():
-        return None
-    text = path.read_text(encoding="utf-8")
-    return Example(text.partition("\n")[0].lstrip("# "), text)

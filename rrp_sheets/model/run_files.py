@@ -28,8 +28,6 @@ def faces_file(folder: Path) -> Path:
 
 
 ACTIONS = frozenset(("mark", "switch", "press", "scene", "speed", "edit", "pause", "resume", "step"))
-FACE_REMEMBERED = "The face is remembered as "
-"""Beginning of a notice; the name and a full stop follow. Who deletes a participant's faces looks for it."""
 
 
 @dataclass(slots=True)  # not frozen, which takes three times as long: a long run has a million of them

@@ -40,6 +40,8 @@ class RecordType:
         fields: in the order they are shown.
         aliases: further names of fields, by key (`isnew` is `new`).
         positions: the fields that `[0]`, `[1]`, … mean; empty when the record has no positions.
+        keys: the key of a field by each key that may name it.
+        names: the names of the fields by their keys.
     """
 
     name: str
@@ -47,23 +49,25 @@ class RecordType:
     aliases: Mapping[str, str] = field(default_factory=dict)
     positions: tuple[str, ...] = ()
     keys: Mapping[str, str] = field(init=False, compare=False, repr=False)
+    names: Mapping[str, str] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        keys = {key(f.name): key(f.name) for f in self.fields}
-        keys.update({key(alias): key(name) for alias, name in self.aliases.items()})
+        names = {key(f.name): f.name for f in self.fields}
+        keys = {k: k for k in names} | {key(alias): key(name) for alias, name in self.aliases.items()}
         object.__setattr__(self, "keys", keys)
+        object.__setattr__(self, "names", names)
 
-    def make(self, **values: Value) -> Record:
-        """A record of this type; fields that are not given are blank.
+    def make(self, /, **values: Value) -> Record:
+        """A record of this type from values by the fields' names; fields that are not given are blank.
 
         >>> RecordType("Ball", (Field("x"), Field("is red"))).make(x=1)
         Ball(x=1, is red=None)
         """
-        return Record(self, {key(f.name): values.get(key(f.name)) for f in self.fields})
+        return Record(self, {k: values.get(name) for k, name in self.names.items()})
 
     def example(self) -> Record:
         """The record of the fields' examples."""
-        return Record(self, {key(f.name): f.example for f in self.fields})
+        return self.make(**{f.name: f.example for f in self.fields})
 
 
 class Record:
@@ -89,7 +93,7 @@ class Record:
 
     def as_dict(self) -> dict[str, Value]:
         """The values by the fields' shown names."""
-        return {f.name: self.values[key(f.name)] for f in self.type.fields}
+        return {name: self.values[k] for k, name in self.type.names.items()}
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Record) and self.values == other.values

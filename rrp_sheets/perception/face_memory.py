@@ -26,6 +26,8 @@ MOST_VIEWS = 4  # of one person
 MOST_BYTES = 5_000_000
 DIGITS = 6  # after the point, of the numbers in a file
 GUEST = "Guest"
+FACE_REMEMBERED = N_("The face is remembered as {name}.")
+"""Template of a notice. A trace has it in English, and who deletes a participant's faces looks for it."""
 
 
 @dataclass(eq=False)

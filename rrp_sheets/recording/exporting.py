@@ -1,8 +1,8 @@
-"""Exports of runs as a table or plots, by the file's suffix; the comparison of two runs; files of pictures."""
+"""The kinds of files that runs are exported to, tables and plots among them; the comparison of two runs."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,54 +14,67 @@ from rrp_sheets.recording.metadata import facts_of, stamp_of
 from rrp_sheets.recording.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
-from rrp_sheets.render.measure import typeset
-from rrp_sheets.render.output import png_with, target_of, words_of
+from rrp_sheets.render.output import render_picture
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.atomic import write_atomically
 
-TABLES = (".xlsx", ".csv")
+XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
+
+
+@dataclass(frozen=True)
+class ExportKind:
+    """A kind of file that recorded runs are exported to.
+
+    Attributes:
+        name: of a file that is downloaded, before its suffix.
+        title: what such a file is, in words.
+        types: the suffixes of its formats, each with the media type.
+        write: writes traces to a file, of a picture only these streams (all when empty); returns notes for the user.
+        links: the suffixes that the page of a run offers, each with the words beside its link.
+        picture: whether it shows the numbers of one run; any other takes several runs, and all that they recorded.
+    """
+
+    name: str
+    title: str
+    types: Mapping[str, str]
+    write: Callable[[Sequence[Path], Path, Sequence[str]], list[str]]
+    links: Mapping[str, str]
+    picture: bool = False
+
+
+def kind_of(suffix: str) -> ExportKind | None:
+    """Return the kind of export that has this suffix; None when there is none."""
+    return next((kind for kind in EXPORTS if suffix in kind.types), None)
 
 
 def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> list[str]:
-    """Write recorded runs into a file, as a table or as plots; see `api.export`."""
+    """Write recorded runs into a file, of the kind of its suffix; see `api.export`."""
     strays = [run for run in runs if run.is_file() and run.suffix != Path(TRACE).suffix]  # runs/faces.json
     runs = [run for run in runs if run not in strays] or runs
-    suffix = target.suffix.casefold()
-    _require(suffix, target, len(runs), streams)
+    kind = _kind_for(target, len(runs), streams)
     traces = [trace_of(run) for run in runs]
     _require_apart(traces, target)
     refuse_other_table(target)
-    if suffix in TABLES:
-        try:
-            (write_csv if suffix == ".csv" else write_xlsx)(traces, target)
-        except OSError as error:
-            raise SheetsError(
-                N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror),
-                N_("Name another file."),
-            ) from None
-        return _pilots(traces)
-    place = traces[0].parent
-    svg, wide, high = draw_run_plots(place, streams)
-    stamp = stamp_of(place)
-    return write_picture(svg, (wide, high), target, title_of(stamp), dict(stamp.pairs()))
+    notes = kind.write(traces, target, streams)
+    return notes if kind.picture else [*notes, *_pilots(traces)]
 
 
-def _require(suffix: str, target: Path, runs: int, streams: Sequence[str]) -> None:
-    if suffix not in (*TABLES, *SUFFIXES):
+def _kind_for(target: Path, runs: int, streams: Sequence[str]) -> ExportKind:
+    kind = kind_of(target.suffix.casefold())
+    if kind is None:
+        kinds = [N_("{suffixes} for {title}", suffixes=", ".join(k.types), title=k.title) for k in EXPORTS]
         raise SheetsError(
             N_("A run cannot be exported as “{suffix}”.", suffix=target.suffix or target.name),
-            N_(
-                "Let the file's name end with {tables} for a table, {plots} for plots.",
-                tables=", ".join(TABLES),
-                plots=", ".join(SUFFIXES),
-            ),
+            N_("Let the file's name end with {kinds}.", kinds=listed(kinds)),
         )
-    if streams and suffix in TABLES:
-        raise SheetsError(N_("Streams can be chosen for plots, not for a table."), N_("Leave out --streams."))
-    if suffix in SUFFIXES and runs > 1:
+    if streams and not kind.picture:
+        message = N_("Streams can be chosen for plots, not for {title}.", title=kind.title)
+        raise SheetsError(message, N_("Leave out --streams."))
+    if kind.picture and runs > 1:
         raise SheetsError(N_("A picture is of one run."), N_("Name one run, or export a table: -o study.xlsx"))
+    return kind
 
 
 def trace_of(run: Path) -> Path:
@@ -114,6 +127,38 @@ def _pilots(traces: Sequence[Path]) -> list[str]:
     if len(pilots) > 5:
         names = N_("{names} and {n} more", names=names, n=len(pilots) - 5)
     return [N_("A pilot, whose data never counts as a session: {names}. See the column mode.", names=names)]
+
+
+def _write_table(traces: Sequence[Path], target: Path, streams: Sequence[str]) -> list[str]:
+    try:
+        (write_csv if target.suffix.casefold() == ".csv" else write_xlsx)(traces, target)
+    except OSError as error:
+        raise SheetsError(
+            N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror), N_("Name another file.")
+        ) from None
+    return []
+
+
+def _write_plots(traces: Sequence[Path], target: Path, streams: Sequence[str]) -> list[str]:
+    place = traces[0].parent
+    svg, wide, high = draw_run_plots(place, streams)
+    stamp = stamp_of(place)
+    about = dict(stamp.pairs())
+    content, notes = render_picture(svg, wide, high, target.suffix.casefold(), title_of(stamp), about)
+    write_atomically(target, content)
+    return notes
+
+
+EXPORTS = (
+    ExportKind(
+        "trace", N_("a table"), {".xlsx": XLSX, ".csv": "text/csv"}, _write_table,
+        links={".csv": N_("one row per event")},
+    ),
+    ExportKind(
+        "plots", N_("plots"), {".svg": "image/svg+xml", ".pdf": "application/pdf", ".png": "image/png"}, _write_plots,
+        links={".pdf": N_("its numbers over time"), ".svg": N_("the same, to be edited")}, picture=True,
+    ),
+)  # fmt: skip
 
 
 _LANES = {
@@ -269,44 +314,3 @@ def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
 
 def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:
     return [(t, v) for t, v in curve["points"]] if curve else []
-
-
-# ---- files of pictures
-SUFFIXES = (".svg", ".pdf", ".png")
-_PPI = 144
-_MOST_PIXELS = 40_000_000
-
-
-def picture_bytes(
-    svg: str, size: tuple[float, float], suffix: str, title: str, about: Mapping[str, str]
-) -> tuple[bytes, list[str]]:
-    """Return the content of a picture's file, and notes for the user.
-
-    Args:
-        svg: the picture.
-        size: its width and height, in points.
-        suffix: `.svg`, `.pdf` or `.png`.
-        title: of the document.
-        about: what it says of itself; the SVG has it already.
-
-    Raises:
-        SheetsError: Typst failed.
-    """
-    if suffix == ".svg":
-        return svg.encode("utf-8", "replace"), []
-    wide, high = size
-    told = words_of(about)
-    data = {"title": title, "about": told, "width": wide, "height": high}
-    if suffix == ".pdf":
-        return typeset("picture.typ", data, {"picture.svg": svg}, "pdf")
-    ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
-    png, notes = typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
-    return png_with(png, {"Title": title, "Description": told}), notes
-
-
-def write_picture(svg: str, size: tuple[float, float], path: Path, title: str, about: Mapping[str, str]) -> list[str]:
-    """Write a picture into a file whose suffix tells the format, whole or not at all; see `picture_bytes`."""
-    target, suffix = target_of(path, N_("A picture cannot be written as “{suffix}”."), SUFFIXES)
-    content, notes = picture_bytes(svg, size, suffix, title, about)
-    write_atomically(target, content)
-    return notes

@@ -177,7 +177,7 @@ def _table(path: Path, checked: Checked, target: Path) -> None:
 
 
 def _draw(path: Path, checked: Checked, target: Path) -> None:
-    from rrp_sheets.documents.drawings import draw
+    from rrp_sheets.render.output import draw
 
     draw(checked, target)  # `stamp_pictures` says of which run
 

@@ -12,11 +12,13 @@ _TELLING = ("name", "label", "word", "colour", "zone", "pressed", "distance", "v
 _UNIT = re.compile(r"^\(?-?[\d.,]+(?:e-?\d+)? ([^\s\d()]{1,8})\)?$")
 
 
-def told(value: Value, unit: str = "") -> str:
+def value_text(value: Value, unit: str = "") -> str:
     """Return a short text of a value; of a record one or two telling fields.
 
-    >>> told(0.4567, "m"), told("left"), told(None), told(DONE.make(value=1, completed=True, seconds=2.21))
-    ('0.457 m', '“left”', 'blank', 'completed after 2.2 s')
+    >>> value_text(0.4567, "m"), value_text("left"), value_text(None)
+    ('0.457 m', '“left”', 'blank')
+    >>> value_text(DONE.make(value=1, completed=True, seconds=2.21))
+    'completed after 2.2 s'
     """
     if isinstance(value, Record):
         return _record(value)
@@ -33,7 +35,7 @@ def _record(value: Record) -> str:
         return f"{'completed' if fields.get('completed') else 'broken off'}{after}"
     units = {f.name: f.unit for f in value.type.fields}
     telling = [n for n in _TELLING if fields.get(n) not in (None, "")][:2] or list(fields)[:2]
-    text = ", ".join(f"{n} {told(fields[n], units.get(n, ''))}" for n in telling)
+    text = ", ".join(f"{n} {value_text(fields[n], units.get(n, ''))}" for n in telling)
     return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
 
 

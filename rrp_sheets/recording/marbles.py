@@ -24,7 +24,7 @@ from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.output import write_marbles
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots import load_robot, robot_names
-from rrp_sheets.texts import N_, known_language, told
+from rrp_sheets.texts import N_, known_language, translate
 
 _ACTS = ("mark", "switch", "press", "scene", "edit")  # of what people do: what changes a run, and their marks
 _DRAG_US = 1_000_000  # between two places of one drag
@@ -47,7 +47,7 @@ def trace_scores(path: Path) -> list[MarbleDiagram]:
     graph = _graph(reader.path.with_name(WORKBOOK))
     language = known_language(reader.header.fields.get("language"))
     people = _people(events, language)
-    found = _alone(reader.header, events, people) if graph is None else _with_rows(graph, events, people)
+    found = _alone(reader.header, events, people) if graph is None else _with_rows(graph, events, people, language)
     return [replace(score, language=language) for score in found]
 
 
@@ -75,7 +75,9 @@ def _graph(workbook: Path) -> Graph | None:
     return build_graph(reading.workbook, robot or load_robot(), connectors(), Report())
 
 
-def _with_rows(graph: Graph, events: Sequence[RecordedEvent], people: tuple[Group, ...]) -> list[MarbleDiagram]:
+def _with_rows(
+    graph: Graph, events: Sequence[RecordedEvent], people: tuple[Group, ...], language: str
+) -> list[MarbleDiagram]:
     ids = {stream_label(s): s.id for s in graph.streams.values()}
     values = [
         (e.us, ids[e.stream], e.row, value_from_json(e.stream, e.value))
@@ -84,7 +86,7 @@ def _with_rows(graph: Graph, events: Sequence[RecordedEvent], people: tuple[Grou
     ]
     errors = [(e.us, e.row, e.text) for e in events if not isinstance(e, RecordedValue) and e.kind == "error" and e.row]
     last = max((e.us for e in events), default=0)
-    scores = [make_score(graph, b, values, errors, last) for b in graph.behaviours]
+    scores = [make_score(graph, b, values, errors, last, language) for b in graph.behaviours]
     return [replace(s, groups=(*people, *s.groups)) for s in scores if any(lane.marbles for lane in s.lanes)]
 
 
@@ -94,7 +96,7 @@ def _people(events: Iterable[RecordedEvent], language: str) -> tuple[Group, ...]
     dragged: dict[str, int] = {}  # a thing that is dragged is put to many places: where it comes to lie is shown
     for event in events:
         if isinstance(event, RecordedValue) and event.by is not None:
-            marbles.append(Marble(event.us, told(N_("sent: {stream}", stream=event.stream), language)))
+            marbles.append(Marble(event.us, translate(N_("sent: {stream}", stream=event.stream), language)))
         elif isinstance(event, RecordedAction) and event.kind in _ACTS:
             row = f" {event.row}" if event.row else ""
             kind = "" if event.kind == "mark" else f"{event.kind}{row}: "
@@ -212,13 +214,10 @@ def _scores(place: Path, stamp: tuple[int, int]) -> list[MarbleDiagram]:
 def _lanes(score: MarbleDiagram, rows: Collection[int]) -> set[str]:
     """Return the streams that some rows give, those that they take in, and what was done by hand meanwhile."""
     found = {"by hand"}
-    inputs: set[str] = set()
+    sources: set[str] = set()
     for group in score.groups:
         for bar in group.bars:
             if bar.row in rows:
                 found.add(group.lane.id)
-                inputs.update(bar.inputs)
-    for group in score.groups:
-        if group.lane.label in inputs or any(f"row {b.row}" in inputs for b in group.bars):
-            found.add(group.lane.id)
-    return found
+                sources.update(bar.sources)
+    return found | sources

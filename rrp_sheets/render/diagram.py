@@ -30,6 +30,7 @@ from rrp_sheets.render.style import (
 )
 from rrp_sheets.render.svg import draw_badge, draw_box, draw_flag, draw_icon, draw_svg, frame, text
 from rrp_sheets.render.texts import Texts, texts
+from rrp_sheets.texts import translate
 
 _FEWEST_UPRIGHT = 2  # rows of a part that may not be turned
 _AT_ONCE = 4  # Graphviz processes side by side
@@ -317,11 +318,11 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
     parts.append(draw_icon(example.icon if example else "", _LEGEND_X[0] + 21, y + 3.4, INK))
     parts.append(text(_LEGEND_X[0] + 44, y + 12.4, words.get("legend.row"), NAME_PT))
     y += 36
-    known = [c for c in dict.fromkeys(connectors()) if words.has(f"legend.connector.{c.name}")]
+    known = [c for c in dict.fromkeys(connectors()) if c.legend]
     half = -(-len(known) // 2)
     for number, connector in enumerate(known):
         x, line = (_LEGEND_X[0] if number < half else wide / 2 + 8), y + number % half * _LEGEND_LINE
-        about = words.get(f"legend.connector.{connector.name}")
+        about = translate(connector.legend_message(), language)
         meaning = words.get("legend.meaning", connector=connector.name, meaning=about)
         parts.append(draw_icon(connector.icon, x + 4, line - 9, INK, 1))
         parts.append(text(x + 26, line, meaning, NAME_PT - (1 if width(meaning, NAME_PT) > wide / 2 - 30 else 0)))

@@ -262,7 +262,6 @@ def _spaced(name: str) -> str:
 
 
 _BLANK = {"blank", "none", "blank()"}
-_PASSES = {"filter", "sample", "merge", "forgetafter", "delay", "throttle", "changes", "once", "timeout"}
 
 
 @dataclass(frozen=True)
@@ -306,10 +305,10 @@ def _of_sensor(stream: Stream) -> Content:
 def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:
     inputs = [found.get(i, Content()) for i in step.inputs]
     sensors = {s: None for content in inputs for s in content.sensors}
-    blank = any(c.may_be_blank for c in inputs) or key(step.connector.name) == "forgetafter"
+    name, passes = step.connector.name, step.connector.passes
+    blank = any(c.may_be_blank for c in inputs) or (passes is not None and passes.blanks)
     first = inputs[0] if inputs else Content()
-    name = key(step.connector.name)
-    if name in _PASSES:
+    if passes is not None or name == "merge":
         alike = all((c.record, c.unit) == (first.record, first.unit) for c in inputs) or name != "merge"
         record, unit = (first.record, first.unit) if alike else (None, "")
         return Content(record, unit, sensors, blank, all(c.blank for c in inputs))

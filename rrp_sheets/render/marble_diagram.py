@@ -6,15 +6,15 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, field, replace
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, StreamKind
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.render.measure import clean, columns, shortened
-from rrp_sheets.texts import N_, listed
+from rrp_sheets.render.texts import Texts, texts
+from rrp_sheets.texts import N_, listed, translate
 
 _MOST_TICKS = 400
-_FROM_TIMER = ("forgetafter", "timeout")
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class Bar:
 
     Attributes:
         row: its number in the sheet; 0 for none.
-        inputs: names of the input streams.
+        inputs: names of the input streams; `sources` their ids.
         icon: SVG elements in a 12 × 12 box.
         formula: as typed; of a period the duration.
         ticks: when its clock acts, in microseconds.
@@ -68,6 +68,7 @@ class Bar:
     formula: str = ""
     ticks: tuple[int, ...] = ()
     off: bool = False
+    sources: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,7 @@ def make_score(
     events: Iterable[tuple[int, str, str, Value]],
     errors: Iterable[tuple[int, str, str]] = (),
     last_us: int = 0,
+    language: str = "en",
 ) -> MarbleDiagram:
     """Return the marble diagram of a behaviour: sensors, then streams by the rows that give them, then actuators.
 
@@ -137,6 +139,7 @@ def make_score(
     refs = {s.ref: s for s in steps}
     ids = dict.fromkeys(i for s in steps for i in (*s.inputs, s.output) if i in graph.streams)
     marbles: dict[str, list[Marble]] = {i: [] for i in ids}
+    words = texts(language)
     for us, stream_id, row, value in events:
         last_us = max(last_us, us)
         if stream_id in ids and (graph.streams[stream_id].kind is not StreamKind.ACTUATOR or row in refs):
@@ -144,7 +147,7 @@ def make_score(
     for us, row, message in errors:
         last_us = max(last_us, us)
         if row in refs:
-            marbles[refs[row].output].append(Marble(us, None, row, message))
+            marbles[refs[row].output].append(Marble(us, None, row, translate(message, language)))
     streams = [graph.streams[i] for i in ids]
     outside = [s for s in streams if s.kind in (StreamKind.SENSOR, StreamKind.DONE)]
     actuators = [s for s in streams if s.kind is StreamKind.ACTUATOR]
@@ -153,40 +156,38 @@ def make_score(
     inner.sort(key=lambda s: first_row.get(s.id, 0))
     groups = []
     for stream in (*outside, *inner, *actuators):
-        bars = tuple(_bar(s, graph, marbles, last_us) for s in steps if s.output == stream.id)
+        bars = tuple(_bar(s, graph, marbles, last_us, words) for s in steps if s.output == stream.id)
         lane = Lane(stream.id, stream.name, stream.kind.value, tuple(sorted(marbles[stream.id], key=lambda m: m.us)))
         groups.append(Group(bars, lane))
-    return MarbleDiagram(behaviour.name, tuple(groups), 0, last_us)
+    return MarbleDiagram(behaviour.name, tuple(groups), 0, last_us, language=language)
 
 
-def _bar(step: Step, graph: Graph, marbles: Mapping[str, list[Marble]], last_us: int) -> Bar:
+def _bar(step: Step, graph: Graph, marbles: Mapping[str, list[Marble]], last_us: int, words: Texts) -> Bar:
     formula = step.row.formula.text
     if step.period_us:
         formula = show_duration(step.period_us)
-    names = tuple(_name(graph.streams[i]) for i in step.inputs if i in graph.streams)
+    sources = tuple(i for i in step.inputs if i in graph.streams)
+    streams = [graph.streams[i] for i in sources]
+    names = tuple(s.name or words.get("behaviour.row", n=s.address.row) for s in streams)
     connector = step.connector
     return Bar(
-        step.number, names, connector.name, connector.icon, formula, _ticks(step, marbles, last_us), not step.row.on
-    )
-
-
-def _name(stream: Stream) -> str:
-    return stream.name or f"row {stream.address.row}"
+        step.number, names, connector.name, connector.icon, formula, _ticks(step, marbles, last_us),
+        not step.row.on, sources,
+    )  # fmt: skip
 
 
 def _ticks(step: Step, marbles: Mapping[str, list[Marble]], last_us: int) -> tuple[int, ...]:
     """Return the times (µs) at which the clock of a connector with a period acts."""
-    period, name = step.period_us or 0, step.connector.name.casefold()
-    if period <= 0:
+    period, passes = step.period_us or 0, step.connector.passes
+    if period <= 0 or passes is None:
         return ()
-    if name == "sample":
+    if passes.rate == "ticks":
         return tuple(range(period, last_us + 1, period)) if last_us / period <= _MOST_TICKS else ()
-    if name == "delay":
+    if passes.blanks:
+        return tuple(m.us for m in marbles[step.output] if m.value is None)
+    if passes.later and passes.rate == "same":
         return tuple(m.us + period for m in marbles.get(step.inputs[0], ()) if m.us + period <= last_us)
-    if name in _FROM_TIMER:
-        blank_only = name == "forgetafter"
-        return tuple(m.us for m in marbles[step.output] if not (blank_only and m.value is not None))
-    return ()
+    return tuple(m.us for m in marbles[step.output]) if passes.later else ()
 
 
 def upstream(graph: BehaviourGraph, streams: Iterable[str], most: int) -> list[str]:

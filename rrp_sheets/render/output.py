@@ -1,4 +1,4 @@
-"""Writes diagrams as .svg, .pdf or .png, marble diagrams as .txt too, and metadata into such files and GIFs."""
+"""Draws checked workbooks; writes diagrams as .svg, .pdf or .png, marbles as .txt too, metadata into them and GIFs."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import struct
 import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.render.diagram import Page, draw_legend
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend, to_dot
 from rrp_sheets.render.marble_diagram import MarbleDiagram, marble_text
 from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.measure import clean, escape, typeset
@@ -20,6 +23,11 @@ from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.atomic import write_atomically
 
+if TYPE_CHECKING:
+    from rrp_sheets.checks import Checked
+    from rrp_sheets.graph import BehaviourGraph
+
+MOST_ROWS = 2_000  # a hundred pages; Graphviz takes half a minute for them
 SUFFIXES = (".svg", ".pdf", ".png")
 NOTHING = N_("There is nothing to draw: no behaviour has a row.")
 NOT_WRITTEN = N_("A diagram cannot be written as “{suffix}”.")
@@ -28,6 +36,59 @@ _GAP = 14.0
 _TALLEST = 1500.0  # points; a longer stack goes on in a further column, as no program shows taller pictures well
 _PPI = 144
 _MOST_PIXELS = 40_000_000
+
+
+def draw(checked: Checked, target: Path, behaviour: str = "", language: str = "") -> list[str]:
+    """Draw the behaviours (or one) into a file; return what the picture lacks (a font, say), in words.
+
+    The language is the Protocol's unless another one is given.
+
+    Raises:
+        SheetsError: when it cannot be written or drawn.
+    """
+    path, suffix = target_of(target, NOT_WRITTEN, (*SUFFIXES, ".dot"))
+    behaviours = chosen(checked, behaviour)
+    if suffix == ".dot":  # one graph: programs that read it draw the first of several and are silent on the others
+        if not any(b.steps for b in behaviours):
+            raise SheetsError(NOTHING)
+        write_atomically(path, to_dot(checked.graph, behaviours).encode())
+        return []
+    pages = []
+    for graph in behaviours:
+        if len(graph.steps) > MOST_ROWS:
+            raise SheetsError(
+                N_("The behaviour “{name}” has {n} rows; at most {most} can be drawn.",
+                   name=graph.name, n=len(graph.steps), most=MOST_ROWS),
+                N_("Divide it into several behaviours."),
+            )  # fmt: skip
+        flags = {
+            d.address.row: n
+            for n, d in enumerate(checked.report, 1)
+            if d.address and key(d.address.sheet) == graph.key and d.severity is not Severity.INFO
+        }
+        pages += draw_diagram(checked.graph, graph, problems=flags, language=language or checked.run.language)
+    return write_diagram(pages, target)
+
+
+def explain(checked: Checked, behaviour: str = "", language: str = "") -> str:
+    """Explain the behaviours (or one) in plain words, in the Protocol's language or the one that is given."""
+    from rrp_sheets.render.sentences import explain_text
+
+    behaviours = chosen(checked, behaviour)
+    return explain_text(checked.graph, checked.workbook, behaviours, language=language or checked.run.language)
+
+
+def chosen(checked: Checked, name: str) -> list[BehaviourGraph]:
+    """Return all behaviours, or the one of that name; raise SheetsError when there is none."""
+    behaviours = checked.graph.behaviours
+    found = [b for b in behaviours if not name or b.key == key(name)]
+    if name and not found:
+        names = [b.name for b in behaviours]
+        guess = nearest(name, names)
+        others = N_("The behaviours are: {names}.", names=listed(names))
+        hint = N_("Did you mean {guess}?", guess=guess) if guess else others
+        raise SheetsError(N_("There is no behaviour “{name}” in this workbook.", name=name), hint)
+    return found
 
 
 def write_diagram(pages: Sequence[Page], path: str | os.PathLike[str]) -> list[str]:
@@ -69,13 +130,25 @@ def render_diagram(
     if suffix == ".svg":
         return svg_with(stack(pages)[0], about).encode("utf-8", "replace"), []
     if suffix == ".png":
-        svg, wide, high = stack(pages)
-        ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
-        data = {"title": _title(pages), "width": wide, "height": high}
-        png, warnings = typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
-        texts = {"Title": _title(pages), "Description": words_of(about)} if about else {}
-        return png_with(png, texts), warnings
+        return render_picture(*stack(pages), suffix, _title(pages), about)
     return _pdf(pages, legend, about)
+
+
+def render_picture(
+    svg: str, wide: float, high: float, suffix: str, title: str, about: Mapping[str, str]
+) -> tuple[bytes, list[str]]:
+    """Return the bytes of a file of that suffix with one picture, and warnings for the user.
+
+    The size is in points; `about` is what the file says of itself, which an SVG has already.
+    """
+    if suffix == ".svg":
+        return svg.encode("utf-8", "replace"), []
+    data = {"title": title, "about": words_of(about), "width": wide, "height": high}
+    if suffix == ".pdf":
+        return typeset("picture.typ", data, {"picture.svg": svg}, "pdf")
+    ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
+    png, warnings = typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
+    return png_with(png, {"Title": title, "Description": words_of(about)} if about else {}), warnings
 
 
 def stack(pages: Sequence[Page]) -> tuple[str, float, float]:

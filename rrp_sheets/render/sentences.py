@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from rrp_sheets.connectors import Connector
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Workbook
@@ -20,7 +21,7 @@ from rrp_sheets.render.device_sentences import (
 from rrp_sheets.render.formula_words import Content, Named, Wording, contents, is_blank, shown
 from rrp_sheets.render.measure import clean, columns
 from rrp_sheets.render.texts import Texts, texts
-from rrp_sheets.texts import capital
+from rrp_sheets.texts import capital, translate
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
 
@@ -233,40 +234,32 @@ class Rows:
             values["as"] = self.named("")
         if kind == "subscribe":
             return self.sentence_of_subscribe(step, event=self.event(step))
-        if kind == "map":
-            wording = self.wording(step, pronoun=self.is_sensor(step.inputs[0]))
-            return get("row.map", **values, event=self.event(step), work=wording.work(step.row.formula.text))
-        if kind == "filter":
-            return self._filter(step, values)
         if kind == "combineLatest":
             formula = step.row.formula.text
-            work = self.wording(step).work(formula) if formula else get("value.record")
-            return get("row.combineLatest", **values, work=work)
-        name = self._entry(step)
-        if self.texts.has(name):
-            return capital(get(name, **values))
-        own = step.connector.sentences.get(self.texts.language, step.connector.sentence)
-        return capital(own.format_map(_Places(values)))
+            values["work"] = self.wording(step).work(formula) if formula else get("value.record")
+        elif "{work}" in step.connector.sentence:
+            wording = self.wording(step, pronoun=self.is_sensor(step.inputs[0]))
+            values |= {"event": self.event(step), "work": wording.work(step.row.formula.text)}
+        elif "{condition}" in step.connector.sentence:
+            return self._filter(step, values)
+        return capital(self._said(step.connector, values, _case(step)))
 
-    def _entry(self, step: Step) -> str:
-        """Return the catalogue entry for a connector that can be used in several ways."""
-        name = f"row.{step.connector.name}"
-        formula, more = bool(step.row.formula.text), len(set(step.inputs)) > 1
-        for suffix, holds in (("_key", formula), ("_count", not formula), ("_reset", more), ("_one", not more)):
-            if holds and self.texts.has(name + suffix):
-                name += suffix
-        return name
+    def _said(self, connector: Connector, values: Mapping[str, str], case: str = "") -> str:
+        """Return a connector's sentence for a case with its places filled."""
+        language = self.texts.language
+        template = connector.sentences.get(language) or translate(connector.sentence_for(case), language)
+        return template.format_map(_Places(values))
 
     def _filter(self, step: Step, values: dict[str, str]) -> str:
-        get, first = self.texts.get, step.inputs[0]
-        if self.is_sensor(first) and len(step.inputs) == 1:
-            condition = self.wording(step, pronoun=True).condition(step.row.formula.text)
-            return get("row.filter_sensor", **values, event=self.event(step), condition=condition)
-        values["condition"] = self.wording(step).condition(step.row.formula.text)
+        first = step.inputs[0]
+        from_sensor = self.is_sensor(first) and len(step.inputs) == 1
+        values["condition"] = self.wording(step, pronoun=from_sensor).condition(step.row.formula.text)
+        if from_sensor:
+            return self._said(step.connector, values | {"event": self.event(step)}, "sensor")
         if len(set(step.inputs)) > 1:
             others = [self.noun(i) for i in dict.fromkeys(step.inputs[1:]) if i != first]
-            return get("row.filter_latest", **{**values, "others": self.texts.listed(others)})
-        return get("row.filter", **{**values, "input": get("name.it")})
+            return self._said(step.connector, values | {"others": self.texts.listed(others)}, "several")
+        return self._said(step.connector, values | {"input": self.texts.get("name.it")})
 
     def sentence_of_subscribe(self, step: Step, *, event: str) -> str:
         """Return the sentence of a `subscribe`; where blanks may come, it adds what they stop."""
@@ -285,15 +278,16 @@ class Rows:
         return bool(step.inputs) and all(self.contents.get(i, Content()).blank for i in step.inputs)
 
     def _action(self, step: Step, event: str) -> str:
-        formula, get = step.row.formula.text, self.texts.get
+        formula, values = step.row.formula.text, {"event": event}
         if not formula or self._sends_blanks(step):
-            return get("row.subscribe", event=event, does=self.does(step))
+            return self._said(step.connector, values | {"does": self.does(step)})
         wording = self.wording(step)
         stream = self.graph.streams[step.output]
         speaks = stream.device is not None and stream.device.type.takes == "text"
         if speaks and (words := wording.says_words(formula)):
-            return get("row.subscribe_words", event=event, work=words)
-        return get("row.subscribe_formula", event=event, work=wording.work(formula), does=self.does(step))
+            return self._said(step.connector, values | {"work": words}, "words")
+        values |= {"work": wording.work(formula), "does": self.does(step)}
+        return self._said(step.connector, values, "formula")
 
     def does(self, step: Step) -> str:
         """Return the action of a `subscribe` in words."""
@@ -382,8 +376,19 @@ class Rows:
         return get("pace.every", period=self.texts.duration(us))
 
 
+def _case(step: Step) -> str:
+    """Return the case of a row for which its connector has a sentence of its own."""
+    formula, several = bool(step.row.formula.text), len(set(step.inputs)) > 1
+    case = ""
+    for name, holds in (("formula", formula), ("no_formula", not formula), ("several", several), ("one", not several)):
+        longer = f"{case}_{name}" if case else name
+        if holds and longer in step.connector.variants:
+            case = longer
+    return case
+
+
 class _Places(dict[str, str]):
-    """Values for the template of a third party's connector; places that are not known stay empty."""
+    """Values for the template of a connector; places that are not known stay empty."""
 
     def __missing__(self, name: str) -> str:
         return ""

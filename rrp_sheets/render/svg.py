@@ -96,12 +96,16 @@ def text(
 
 def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -> str:
     """Draw a connector's icon with its upper left corner at that place."""
-    elements = icon or '<circle cx="6" cy="6" r="4"/>'
-    elements = elements.replace('class="f"', f'fill="{colour}" stroke="none"')
     return (
         f'<g transform="translate({_n(x)} {_n(y)}) scale({scale:g})" fill="none" stroke="{colour}" '
-        f'stroke-width="1.25" stroke-linejoin="round" stroke-linecap="round">{elements}</g>'
+        f'stroke-width="1.25" stroke-linejoin="round" stroke-linecap="round">{icon_elements(icon, colour)}</g>'
     )
+
+
+def icon_elements(icon: str, colour: str) -> str:
+    """Return the elements of a connector's icon, filled where it says so; without icon a circle."""
+    elements = icon or '<circle cx="6" cy="6" r="4"/>'
+    return elements.replace('class="f"', f'fill="{colour}" stroke="none"')
 
 
 def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:

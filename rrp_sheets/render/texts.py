@@ -11,12 +11,12 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import show_duration
-from rrp_sheets.texts import LANGUAGES, N_, LazyMessage, listed, sentences, told
+from rrp_sheets.texts import LANGUAGES, N_, LazyMessage, listed, sentences, translate
 
 
 @dataclass(frozen=True)
 class Texts:
-    """A language's catalogue; entries are named by their path (`row.merge`)."""
+    """A language's catalogue; entries are named by their path (`name.it`)."""
 
     language: str
     entries: Mapping[str, str]
@@ -41,7 +41,7 @@ class Texts:
 
     def sentences(self, parts: Sequence[str]) -> str:
         """Join sentences to a paragraph."""
-        return told(sentences(*parts), self.language)
+        return translate(sentences(*parts), self.language)
 
     def duration(self, us: int) -> str:
         """Return a duration (µs) in words: `10 s`."""
@@ -58,7 +58,9 @@ def texts(language: str = "en") -> Texts:
             N_("There are: {names}.", names=listed(list(LANGUAGES))),
         )
     tables = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-    return Texts(language, {name: told(LazyMessage(text, msgctxt=name), language) for name, text in _flat(tables, "")})
+    return Texts(
+        language, {name: translate(LazyMessage(text, msgctxt=name), language) for name, text in _flat(tables, "")}
+    )
 
 
 def _flat(table: Mapping[str, Any], prefix: str) -> list[tuple[str, str]]:

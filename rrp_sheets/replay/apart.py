@@ -52,6 +52,7 @@ def replay_apart(
 
     worker = WorkerProcess()
     try:
+        listen(None)
         return dict(worker.ask([_TASK, str(trace), str(other or "")], within, listen))
     except WorkerError as none:
         remedy = N_("Try it again.") if none.gone else N_("Replay it by rrp-sheets replay.")

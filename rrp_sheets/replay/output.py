@@ -17,7 +17,7 @@ from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.replay.record import same_json
 from rrp_sheets.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
 from rrp_sheets.replay.result import EXTRA, MISSING, ROW, TIME, VALUE, Difference, Replayed
-from rrp_sheets.texts import N_, told
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook.atomic import write_atomically
 
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
@@ -101,15 +101,15 @@ def difference_scores(found: Replayed) -> list[MarbleDiagram]:
         kind = "actuator" if stream in found.actuators else "stream"
         name = stream.rpartition("!")[2]
         if name.startswith("#"):
-            name = told(N_("row {n}", n=name[1:]), found.language)
-        for which, label in enumerate((name, f"  {told(N_('instead'), found.language)}")):
+            name = translate(N_("row {n}", n=name[1:]), found.language)
+        for which, label in enumerate((name, f"  {translate(N_('instead'), found.language)}")):
             groups.append(Group((), Lane(f"{stream} {which}", label, kind, tuple(courses[which][stream]))))
     title = N_("{run}: as it was recorded, and below each line replayed", run=found.run)
     if found.other:
         words = N_("{run}: as it was recorded, and below each line with {other}")
         title = N_(words, run=found.run, other=found.other)
-    marks = tuple((us, told(mark, found.language)) for us, mark in _marks(here, first, last))
-    score = MarbleDiagram(told(title, found.language), tuple(groups), 0, last, marks)
+    marks = tuple((us, translate(mark, found.language)) for us, mark in _marks(here, first, last))
+    score = MarbleDiagram(translate(title, found.language), tuple(groups), 0, last, marks)
     return stamped([score.between(first, last)], found.stamp)
 
 
@@ -155,21 +155,21 @@ def account(found: Replayed) -> dict[str, Any]:
     robot, language = robot_lines(found), found.language
     each = [] if found.other else each_line(found)
     return {
-        "same": found.same, "verdict": told(verdict(found), language),
-        "remarks": [told(r, language) for r in found.remarks], "ending": told(found.ending, language),
+        "same": found.same, "verdict": translate(verdict(found), language),
+        "remarks": [translate(r, language) for r in found.remarks], "ending": translate(found.ending, language),
         "rows": [
-            {"whose": told(line.whose, language), "text": told(line.text, language), "row": line.row}
+            {"whose": translate(line.whose, language), "text": translate(line.text, language), "row": line.row}
             for line in row_lines(found)[:MOST]
         ],
         "robot": _first(robot, language), "robot_left_out": max(0, len(robot) - MOST),
         "each": _first(each, language), "each_left_out": max(0, len(each) - MOST),
-        "unknown": [told(u, language) for u in found.unknown], "differs": bool(found.differences),
+        "unknown": [translate(u, language) for u in found.unknown], "differs": bool(found.differences),
         "pictures": [p.svg for p in draw_marbles(difference_scores(found), strips=1)[:_MOST_PICTURES]],
     }  # fmt: skip
 
 
 def _first(lines: Sequence[AccountLine], language: str) -> list[dict[str, Any]]:
     return [
-        {"when": told(line.when, language), "us": line.us, "text": told(line.text, language), "row": line.row}
+        {"when": translate(line.when, language), "us": line.us, "text": translate(line.text, language), "row": line.row}
         for line in lines[:MOST]
     ]

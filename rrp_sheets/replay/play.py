@@ -62,9 +62,9 @@ class ValueDecoder:
         if kind is DONE and isinstance(value.get("value"), (list, dict)):
             given = self._given.get((self._of[stream], same_json(value["value"])))
             fields["value"] = fields["value"] if given is None else given
-        if set(fields) - {key(f.name) for f in kind.fields}:  # of another version of the catalogue
+        if fields.keys() - kind.names.keys():  # of another version of the catalogue
             return record_from_mapping(kind.name, {n: fields[key(n)] for n in value})
-        return kind.make(**fields)
+        return kind.make(**{name: fields.get(k) for k, name in kind.names.items()})
 
 
 def _plain(value: Any) -> Value:

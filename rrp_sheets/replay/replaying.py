@@ -170,7 +170,7 @@ def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -
         if stream.device == _SAYS[0]:
             spoken.setdefault(stream.name, "")
     return Replayed(
-        run=recorded.place.resolve().name, workbook=recorded.header.text("name") or "the workbook", other="",
+        run=recorded.place.resolve().name, workbook=recorded.header.text("name") or N_("the workbook"), other="",
         engine=source.checked.run.engine, seconds=recorded.last_us / 1e6, compared=0, differences=(), counts=(),
         stamp=stamp_of(recorded.place), actuators=tuple(dict.fromkeys(names)), spoken=spoken,
     )  # fmt: skip
@@ -191,7 +191,7 @@ def _whole(recorded: Recorded) -> tuple[Events, str]:
         return recorded.events, ""
     last = recorded.last_us
     why = recorded.summary.text("why") if recorded.summary else ""
-    at = f"{last / 1e6:g} s"
+    at = N_("{n:g} s", n=last / 1e6)
     words = N_("The run broke off at {at}. That last moment is not replayed.", at=at)
     if why:
         words = N_("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.values import record_from_mapping, show
 from rrp_sheets.replay.result import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Count, Difference
-from rrp_sheets.texts import N_, listed, told
+from rrp_sheets.texts import N_, listed, translate
 
 if TYPE_CHECKING:
     from rrp_sheets.replay.play import Ends, Played
@@ -22,7 +22,7 @@ _KINDS = (N_("say"), N_("sound"), N_("scene"), N_("clamp"), N_("fall"), N_("pers
 
 def ending(recorded: Recorded, played: Played) -> str:
     """Describe in which way a replay ended otherwise than the run; empty when it did not."""
-    at = f"{played.until_us / 1e6:g} s"
+    at = N_("{n:g} s", n=played.until_us / 1e6)
     by = recorded.summary.text("by") if recorded.summary else ""
     if played.broken:
         return N_("The replay broke off at {at}: {broken}", at=at, broken=played.broken)
@@ -50,26 +50,26 @@ def unknown(
         cut: what is left out of a run that broke off, in words.
         ends: what was made of the ends of commands, when another workbook was played.
     """
-    told = [cut] if cut else []
+    said = [cut] if cut else []
     if recorded.ended == "cut":
-        at = f"{recorded.last_us / 1e6:g} s"
-        told.append(N_("The record has no end: it was cut off at {at}, and is replayed up to there.", at=at))
+        at = N_("{n:g} s", n=recorded.last_us / 1e6)
+        said.append(N_("The record has no end: it was cut off at {at}, and is replayed up to there.", at=at))
     if recorded.engine != "frame":
-        told.append(N_("The event loop's record does not say which of two things of the same microsecond came first."))
+        said.append(N_("The event loop's record does not say which of two things of the same microsecond came first."))
     if world and ends is None:
         worlds = listed([
             N_("{what} {count:,} time" if count == 1 else "{what} {count:,} times", what=N_(what), count=count)
             for what, count in sorted(world.items())
         ])  # fmt: skip
         words = N_("What the robot and its world did is taken from the record and not done again ({listed}).")
-        told.append(N_(words, listed=worlds))
+        said.append(N_(words, listed=worlds))
     if ends is not None:
-        told += _ends_said(ends)
-    return told
+        said += _ends_said(ends)
+    return said
 
 
 def _ends_said(ends: Ends) -> list[str]:
-    told: list[str] = [
+    said: list[str] = [
         N_(
             "The recorded world does not react: the robot would have moved and spoken otherwise, and people would have "
             "answered otherwise. What the sensors gave is what they gave in the session."
@@ -78,26 +78,28 @@ def _ends_said(ends: Ends) -> list[str]:
     if ends.dropped:
         one = N_("{commands} of the session is not made; its recorded end is left out.")
         more = N_("{commands} of the session are not made; their recorded ends are left out.")
-        told.append(N_(one if ends.dropped == 1 else more, commands=_many(ends.dropped)))
+        said.append(N_(one if ends.dropped == 1 else more, commands=_many(ends.dropped)))
     if ends.usual:
-        shown = dict.fromkeys(f"{show(value, 40)} {seconds:.1f} s" for _, value, seconds in ends.usual)
-        told.append(N_(
+        times = dict.fromkeys(
+            N_("{value} {seconds:.1f} s", value=show(value, 40), seconds=seconds) for _, value, seconds in ends.usual
+        )
+        said.append(N_(
             "{commands} that the session did not have at that time is taken to end after the time that the same took "
             "in it ({shown})." if len(ends.usual) == 1 else
             "{commands} that the session did not have at that time are taken to end after the time that the same took "
-            "in it ({shown}).", commands=_many(len(ends.usual)), shown=_few(list(shown)),
+            "in it ({shown}).", commands=_many(len(ends.usual)), shown=_few(list(times)),
         ))  # fmt: skip
     if ends.unknown:
         shown = dict.fromkeys(show(value, 40) for _, value in ends.unknown)
         words = N_(
             "Of {commands} that the session never had the end is not known ({shown}): what waits for it does not come."
         )
-        told.append(N_(words, commands=_many(len(ends.unknown)), shown=_few(list(shown))))
-    return told
+        said.append(N_(words, commands=_many(len(ends.unknown)), shown=_few(list(shown))))
+    return said
 
 
-def _few(words: list[str]) -> str:
-    return ", ".join(words[:4]) + (", …" if len(words) > 4 else "")
+def _few(words: Sequence[str]) -> str:
+    return listed(words) if len(words) < 5 else N_("{before}, …", before=listed(words[:4]))
 
 
 def _many(count: int) -> str:
@@ -157,7 +159,7 @@ def as_text(found: Replayed, style: Style = _plain) -> str:
     """
 
     def say(text: str, role: str = "") -> str:
-        words = told(text, found.language)
+        words = translate(text, found.language)
         return style(words, role) if role else words
 
     lines = [say(verdict(found), "same" if found.same else "different")]
@@ -180,11 +182,11 @@ def as_text(found: Replayed, style: Style = _plain) -> str:
 
 
 def _listed(lines: Sequence[AccountLine], language: str) -> list[str]:
-    shown = [(told(line.when, language), told(line.text, language)) for line in lines[:MOST]]
+    shown = [(translate(line.when, language), translate(line.text, language)) for line in lines[:MOST]]
     wide = max(len(when) for when, _ in shown)
     found = [f"  {when:>{wide}}  {text}" for when, text in shown]
     more = N_("… and {n} more", n=f"{len(lines) - MOST:,}")
-    return [*found, f"  {told(more, language)}"] if len(lines) > MOST else found
+    return [*found, f"  {translate(more, language)}"] if len(lines) > MOST else found
 
 
 def verdict(found: Replayed) -> str:
@@ -264,7 +266,7 @@ def _whose(count: Count, found: Replayed) -> str:
     name = _name(count.stream)
     row = count.came_row or count.row
     if not row:
-        return f"“{name}”" if name else N_("The engine")
+        return _quoted(name) if name else N_("The engine")
     words = in_words(row)
     if found.other and not count.came_row:
         words = N_("{row} of the session's workbook", row=words)
@@ -313,7 +315,7 @@ def each_line(found: Replayed) -> list[AccountLine]:
 
 def _each(d: Difference) -> str:
     row, name = d.came_row or d.row, _name(d.stream)
-    where: str = f"“{name}”"
+    where = _quoted(name)
     if row:
         where = N_("{row} → {name}", row=in_words(row), name=name) if name else in_words(row)
     recorded, came = (_error(v) if d.what == "error" else shown(v) for v in (d.recorded, d.came))

@@ -10,7 +10,7 @@ from typing import Any
 
 from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice, Stamp
 from rrp_sheets.replay.record import content, same_json
-from rrp_sheets.texts import told
+from rrp_sheets.texts import translate
 
 SCHEMA = 1  # of the JSON; grows when an entry changes its meaning or goes
 
@@ -81,9 +81,9 @@ class Replayed:
             "schema": SCHEMA,
             "same": self.same,
             "run": self.run, "workbook": self.workbook, "other": self.other, "engine": self.engine,
-            "seconds": self.seconds, "compared": self.compared, "ending": told(self.ending, self.language),
-            "remarks": [told(r, self.language) for r in self.remarks],
-            "unknown": [told(u, self.language) for u in self.unknown], "stamp": asdict(self.stamp),
+            "seconds": self.seconds, "compared": self.compared, "ending": translate(self.ending, self.language),
+            "remarks": [translate(r, self.language) for r in self.remarks],
+            "unknown": [translate(u, self.language) for u in self.unknown], "stamp": asdict(self.stamp),
             "actuators": list(self.actuators), "spoken": dict(self.spoken),
             "counts": [asdict(c) for c in self.counts],
             "difference_count": len(self.differences),

@@ -118,7 +118,7 @@ def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
 def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]:
     """Return in words what to know of a record and the workbook it is replayed with, before anything is compared."""
     found: list[str] = []
-    program = recorded.header.text("program") or "unknown"
+    program = recorded.header.text("program") or N_("unknown")
     if program != __version__:
         found.append(
             N_(

@@ -18,7 +18,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Field, RecordType, Value
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.gestures import Gesture, load_gestures, resources
-from rrp_sheets.texts import N_, LazyMessage, listed, told
+from rrp_sheets.texts import N_, LazyMessage, listed, translate
 
 CATALOGUE = "robot.toml"
 REST_POSTURE = "Crouch"  # where a run ends
@@ -191,6 +191,7 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
         resources_by=by, colour=entry.get("colour", ""), shows=tuple(entry.get("shows", ())),
         knowledge=entry.get("knowledge", False), engine=entry.get("engine", False),
         simulated=entry.get("simulated", True), says=entry.get("says", ""), stops=entry.get("stops", ""),
+        example=entry.get("example", ""),
     )  # fmt: skip
 
 
@@ -248,6 +249,7 @@ class DeviceType:
         says: a sentence template for the plain-language description.
         stops: the same for what a blank stops; empty for an actuator that a blank does not stop.
         title: its name for people.
+        example: a small workbook with a test, in Markdown, for the device's help; its heading says what it shows.
     """
 
     name: str
@@ -267,6 +269,7 @@ class DeviceType:
     says: str = ""
     stops: str = ""
     title: str = ""
+    example: str = ""
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
         """Return the resources that an actuator with these settings (by key) uses; two that share one conflict.
@@ -289,7 +292,7 @@ class DeviceType:
         """
 
         def say(part: str, text: str) -> str:
-            return told(LazyMessage(text, msgctxt=f"{self.name}.{part}"), language)
+            return translate(LazyMessage(text, msgctxt=f"{self.name}.{part}"), language)
 
         title = say("title", self.title)
         fields = self.payload.fields if self.payload else ()
@@ -343,7 +346,7 @@ class DeviceWords:
 
     def name(self, text: str) -> str:
         """Return the name of a posture or a gesture in this language; any other text as it is."""
-        return told(LazyMessage(text, msgctxt="posture"), self.language)
+        return translate(LazyMessage(text, msgctxt="posture"), self.language)
 
     def said(self, text: str, kind: str) -> str:
         """Return a setting's text by its kind (`choice`, `text`, …): only the catalogue's words are translated."""
@@ -351,8 +354,8 @@ class DeviceWords:
 
     def setting(self, name: str) -> str:
         """Return the name of a setting in this language."""
-        return told(LazyMessage(name, msgctxt="setting"), self.language)
+        return translate(LazyMessage(name, msgctxt="setting"), self.language)
 
     def value(self, text: str) -> str:
         """Return a word of the catalogue in this language; any other text as it is."""
-        return told(LazyMessage(text, msgctxt="value"), self.language)
+        return translate(LazyMessage(text, msgctxt="value"), self.language)

@@ -12,7 +12,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Cell, GestureRow
 from rrp_sheets.robots.catalogue import Joint, Robot
 from rrp_sheets.robots.gestures import Gesture, Keyframe, parse_angle
-from rrp_sheets.robots.trajectory import Planner, joint_limits
+from rrp_sheets.robots.trajectory import JointLimits, Planner
 from rrp_sheets.texts import N_, listed
 
 LONGEST = 120.0  # s, of one gesture
@@ -124,7 +124,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
     for c in plan.clamped:
         cell = lines[c.frame].cells.get(c.joint)
         if cell is not None and abs(c.wanted - c.given) > NEARLY:
-            low, high = joint_limits(robot, c.joint, yaws[c.frame])
+            low, high = JointLimits(robot).of(c.joint, yaws[c.frame])
             unit, turned = robot.joints[key(c.joint)].unit, c.joint == "HeadPitch" and yaws[c.frame]
             report.add(
                 "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),

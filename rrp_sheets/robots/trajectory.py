@@ -110,19 +110,25 @@ class JointPlan:
         return max((way.times[-1] for way in self.ways.values()), default=0.0)
 
 
-def joint_limits(robot: Robot, joint: str, yaw: float = 0.0) -> tuple[float, float]:
-    """A joint's limits; those of the head's pitch depend on its yaw (rad), interpolated in the robot's table.
+class JointLimits:
+    """Limits of a robot's joints; those of the head's pitch depend on its yaw, interpolated in the robot's table."""
 
-    >>> from rrp_sheets.robots import load_robot
-    >>> [round(limit, 2) for limit in joint_limits(load_robot(), "HeadPitch", 1.527)]
-    [-0.33, 0.2]
-    """
-    j = robot.joints[key(joint)]
-    table = robot.data.get("head_pitch_by_yaw")
-    if joint != "HeadPitch" or not table:
-        return j.lower, j.upper
-    low, high = pitch_limits(table, yaw)
-    return max(low, j.lower), min(high, j.upper)
+    def __init__(self, robot: Robot) -> None:
+        self._limits = {joint.name: (joint.lower, joint.upper) for joint in robot.joints.values()}
+        self._pitch_by_yaw: Mapping[str, Sequence[float]] | None = robot.data.get("head_pitch_by_yaw")
+
+    def of(self, joint: str, yaw: float = 0.0) -> tuple[float, float]:
+        """Return the limits of a joint, by its name in the catalogue, while the head is at a yaw (rad).
+
+        >>> from rrp_sheets.robots import load_robot
+        >>> [round(limit, 2) for limit in JointLimits(load_robot()).of("HeadPitch", 1.527)]
+        [-0.33, 0.2]
+        """
+        lower, upper = self._limits[joint]
+        if joint != "HeadPitch" or not self._pitch_by_yaw:
+            return lower, upper
+        low, high = pitch_limits(self._pitch_by_yaw, yaw)
+        return max(low, lower), min(high, upper)
 
 
 def pitch_limits(table: Mapping[str, Sequence[float]], yaw: float) -> tuple[float, float]:
@@ -161,6 +167,7 @@ class Planner:
         share: float = 1.0, peak: float = math.inf,
     ) -> None:  # fmt: skip
         self._robot, self._start, self._home = robot, start, home
+        self._limits = JointLimits(robot)
         self._share, self._peak = share, peak
         self._clamped: list[Clamped] = []
         self._slowed: dict[tuple[int, str], None] = {}
@@ -195,12 +202,12 @@ class Planner:
             yaw = wanted.get("HeadYaw", yaw)
             goal = {}
             for joint, angle in (wanted or before).items():
-                low, high = joint_limits(self._robot, joint, yaw)
+                low, high = self._limits.of(joint, yaw)
                 goal[joint] = min(max(angle, low), high)
                 if abs(goal[joint] - angle) > STILL and joint not in frame.by:
                     self._clamped.append(Clamped(n, joint, angle, goal[joint]))
             if "HeadYaw" in goal:
-                low, high = joint_limits(self._robot, "HeadPitch", yaw)
+                low, high = self._limits.of("HeadPitch", yaw)
                 pitch = before.get("HeadPitch", self._start["HeadPitch"])
                 goal.setdefault("HeadPitch", min(max(pitch, low), high))
             goals.append(goal)
@@ -214,7 +221,7 @@ class Planner:
         before: dict[str, float] = {}
         for goal in goals:
             there = goal.get("HeadYaw", yaw)
-            looks = [joint_limits(self._robot, "HeadPitch", yaw + (there - yaw) * k / LOOKS) for k in range(LOOKS + 1)]
+            looks = [self._limits.of("HeadPitch", yaw + (there - yaw) * k / LOOKS) for k in range(LOOKS + 1)]
             low, high = max(look[0] for look in looks), min(look[1] for look in looks)
             for each in (before, goal):
                 if "HeadPitch" in each:

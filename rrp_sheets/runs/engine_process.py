@@ -14,8 +14,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.clock import PLACES
 from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
+from rrp_sheets.engine.ports import PLACES
 from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice
@@ -133,7 +133,7 @@ class _Engine:
 
         reading, checked = read_and_check(Path(path))
         if checked.report.errors:
-            self._box.post(["checked", pack(tuple(checked.report), tuple[Diagnostic, ...])])
+            self._box.post(["checked", pack(tuple(checked.report), tuple[Diagnostic, ...]), checked.run.language])
             return
         self._box.post(["starting"])
         self._box.flush()

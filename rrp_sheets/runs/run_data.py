@@ -54,6 +54,7 @@ class RunStart:
         title: of the workbook.
         until_us: when it ends by itself.
         folder: that it will leave.
+        language: of the workbook.
         findings: warnings about the workbook.
         streams: every stream's name as in the trace, by its id.
         actuators: the names of the actuator streams, by their ids.
@@ -70,6 +71,7 @@ class RunStart:
     until_us: int
     folder: Path
     findings: tuple[Diagnostic, ...] = ()
+    language: str = "en"
     streams: Mapping[str, str] = field(default_factory=dict)
     actuators: Mapping[str, str] = field(default_factory=dict)
     rows: Mapping[int, str] = field(default_factory=dict)

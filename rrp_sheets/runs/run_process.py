@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.clock import INSTANT, NO_ROW, PLACES, RANK, SETTLING, Heartbeat
 from rrp_sheets.engine.command_queue import OperatorCommand
+from rrp_sheets.engine.ports import INSTANT, NO_ROW, PLACES, RANK, SETTLING, Heartbeat
 from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -30,7 +30,7 @@ from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.runs.engine_process import ENGINE
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, known_language
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
 from rrp_sheets.workers.transport import ready
@@ -68,10 +68,12 @@ class RunOutcome:
     Attributes:
         findings: about the workbook, when it has errors; then it did not run.
         result: what the run left; None when it did not run, because of errors or since it was stopped before it began.
+        language: of the workbook, when it has errors.
     """
 
     findings: tuple[Diagnostic, ...] = ()
     result: RunResult | None = None
+    language: str = "en"
 
 
 class EngineProcess(WorkerProcess):
@@ -243,11 +245,12 @@ class RunProcess:
         failure = self._watchdog.failure(
             heard=heard, silent_after=patience, waits=self._simulator.working and not self._simulator.gone, rows=rows
         )
-        if self._deaf and not failure:
-            failure = _at(N_("The run has taken no message for {seconds:g} s", seconds=SEND_WITHIN), self._row())
-        if not failure:
+        if self._deaf and failure is None:
+            failure = _at(N_("The run has taken no message for {seconds:g} s", seconds=SEND_WITHIN), self._row()), False
+        if failure is None:
             return None
-        return RunBroken(_sentence(failure), REMEDY_SLOW if "costliest" in failure else REMEDY_STUCK)
+        words, slow = failure
+        return RunBroken(_sentence(words), REMEDY_SLOW if slow else REMEDY_STUCK)
 
     def _row(self) -> str:
         """Return the name of the row that is being evaluated; empty when there is none."""
@@ -270,7 +273,7 @@ class RunProcess:
                 N_("The workbook needs more memory than a run may have."), N_("Divide it into smaller ones.")
             )
         if kind == "checked":
-            return RunOutcome(findings=unpack(tuple[Diagnostic, ...], rest[0]))
+            return RunOutcome(unpack(tuple[Diagnostic, ...], rest[0]), language=known_language(rest[1]))
         if kind == "starting":
             self._starting = True
         else:
@@ -418,8 +421,10 @@ class Watchdog:
 
     def failure(
         self, *, heard: bool, silent_after: float = SILENT_AFTER, waits: bool = False, rows: Mapping[int, str]
-    ) -> str:
-        """Return the reason to end the process, as the beginning of a sentence; empty when it goes on.
+    ) -> tuple[str, bool] | None:
+        """Return the reason to end the process as a sentence without its full stop, and whether rows are just slow.
+
+        None while it goes on.
 
         Args:
             heard: whether a message has come since the last look.
@@ -440,16 +445,16 @@ class Watchdog:
         self._instant, self._rank = instant, rank
         if not settling:
             if max(self._process.computing, self._process.still) > silent_after:
-                return N_("The run has not gone on for {seconds:g} s", seconds=silent_after)
-            return ""
+                return N_("The run has not gone on for {seconds:g} s", seconds=silent_after), False
+            return None
         row = rows.get(rank, "")
         if self._row.computing > ROW_WITHIN:
-            return _at(N_("The run has not gone on for {seconds:g} s", seconds=ROW_WITHIN), row)
+            return _at(N_("The run has not gone on for {seconds:g} s", seconds=ROW_WITHIN), row), False
         if self._row.still > STILL_WITHIN:
-            return _at(N_("The run has stood still for {seconds:g} s", seconds=STILL_WITHIN), row)
+            return _at(N_("The run has stood still for {seconds:g} s", seconds=STILL_WITHIN), row), False
         if sum(self._costs.values()) > INSTANT_WITHIN:
             costly = sorted((r for r in self._costs if r in rows), key=lambda r: -self._costs[r])[:_MOST_NAMED]
             named = ", ".join(f"{rows[r]} ({self._costs[r]:.1f} s)" for r in costly)
             words = N_("The rows of one instant took more than {seconds:g} s; the costliest are {rows}")
-            return N_(words, seconds=INSTANT_WITHIN, rows=named)
-        return ""
+            return N_(words, seconds=INSTANT_WITHIN, rows=named), True
+        return None

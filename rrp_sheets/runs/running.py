@@ -14,13 +14,12 @@ from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
 from rrp_sheets.checks.check import folder_of
 from rrp_sheets.checks.facts import sensor_fact
-from rrp_sheets.engine.clock import Heartbeat
 from rrp_sheets.engine.command_handler import buttons, label_of, switched
 from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import Plan, make_plan
-from rrp_sheets.engine.ports import Runner, World
+from rrp_sheets.engine.ports import Heartbeat, Runner, World
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.engine.run_events import NoticeEvent, OperatorEvent, RunEvent, RunObserver
@@ -93,11 +92,11 @@ def run(
     except SheetsError:
         folder.drop()
         raise
-    view.handle(StartEvent(start_of(plan, scene, until, folder.path)))
     try:
         folder.make()
         folder.keep_workbook(checked)
         trace = TraceWriter(folder.path / TRACE, plan, _header(reading, checked, settings, seed))
+        view.handle(StartEvent(start_of(plan, scene, until, folder.path)))  # from now on Stop closes the trace
         recorder.begin(trace, runner.engine)
         for row, text in drawn:
             recorder.handle(NoticeEvent(0, Notice("note", text, row=f"Scene!{row}")))
@@ -260,7 +259,8 @@ def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Pa
     hfov, vfov = _camera(robot)
     return RunStart(
         title=workbook.protocol.text("Title") or Path(workbook.source).stem, until_us=until_us, folder=folder,
-        findings=tuple(checked.report), streams={s.id: stream_label(s) for s in plan.streams},
+        findings=tuple(checked.report), language=checked.run.language,
+        streams={s.id: stream_label(s) for s in plan.streams},
         actuators={a.stream: a.name for a in plan.actuators}, rows=plan.rows_by_rank(),
         behaviours=tuple((names[b], b in plan.on) for b in plan.behaviours),
         sensors=tuple(

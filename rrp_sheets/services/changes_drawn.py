@@ -55,14 +55,15 @@ class Compared:
             pages += draw_changes(behaviour, number)
         return stack(pages)[0]
 
-    def html(self) -> Markup:
+    def html(self, language: str = "en") -> Markup:
         """Return pictures and tables of rows as a part of a page: no script, nothing loaded, everything escaped."""
         if not self.behaviours:
             return Markup("")
         drawn = self.drawn()
         left = len(self.behaviours) - len(drawn)
         return render(
-            "changed_rows.html", legend=Markup(legend_page("").svg if any(pages for _, pages, _ in drawn) else ""),
+            "changed_rows.html", language=language,
+            legend=Markup(legend_page("").svg if any(pages for _, pages, _ in drawn) else ""),
             behaviours=[_shown(*entry) for entry in drawn], kinds=SIGN_NAMES, left=left if left > 0 else 0,
         )  # fmt: skip
 

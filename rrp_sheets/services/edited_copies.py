@@ -17,13 +17,13 @@ from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.atomic import file_bytes, write_atomically
 from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import SetCell, typed
 from rrp_sheets.workbook.maker import sheet_titles
-from rrp_sheets.workbook.reading import file_bytes
+from rrp_sheets.workbook.package import place
+from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.xlsx import place
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,14 @@ class CellSet:
         before: what stood there, as typed.
         after: what stands there now.
         report: what is wrong with the workbook now.
+        language: of the workbook.
     """
 
     address: Address
     before: str
     after: str
     report: Report
+    language: str
 
 
 def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
@@ -69,8 +71,8 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     before = _text(path, name, at)
     edit(path, [SetCell(name, *at, typed(value))], expected_digest=reading.digest)
     after = read(path)
-    report = check_workbook(after.workbook, after.report).report
-    return CellSet(Address(name, *at), before, _text(path, name, at), report)
+    checked = check_workbook(after.workbook, after.report)
+    return CellSet(Address(name, *at), before, _text(path, name, at), checked.report, checked.run.language)
 
 
 def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:
@@ -118,9 +120,6 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
     return target
 
 
-_COPIED = (".xlsx", ".md", ".markdown")
-
-
 def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange], Checked]:
     """Make a copy in which all safe fixes are applied, and the chosen ones.
 
@@ -135,7 +134,7 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
     """
     read(path)  # whatever keeps it from being read is told about the file that the user named
     suffix = target.suffix.casefold()
-    if suffix not in _COPIED:
+    if suffix not in WORKBOOK_SUFFIXES:
         raise SheetsError(
             N_("“{name}” is no name for the copy.", name=target.name), N_("Name an .xlsx file, or an .md file.")
         )

@@ -40,6 +40,7 @@ class Posed:
         added: the columns that were added for them.
         notes: what the robot could not do as asked.
         report: what is wrong with the workbook now.
+        language: of the workbook.
     """
 
     address: Address
@@ -48,6 +49,7 @@ class Posed:
     added: tuple[str, ...]
     notes: tuple[str, ...]
     report: Report
+    language: str
 
 
 def pose(
@@ -83,8 +85,8 @@ def pose(
 
     edit(path, edits, expected_digest=reading.digest)
     after = read(path)
-    report = check_workbook(after.workbook, after.report).report
-    return Posed(address, time, joints, added, notes, report)
+    checked = check_workbook(after.workbook, after.report)
+    return Posed(address, time, joints, added, notes, checked.report, checked.run.language)
 
 
 def _joint(text: str, robot: Robot) -> tuple[str, float]:

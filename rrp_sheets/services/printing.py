@@ -20,7 +20,7 @@ from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.case_output import failure_lines
-from rrp_sheets.texts import N_, told
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
@@ -37,7 +37,7 @@ class HasErrors(SheetsError):
     def __init__(self, checked: Checked) -> None:
         super().__init__(
             N_("The workbook has errors: it cannot run, and a board cannot judge it. Nothing was printed."),
-            N_("Mend them, or print a draft of it (--draft)."),
+            N_("Correct them, or print a draft of it (--draft)."),
         )
         self.checked = checked
 
@@ -62,14 +62,14 @@ class Gathered:
 
 def print_pack(
     path: Path, target: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "",
-    draft: bool = False, today: date | None = None, gathered: Callable[[], None] = lambda: None,
+    draft: bool = False, today: date | None = None, gathered: Callable[[Checked], None] = lambda checked: None,
 ) -> Printed:  # fmt: skip
-    """Make the pack and write it; see `api.print_pack`. `gathered` is called when no formula is evaluated any more."""
+    """Make the pack and write it; see `api.print_pack`. `gathered` is called with the checked workbook."""
     refuse_workbook(target, path)
     if against is not None:
         refuse_workbook(target, against)
     found = gather(path, against=against, language=language, draft=draft, today=today)
-    gathered()
+    gathered(found.checked)
     made = _set(found, paper)
     write_atomically(target, made.data)
     return made
@@ -136,7 +136,7 @@ def _result(case: CaseResult, words: Texts) -> TestSheetResult:
     failed, every = len(case.failed_rows) + len(case.broken), len(case.rows) + len(case.broken)
     entry = "idle" if case.idle else "holds_not" if failed else "holds_one" if every == 1 else "holds"
     counted = words.get(f"pack.open.{entry}", n=every, failed=failed)
-    lines = [] if case.passed else [told(line, words.language) for line in failure_lines(case)]
+    lines = [] if case.passed else [translate(line, words.language) for line in failure_lines(case)]
     more = [words.get("pack.more", n=len(lines) - _MOST_LINES)] if len(lines) > _MOST_LINES else []
     return TestSheetResult(case.case.name, case.passed, counted, (*lines[:_MOST_LINES], *more))
 
@@ -172,7 +172,7 @@ def _one(change: Change, words: Texts) -> VersionDifference:
     kind = change.kind if change.kind in ("added", "removed", "moved") else "changed" if change.effect else "other"
 
     def say(text: str) -> str:
-        return told(text, words.language)
+        return translate(text, words.language)
 
     before, after = (value(say(text)) if text else "" for text in (change.before, change.after))
     if change.kind in ("on", "off"):

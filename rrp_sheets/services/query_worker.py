@@ -48,13 +48,13 @@ class QueryWorker:
         return self._worker.pid
 
     def course(self, place: Path) -> dict[str, Any]:
-        """Return the log and the curves of a run; see `records.timeline`."""
+        """Return the log and the curves of a run; see `recording.timeline`."""
         return dict(self.ask(place.name, "course", str(place)))
 
     def marbles(
         self, place: Path, behaviour: str, rows: list[int], window: tuple[float | None, float | None], spread: bool
     ) -> dict[str, Any]:
-        """Return marble diagrams of a run; see `records.marbles`."""
+        """Return marble diagrams of a run; see `recording.marbles`."""
         return dict(self.ask(place.name, "draw_marbles", str(place), behaviour, rows, window, spread))
 
     def compare(self, first: Path, second: Path) -> Comparison:
@@ -66,9 +66,9 @@ class QueryWorker:
         """Return a part of a run, to be looked back at; see `lookback.answer`."""
         return str(self.ask(place.name, "lookback", str(place), what, number))
 
-    def drawn(self, first: Path, second: Path) -> str:
+    def drawn(self, first: Path, second: Path, language: str) -> str:
         """Return the changes between two workbooks, drawn and row by row, as HTML for a part of a page."""
-        return str(self.ask(listed([first.name, second.name], "and"), "drawn", str(first), str(second)))
+        return str(self.ask(listed([first.name, second.name], "and"), "drawn", str(first), str(second), language))
 
     def close(self) -> None:
         """End the process."""
@@ -137,11 +137,11 @@ def lookback(place: str, what: str, number: int) -> str:
     return answer(Path(place), what, number)
 
 
-def drawn(first: str, second: str) -> str:
+def drawn(first: str, second: str, language: str) -> str:
     """Draw the changes between two workbooks, as HTML."""
     from rrp_sheets.services.changes_drawn import compared
 
-    return compared(Path(first), Path(second)).html()
+    return compared(Path(first), Path(second)).html(language)
 
 
 def export_runs(runs: list[str], target: str) -> list[str]:

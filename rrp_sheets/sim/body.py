@@ -1,16 +1,17 @@
-"""Body of the robot in the physics engine: joints, links, head camera, eyes."""
+"""Body of the robot in the physics engine: joints and their set points, links, head camera, eyes."""
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from rrp_sheets.perception.pinhole import Pose, Vector
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.robots.trajectory import COUPLED, joint_limits
+from rrp_sheets.robots.trajectory import COUPLED, JointLimits
 from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.motion import Glide
 
 STEPS_A_SECOND = 240  # of the physics
 STEP = 1 / STEPS_A_SECOND  # s
@@ -24,6 +25,63 @@ THUMBS = {"LHand": "LThumbJoint", "RHand": "RThumbJoint"}
 FLOOR = 0  # the first body of the physics
 GEARS = 0.15  # of a motor's force: what its gears resist when it rests
 HALT_TIME = 0.08  # s, in which every motion ends when all is stopped
+ARRIVED = 1e-5  # rad; nearer than this the set point is put on its target
+
+
+@dataclass(slots=True)
+class Glide:
+    """A set point that moves to its target.
+
+    >>> g = Glide(0.0); g.go(1.0, velocity=1.0, acceleration=4.0)
+    >>> steps = 0
+    >>> while g.moving: g.step(1 / 240); steps += 1
+    >>> g.position, 1.2 < steps / 240 < 1.3
+    (1.0, True)
+
+    Attributes:
+        position: of the set point, rad.
+        speed: rad/s, signed.
+        target: where it is going.
+        velocity: the largest speed on the way, rad/s.
+        acceleration: the largest, rad/s².
+    """
+
+    position: float
+    speed: float = 0.0
+    target: float = math.nan
+    velocity: float = 1.0
+    acceleration: float = 10.0
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.target):
+            self.target = self.position
+
+    @property
+    def moving(self) -> bool:
+        """True while the target is not reached."""
+        return self.position != self.target or self.speed != 0.0
+
+    def go(self, target: float, velocity: float, acceleration: float) -> None:
+        """Head for a new target, from the present position and speed."""
+        self.target, self.velocity, self.acceleration = target, velocity, acceleration
+
+    def halt(self) -> None:
+        """Stop as fast as the acceleration allows."""
+        brake = self.speed * abs(self.speed) / (2 * self.acceleration)
+        self.target = self.position + brake
+
+    def step(self, dt: float) -> None:
+        """Let `dt` seconds pass."""
+        left = self.target - self.position
+        change = self.acceleration * dt
+        if abs(left) < max(ARRIVED, change * dt) and abs(self.speed) <= 2 * change:
+            self.position, self.speed = self.target, 0.0
+            return
+        # The speed from which it can still brake in the remaining way, less half a step's worth against overshoot.
+        room = max(0.0, math.sqrt(2 * self.acceleration * abs(left)) - change / 2)
+        wanted = math.copysign(min(self.velocity, room), left)
+        self.speed += max(-change, min(change, wanted - self.speed))
+        self.position += self.speed * dt
 
 
 class Body:
@@ -45,6 +103,7 @@ class Body:
         self._force: dict[str, float] = {i[1].decode(): i[10] for i in infos}
         self._com = np.array(bullet.getDynamicsInfo(self.id, -1)[3])
         self.start = dict(robot.data["postures"][robot.data["robot"]["start_posture"]])
+        self._limits = JointLimits(robot)
         self._glides: dict[str, Glide] = {}
         self._moving: dict[str, Glide] = {}
         self._put: set[str] = set()  # joints that are put somewhere in this step
@@ -192,7 +251,7 @@ class Body:
 
         Between the catalogue's yaws the limits are interpolated.
         """
-        return joint_limits(self.robot, joint, yaw)
+        return self._limits.of(joint, yaw)
 
     def torso(self) -> Pose:
         """The torso's frame in the world (the physics reports the centre of mass instead)."""

@@ -26,9 +26,8 @@ from rrp_sheets.model.values import Record, Value
 from rrp_sheets.perception.pinhole import Pixels
 from rrp_sheets.resources import vendored
 from rrp_sheets.sim.camera import FilmCamera, Shot
-from rrp_sheets.sim.motion import Point
 from rrp_sheets.sim.process import Spec
-from rrp_sheets.sim.stage import FRONT
+from rrp_sheets.sim.stage import FRONT, Point
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:

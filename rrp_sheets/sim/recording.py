@@ -30,7 +30,7 @@ WRITTEN_EVERY = 20  # poses, or pictures, that are written at once
 MOVED, STIRRED = 0.002, 0.002  # m, rad: what moves less has not moved
 DIGITS = 3
 Unwritten = Callable[[str, Exception], None]
-"""Is told what cannot be written, and why."""
+"""Receives what cannot be written, and the error."""
 
 
 class Recording:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -146,11 +146,16 @@ class Senses:
 class SimSensor(ABC):
     """Gives the values of one sensor stream.
 
+    A subclass names the devices of the catalogue that it is for: `class Sonar(SimSensor, devices=("Sonar",))`.
+
     Attributes:
         locates: whether its values tell where something is, so that a tracker can follow it.
     """
 
     locates = False
+
+    def __init_subclass__(cls, devices: Sequence[str]) -> None:
+        SENSORS.update(dict.fromkeys(devices, cls))
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
         self.spec = spec
@@ -161,7 +166,11 @@ class SimSensor(ABC):
         """Return the present values; records as mappings of their fields."""
 
 
-class Sonar(SimSensor):
+SENSORS: dict[str, type[SimSensor]] = {}
+"""The class for each device."""
+
+
+class Sonar(SimSensor, devices=("Sonar",)):
     """Distances by rays: of one side, or the nearer of both."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -175,7 +184,7 @@ class Sonar(SimSensor):
         return [{"distance": min(beam.measure(self.senses.stage) for beam in self._beams)}]
 
 
-class BallSensor(SimSensor):
+class BallSensor(SimSensor, devices=("RedBall", "GreenBall", "BlueBall", "Ball")):
     """A ball of a colour, or the largest of any colour."""
 
     locates = True
@@ -198,7 +207,7 @@ class BallSensor(SimSensor):
         return [{**_angles(ball), "distance": ball.distance, "colour": colour}]
 
 
-class Blob(SimSensor):
+class Blob(SimSensor, devices=("Blob",)):
     """The largest spot of a colour."""
 
     locates = True
@@ -211,7 +220,7 @@ class Blob(SimSensor):
         return [{**_angles(spot), "area": spot.area}] if spot else []
 
 
-class Face(SimSensor):
+class Face(SimSensor, devices=("FaceDetection",)):
     """Faces in the picture."""
 
     locates = True
@@ -221,7 +230,7 @@ class Face(SimSensor):
         return list(self.senses.faces.see())
 
 
-class JointPosition(SimSensor):
+class JointPosition(SimSensor, devices=("JointPosition",)):
     """A joint's position, when it has changed."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -241,7 +250,7 @@ class JointPosition(SimSensor):
         return [round(position, 4) + 0.0]
 
 
-class Orientation(SimSensor):
+class Orientation(SimSensor, devices=("Orientation",)):
     """Roll, pitch and yaw of the torso, when they have changed."""
 
     _last: tuple[float, float, float, bool] | None = None
@@ -258,7 +267,7 @@ class Orientation(SimSensor):
         return [{"roll": roll, "pitch": pitch, "yaw": yaw, "fallen": now[3]}]
 
 
-class Button(SimSensor):
+class Button(SimSensor, devices=("OperatorButton",)):
     """An operator's button, which the scene presses."""
 
     _count = 0
@@ -274,7 +283,7 @@ class Button(SimSensor):
         return values
 
 
-class Touched(SimSensor):
+class Touched(SimSensor, devices=("Touch", "Bumper", "ChestButton")):
     """Touches of some zones: all, the feet, the chest, or one of them."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -297,7 +306,7 @@ class Touched(SimSensor):
         return values
 
 
-class WordSensor(SimSensor):
+class WordSensor(SimSensor, devices=("WordRecognized",)):
     """Words that are recognised in what people have just said."""
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
@@ -309,14 +318,6 @@ class WordSensor(SimSensor):
         if self._listener is None:
             return []
         return [{"word": word, "confidence": sure} for word, sure in self.senses.hearing.words(self._listener)]
-
-
-SENSORS: Mapping[str, type[SimSensor]] = {
-    "RedBall": BallSensor, "GreenBall": BallSensor, "BlueBall": BallSensor, "Ball": BallSensor,
-    "Blob": Blob, "FaceDetection": Face, "JointPosition": JointPosition, "Orientation": Orientation,
-    "OperatorButton": Button, "Touch": Touched, "Bumper": Touched, "ChestButton": Touched, "WordRecognized": WordSensor,
-    "Sonar": Sonar,
-}  # fmt: skip
 
 
 class SamplingClock:

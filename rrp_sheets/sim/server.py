@@ -8,7 +8,6 @@ It ends when the engine's connection does.
 
 from __future__ import annotations
 
-import os
 import select
 import socket
 from collections.abc import Callable
@@ -21,6 +20,7 @@ from rrp_sheets.sim.process import BEATS, BUSY, IDLE, OPENING, PLACES, REQUESTS,
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.liveness import SharedCell
 from rrp_sheets.workers.transport import MessageReader, encode
+from rrp_sheets.workers.worker_loop import limit_threads
 
 if TYPE_CHECKING:
     from rrp_sheets.perception.pinhole import Pixels
@@ -149,7 +149,5 @@ def _picture(image: Pixels) -> Picture:
 def serve(control: socket.socket, requests: int, heartbeat: int) -> None:
     """Serve the engine until its connection closes."""
     only_for_this_user()
-    # One thread: what is computed must not depend on the machine's load or its number of cores.
-    for library in ("OMP", "OPENBLAS", "MKL"):
-        os.environ[f"{library}_NUM_THREADS"] = "1"
+    limit_threads()
     _Server(control, socket.socket(fileno=requests), SharedCell(PLACES, heartbeat)).serve()

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.perception.pinhole import Vector
-from rrp_sheets.sim.body import EASY, HALT_TIME, SOLE, STEP, Body
+from rrp_sheets.sim.body import EASY, HALT_TIME, SOLE, STEP, Body, Glide
 from rrp_sheets.sim.gait import JOINTS, STEP_TIME, TURN, FootPlace, Gait, Legs, Standing
-from rrp_sheets.sim.motion import Glide
 
 FASTEST_TURN = TURN / (2 * STEP_TIME)  # rad/s
 REST_AFTER = 0.4  # s without a step before the robot stands on its own again

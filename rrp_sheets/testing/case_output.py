@@ -191,10 +191,10 @@ def scores(checked: Checked, result: CaseResult) -> list[MarbleDiagram]:
 def _score(checked: Checked, result: CaseResult, behaviour: BehaviourGraph) -> MarbleDiagram:
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     errors = [(f.us, f.row, f.message) for f in result.faults]
-    score = make_score(checked.graph, behaviour, events, errors, result.ended_us)
-    words = texts(checked.run.language)
+    score = make_score(checked.graph, behaviour, events, errors, result.ended_us, checked.run.language)
+    words = texts(score.language)
     marks = tuple((r.row.time_us, words.get("behaviour.row", n=r.row.row)) for r in result.failed_rows)
-    return replace(score, marks=marks, language=checked.run.language)
+    return replace(score, marks=marks)
 
 
 def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:

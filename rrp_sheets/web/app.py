@@ -69,7 +69,7 @@ _MESSAGES = {
           N_("Make it smaller: pictures in a workbook take most of the room.")),
     500: (N_("A fault of this program"),
           N_("The page could not be made, and the fault is not yours. Nothing was changed."),
-          N_("The terminal where the server runs tells more. Please report it with the last lines there.")),
+          N_("The terminal where the server runs shows more. Please report it with the last lines there.")),
 }  # fmt: skip
 
 

@@ -12,14 +12,14 @@ from werkzeug.exceptions import BadRequest
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.web.security import SOMEBODY, clean_name, visitor
+from rrp_sheets.web.security import SOMEBODY, author_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession
 
 Asked = dict[str, Any]
 PAGE_LANGUAGES: tuple[str, ...] = ("en",)
-"""Languages of pages; one with a catalogue stands here once all texts of pages, scripts and `web/` are translated."""
+"""Languages of pages; one with a catalogue stands here once rows, JSON answers, events and help are in it too."""
 _MOST_ROWS = 200  # that marbles are asked for
 _WORD = re.compile("[0-9a-f]{16}")
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
@@ -90,11 +90,6 @@ def sender_of(session: WorkbookSession, sent: Asked) -> tuple[str, str]:
 def author_of(sent: Asked, unnamed: str = SOMEBODY) -> str:
     """Return the author of a request: the name given at login, else the one on the page, else `unnamed`."""
     return author_name(text_of(sent, "name"), unnamed)
-
-
-def author_name(given: str, unnamed: str = SOMEBODY) -> str:
-    """Return the name given at login, else the `given` one, else `unnamed`."""
-    return visitor().name or clean_name(given) or unnamed
 
 
 def workbook_or_404(name: str) -> WorkbookSession:

@@ -23,7 +23,7 @@ from rrp_sheets.web.models import Head
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
 
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
-_BODY = 50  # rows; as many as table.js makes them
+_BODY = 50  # rows; as many as grid.js makes them
 Signature = tuple[Any, ...]
 
 
@@ -234,7 +234,7 @@ def _mend(number: int, d: Diagnostic) -> str:
     kind = d.severity.value
     fixes = "".join(
         f'<button class="button small" type="button" tabindex="-1" data-fix="{escape(fix.id)}" '
-        f'data-finding="{d.id}" data-title="{escape(fix.title)}">{escape(N_("Apply fix: {title}", title=fix.title))}'
+        f'data-finding="{d.id}" data-title="{escape(fix.title)}">{escape(N_("Apply fix: {fix}", fix=fix.title))}'
         f"{' <kbd>Ctrl .</kbd>' if i == 0 else ''}</button>"
         for i, fix in enumerate(d.fixes)
     )

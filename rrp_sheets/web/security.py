@@ -33,6 +33,7 @@ HOSTS = ("127.0.0.1", "localhost")
 _HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")
 _OPEN = frozenset({"login.page", "login.enter"})  # with --lan, for those who have no session yet
 _FORMS = _OPEN | {"login.leave"}  # work without script, so without its header
+SOMEBODY = "Somebody"  # who has no name on the page
 _LOGIN_FILES = frozenset({"style.css", "login.css", "icon.svg"})
 
 
@@ -101,6 +102,11 @@ def _finish(response: Response) -> Response:
 def visitor() -> Person:
     """Return who makes the request; without a name for a browser on this computer."""
     return g.get("person") or Person()
+
+
+def author_name(given: str, unnamed: str = SOMEBODY) -> str:
+    """Return the name given at login, else the `given` one, else `unnamed`."""
+    return visitor().name or clean_name(given) or unnamed
 
 
 def _opened(settings: Access, token: str, *, is_owner: bool) -> AnyResponse:
@@ -271,7 +277,6 @@ def _state_folder() -> Path:
 
 
 LONGEST_NAME = 40
-SOMEBODY = "Somebody"  # who has no name on the page
 _MOST = 500
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import ipaddress
 import os
-import re
 import select
 import shutil
 import socket
@@ -29,7 +28,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.services.query_worker import MOST_OF_ALL
 from rrp_sheets.texts import N_
 from rrp_sheets.web.statics import HEADERS
-from rrp_sheets.web.workbook_session import MOST_LISTENERS
+from rrp_sheets.web.workbook_repository import MOST_LISTENERS
 
 MOST_CONNECTIONS = 240  # at once; macOS gives a program 256 files
 MOST_OF_ONE = 80  # connections of one address
@@ -38,7 +37,7 @@ _SLOW_SECONDS = 1.0  # a head that takes longer has to make room for others
 _SPARE = 20  # of all connections: a place is free for the next one before the limit is reached
 _STOP_THREADS = 2
 _BUSY = 5  # how much a connection matters whose request is being answered
-_STOP = re.compile(r"/book/[^/]+/run/stop")
+_STOP = "/run/stop"
 _CHANNEL = "rrp_sheets.channel"
 
 
@@ -145,7 +144,7 @@ class Dispatcher(ThreadedTaskDispatcher):  # type: ignore[misc]
     def add_task(self, task: Channel) -> None:
         """Queue the request of a connection."""
         request = task.requests[0]
-        if not request.error and request.command == "POST" and _STOP.fullmatch(request.path):
+        if not request.error and request.command == "POST" and request.path == _STOP:
             self._stops.add_task(task)
             return
         with self.lock:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from functools import lru_cache
+from html import escape
+from io import BytesIO
 from typing import Any
 
-from flask import Flask, Response, send_from_directory
+from flask import Flask, Response, send_file, send_from_directory
 
 from rrp_sheets import __version__
+from rrp_sheets.connectors import connectors
+from rrp_sheets.render.svg import icon_elements
 from rrp_sheets.resources import bundled, vendored
 
 KEPT = ("static", "vendor")  # endpoints whose files a browser may keep: they are the same for everyone
@@ -25,11 +29,25 @@ def init_app(app: Flask) -> None:
 def static(filename: str) -> Response:
     """Send a static file of our own."""
     name = plain_name(filename)
-    answer = send_from_directory(
-        bundled("templates", "web", "static"), name, max_age=_A_YEAR if name != filename else 0
-    )
+    max_age = _A_YEAR if name != filename else 0
+    if name == "icons.svg":
+        answer = send_file(BytesIO(icons()), "image/svg+xml", max_age=max_age, etag=build_id())
+    else:
+        answer = send_from_directory(bundled("templates", "web", "static"), name, max_age=max_age)
     answer.cache_control.immutable = name != filename
     return answer
+
+
+@lru_cache(maxsize=1)
+def icons() -> bytes:
+    """Return the sheet of icons, with a symbol for each connector, those of other distributions too."""
+    symbols = "".join(
+        f'  <symbol id="i-{escape(name)}" viewBox="0 0 12 12" fill="none" stroke="currentColor" stroke-width=".95" '
+        f'stroke-linecap="round" stroke-linejoin="round">{icon_elements(icon, "currentColor")}</symbol>\n'
+        for name, icon in {c.name: c.icon for c in connectors()}.items()
+    )
+    sheet = bundled("templates", "web", "static", "icons.svg").read_text(encoding="utf-8")
+    return (sheet.removesuffix("</svg>\n") + symbols + "</svg>\n").encode()
 
 
 def vendor(name: str) -> Response:
@@ -54,7 +72,7 @@ def plain_name(filename: str) -> str:
 @lru_cache(maxsize=1)
 def build_id() -> str:
     """Return a hash that differs between versions of the program and its templates."""
-    total = hashlib.sha256(__version__.encode())
+    total = hashlib.sha256(__version__.encode() + icons())
     static = bundled("templates", "web")
     for path in sorted(p for p in static.rglob("*") if p.suffix in (".js", ".css", ".html", ".svg")):
         total.update(path.read_bytes())

@@ -1,38 +1,347 @@
-"""Sessions of the open workbooks: edits, checks and tests, notices to their pages, and limits of event streams."""
+"""Session of an open workbook: its edits, checks and tests, the event streams of its pages, and their cell locks."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import sqlite3
+import secrets
 import threading
 import time
-import weakref
+from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import asdict, replace
-from pathlib import Path
+from concurrent.futures import Future
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.grid import SheetChange
-from rrp_sheets.documents.journal import Answers, Journal, made_for
-from rrp_sheets.documents.workfile import write_block_reason
+from rrp_sheets.documents.workfile import made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
-from rrp_sheets.web.collab.broadcaster import Broadcaster, EventStream, Place, message
 from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.models import said
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests
 
-MOST_LISTENERS = 32  # event streams at once, for all workbooks
-MOST_HERE = 24  # of them, of those who have the address of this computer
-MOST_OF_ONE = 8  # of them, of one who has logged in
-POLL_EVERY = 1.0  # seconds between two looks for changes by another program
+LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
+_KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
+_LASTING = frozenset({"grid", "sheets", "checked", "tested", "reload", "trouble"})  # events that are numbered and kept
+_KEPT = 300  # of them: who was away for more must load the page again
+_WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
+_MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
+_ANSWERS = 500  # that are kept for pages that ask again
+Place = tuple[str, str, int]
+"""Sheet, row's id, column."""
+Answer = dict[str, Any]
+"""Changes that a page is told of, as JSON."""
+
+
+class Broadcaster:
+    """Event streams of the pages that show the same workbook, and their cell locks; thread-safe."""
+
+    def __init__(self) -> None:
+        self.listeners: list[EventStream] = []
+        self.locks = CellLocks()
+        self._lock = threading.RLock()
+        self._told = EventBacklog()
+
+    # ---- event streams of the pages
+
+    def _enter(self, listener: EventStream, had: str) -> None:
+        """Register an event stream; if `had` is the number of an event, first send those that came after it."""
+        with self._lock:
+            for text in self._told.missed(listener.client, had) if had else ():
+                listener.tell(text)
+            listener.welcome = f"id: {self.newest_event()}\n\n"
+            self.listeners.append(listener)
+
+    def is_of(self, client: str, person: str) -> bool:
+        """Return whether no stream of a page, earlier loads of it included, belongs to another session."""
+        mine = identity(client)
+        with self._lock:
+            return all(one.person == person for one in self.listeners if identity(one.client) == mine)
+
+    def part(self, client: str) -> None:
+        """Remove the streams of a page that reports that it is being closed."""
+        with self._lock:
+            listeners = [li for li in self.listeners if li.client == client]
+        for listener in listeners:
+            self.leave(listener)
+
+    def end_streams(self, client: str) -> None:
+        """End the older streams of a page that opens a new one; its cell locks are kept.
+
+        An older stream is no longer registered, so that `leave`, which its thread calls at any time later, releases no
+        cell.
+        """
+        with self._lock:
+            older = [li for li in self.listeners if client and li.client == client]
+            self.listeners = [li for li in self.listeners if li not in older]
+        for listener in older:
+            listener.leave()
+
+    def leave(self, listener: EventStream) -> list[Place]:
+        """End an event stream; unless a newer one has replaced it, release the page's cells and return them."""
+        listener.leave()
+        places: list[Place] = []
+        with self._lock:
+            if listener in self.listeners:
+                self.listeners.remove(listener)
+                places = self.locks.leave(listener.client)
+        self.tell_people()
+        return places
+
+    def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
+        """Update the cell on which a page's cursor is, and its user's name if one is given."""
+        with self._lock:
+            for listener in self.listeners:
+                if listener.client == client:
+                    listener.place, listener.name = place, name or listener.name
+        self.tell_people()
+
+    # ---- events that they are sent
+
+    def newest_event(self) -> str:
+        """Return the number of the newest numbered event."""
+        with self._lock:
+            return self._told.number
+
+    def tell_people(self) -> None:
+        """Send every page the list of the users present."""
+        with self._lock:
+            people = [{"client": li.client, "name": li.name, "place": li.place} for li in self.listeners]
+        self.tell("people", {"people": people})
+
+    def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
+        """Send an event to every page except `but`."""
+        with self._lock:  # also while it is handed over: what is numbered comes in its order
+            text = self._told.add(event, data, but)
+            for listener in self.listeners:
+                if listener.client != but:
+                    listener.tell(text)
+
+    def tell_all(self, text: str) -> None:
+        """Send every page an unnumbered message, which is not kept for pages that reconnect."""
+        with self._lock:
+            listeners = list(self.listeners)
+        for listener in listeners:
+            listener.tell(text)
+
+    def tell_live(self, text: str) -> None:
+        """Send every page the newest values of a run; a page that lags behind may skip them."""
+        with self._lock:
+            listeners = list(self.listeners)
+        for listener in listeners:
+            listener.tell_live(text)
+
+
+def identity(client: str) -> str:
+    """Return the part of a page's name that survives a reload: all before its last dot.
+
+    >>> identity("4f1c.2")
+    '4f1c'
+    """
+    return client.rpartition(".")[0] or client
+
+
+class CellLocks:
+    """Cells that are locked for editing; not thread-safe, the owner holds its own lock."""
+
+    def __init__(self) -> None:
+        self._taken: dict[Place, tuple[str, str, float]] = {}
+
+    def holders(self, sheet: str = "") -> dict[Place, tuple[str, str]]:
+        """Return the page and the name of the editor of each locked cell, of one sheet or of all."""
+        old = self._expired()
+        return {p: held[:2] for p, held in self._taken.items() if sheet in ("", p[0]) and p not in old}
+
+    def _expired(self) -> list[Place]:
+        now = time.monotonic()
+        return [p for p, (_, _, since) in self._taken.items() if now - since > LOCK_SECONDS]
+
+    def expire(self) -> list[Place]:
+        """Release the cells that were locked too long ago, and return them."""
+        return self._free(self._expired())
+
+    def take(self, client: str, name: str, place: Place) -> str:
+        """Lock a cell; return the name of the holder if another page has it, else an empty text."""
+        holder = self.holders().get(place)
+        if holder is not None and identity(holder[0]) != identity(client):
+            return holder[1]
+        self._taken[place] = (client, name, time.monotonic())
+        return ""
+
+    def release(self, client: str, place: Place) -> None:
+        """Release a cell, if this page holds it."""
+        if place in self._taken and self._taken[place][0] == client:
+            del self._taken[place]
+
+    def leave(self, client: str) -> list[Place]:
+        """Release the cells of a page that was closed, and return them."""
+        return self._free([p for p, held in self._taken.items() if held[0] == client])
+
+    def again(self, client: str) -> list[Place]:
+        """Release the cells that a page held before it was reloaded, and return them."""
+        mine = identity(client)
+        return self._free([p for p, held in self._taken.items() if held[0] != client and identity(held[0]) == mine])
+
+    def _free(self, places: list[Place]) -> list[Place]:
+        for place in places:
+            del self._taken[place]
+        return places
+
+    def rename(self, old: str, new: str) -> None:
+        """Carry the locks of a renamed sheet over to its new name."""
+        self._taken = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._taken.items()}
+
+    def others(self, client: str, sheet: str) -> list[str]:
+        """Return the names of those who are editing a cell of a sheet on other pages."""
+        return sorted({name for page, name in self.holders(sheet).values() if identity(page) != identity(client)})
+
+
+@dataclass
+class EventStream:
+    """Event stream of one browser page.
+
+    Attributes:
+        person: the key of the login; empty for a browser on this computer.
+        behind: it could not keep up with a run's values, and gets all of them again.
+    """
+
+    client: str
+    name: str
+    person: str = ""
+    ready: threading.Condition = field(default_factory=threading.Condition)
+    messages: deque[str] = field(default_factory=deque)
+    lives: deque[str] = field(default_factory=deque)
+    gone: bool = False
+    behind: bool = False
+    place: tuple[str, str, int] | None = None
+    welcome: str = ": welcome\n\n"
+
+    def tell(self, text: str) -> None:
+        """Queue a message; a browser that lags too far behind is made to reload instead."""
+        with self.ready:
+            if len(self.messages) >= _WAITING:
+                self.messages.clear()
+                text = message("reload", {})
+            self.messages.append(text)
+            self.ready.notify()
+
+    def tell_live(self, text: str) -> None:
+        """Queue a message with a run's values, which may be dropped when newer ones follow."""
+        with self.ready:
+            if len(self.lives) >= _MOST_LIVE:
+                self.lives.clear()
+                self.behind = True
+            if not self.behind:
+                self.lives.append(text)
+            self.ready.notify()
+
+    def leave(self) -> None:
+        """End the stream."""
+        with self.ready:
+            self.gone = True
+            self.ready.notify()
+
+    def take(self, anew: Callable[[], str]) -> str:
+        """Wait for messages and return them; `anew` returns a run's state for a page that has lagged behind."""
+        with self.ready:
+            if not (self.messages or self.lives or self.behind or self.gone):
+                self.ready.wait(_KEEP_ALIVE)
+            texts = [*self.messages, *self.lives]
+            behind, self.behind = self.behind, False
+            self.messages.clear()
+            self.lives.clear()
+        if behind:
+            texts.append(anew())
+        return "".join(texts) or ": still here\n\n"
+
+
+def message(event: str, data: dict[str, Any], number: str = "") -> str:
+    """Format an event; a browser that reconnects sends the last `number` it got."""
+    begin = f"id: {number}\n" if number else ""
+    return f"{begin}event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
+
+
+class EventBacklog:
+    """Numbered events that a page in the background must not miss; not thread-safe, its owner locks it."""
+
+    def __init__(self) -> None:
+        self._opened = secrets.token_hex(4)  # of this session, not of one of an earlier start
+        self._count = 0
+        self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
+
+    @property
+    def number(self) -> str:
+        """Identifier of the newest event."""
+        return f"{self._opened}.{self._count}"
+
+    def add(self, event: str, data: dict[str, Any], but: str) -> str:
+        """Format an event; number and keep it if it is of a lasting kind."""
+        if event not in _LASTING:
+            return message(event, data)
+        self._count += 1
+        text = message(event, data, self.number)
+        self._kept.append((self._count, but, text))
+        return text
+
+    def missed(self, client: str, had: str) -> list[str]:
+        """Return the events after the last one that a page got, or a reload if that is too long ago."""
+        opened, _, number = had.partition(".")
+        last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
+        oldest = self._kept[0][0] if self._kept else self._count + 1
+        if opened != self._opened:
+            return [message("reload", {"why": N_("The server was restarted.")})]
+        if not oldest - 1 <= last <= self._count:
+            return [message("reload", {})]
+        return [text for count, but, text in self._kept if count > last and but != client]
+
+
+def stream(listener: EventStream, anew: Callable[[], str], leave: Callable[[EventStream], object]) -> Iterator[str]:
+    """Yield the messages for one page until it is closed; then call `leave`."""
+    try:
+        yield listener.welcome
+        while not listener.gone:
+            yield listener.take(anew)
+    finally:
+        leave(listener)
+
+
+class Answers:
+    """The newest answers by their requests' ids. Safe to use from several threads."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._kept: OrderedDict[str, Future[Answer]] = OrderedDict()
+
+    def once(self, request: str, make: Callable[[], Answer]) -> Answer:
+        """The answer to a request, which is made the first time; who asks meanwhile waits for the same.
+
+        A request without id is never sent again.
+        """
+        if not request:
+            return make()
+        with self._lock:
+            earlier, mine = self._kept.get(request), Future[Answer]()
+            if earlier is None:
+                self._kept[request] = mine
+                while len(self._kept) > _ANSWERS:
+                    self._kept.popitem(last=False)
+        if earlier is not None:
+            return earlier.result()
+        try:
+            answer = make()
+        except BaseException as error:
+            with self._lock:
+                self._kept.pop(request, None)
+            mine.set_exception(error)
+            raise
+        mine.set_result(answer)
+        return answer
 
 
 class WorkbookSession(Broadcaster):
@@ -47,7 +356,7 @@ class WorkbookSession(Broadcaster):
         self._words: tuple[Analysis, str, str] | None = None
         self._renderers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
-        self._answers: Answers[dict[str, Any]] = Answers()
+        self._answers = Answers()
         self._trouble = ""
         self._write_block = ""
         self.author = ""  # of the newest edit
@@ -104,7 +413,7 @@ class WorkbookSession(Broadcaster):
     def _change(
         self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str
     ) -> dict[str, Any]:
-        if request and self.document.made(request):  # before the server was started again: the page loads again, too
+        if request and self.document.file.made(request):  # before a restart of the server: the page loads again, too
             return {"rows": []}
         try:
             with made_for(request):
@@ -318,142 +627,3 @@ class WorkbookSession(Broadcaster):
                 self.tell("sheets", {**asdict(one.change), "by": N_("Another program")})
         if changes:
             self.check_soon()
-
-
-class OpenWorkbooks:
-    """Sessions of all open workbooks of a folder; `worker` checks them.
-
-    Attributes:
-        opened: called with each session when it is opened.
-        leaving: called with a session that is to be closed; raises SheetsError when that cannot be done now.
-    """
-
-    opened: Callable[[WorkbookSession], None]
-    leaving: Callable[[WorkbookSession], None]
-
-    def __init__(self, folder: Path, worker: CheckWorker) -> None:
-        self.folder = folder
-        self._worker = worker
-        self._tester = Tester()
-        self._sessions: dict[str, WorkbookSession] = {}
-        self._journal: Journal | None = None
-        self._lock = threading.RLock()
-        self._joining = threading.Lock()
-        self._closed = threading.Event()
-        self.opened = self.leaving = lambda session: None
-        threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
-
-    def close(self) -> None:
-        """Stop polling the files for changes, and end the tester's process."""
-        self._closed.set()
-        self._tester.close()
-
-    def has(self, name: str) -> bool:
-        """Return whether a workbook is open."""
-        return name in self._sessions
-
-    @contextmanager
-    def without(self, name: str) -> Iterator[None]:
-        """Close a workbook while its file is moved or renamed in the `with` block; its pages reload afterwards.
-
-        During the block it cannot be opened, and no run of it begins.
-
-        Raises:
-            SheetsError: when it cannot be closed now.
-        """
-        with self._lock:
-            session = self._sessions.get(name)
-            if session is not None:
-                self.leaving(session)
-                del self._sessions[name]
-            try:
-                yield
-            finally:
-                if session is not None:
-                    session.tell("reload", {})
-
-    @contextmanager
-    def staying(self, session: WorkbookSession) -> Iterator[None]:
-        """Keep a workbook open during the `with` block.
-
-        Raises:
-            SheetsError: when it has been closed.
-        """
-        with self._lock:
-            if session not in self._sessions.values():
-                raise SheetsError(N_("This workbook was renamed or moved meanwhile."), N_("Go to the shelf."))
-            yield
-
-    def renamed(self, before: str, name: str) -> None:
-        """Carry the journal of a renamed workbook over to its new name."""
-        with self._lock, suppress(SheetsError):  # where nothing can be kept, nothing is lost
-            if self._journal is None:
-                self._journal = Journal(self.folder)
-            self._journal.rename(before, name)
-
-    def session(self, path: Path) -> WorkbookSession:
-        """Return the session of a workbook of the folder; it is opened if necessary.
-
-        Raises:
-            SheetsError: when the workbook cannot be read, or nothing can be written beside it.
-        """
-        with self._lock:
-            if path.name not in self._sessions:
-                self._sessions[path.name] = WorkbookSession(self._open(path), self._worker, self._tester)
-                self.opened(self._sessions[path.name])
-            return self._sessions[path.name]
-
-    def _open(self, path: Path) -> Document:
-        try:
-            if self._journal is None:
-                self._journal = Journal(self.folder)
-        except SheetsError as error:
-            return Document(path, None, said(error))
-        return Document(path, self._journal)
-
-    def sessions(self) -> list[WorkbookSession]:
-        """Return the sessions of all open workbooks."""
-        with self._lock:
-            return list(self._sessions.values())
-
-    def listen(
-        self, session: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
-    ) -> EventStream | str:
-        """Open a page's event stream; return the reason instead if there are too many.
-
-        Pages that ask at the same moment are handled one after the other. A page has one event stream: an older one
-        of the same page ends. `person` is the key of the login, whose streams are limited; empty for a browser on this
-        computer.
-        """
-        with self._joining:
-            session.end_streams(client)
-            return self._crowded(person) or join()
-
-    def _crowded(self, person: str) -> str:
-        with self._lock:
-            listeners = [one for session in self._sessions.values() for one in session.listeners]
-        mine = sum(one.person == person for one in listeners)
-        if mine >= (MOST_OF_ONE if person else MOST_HERE):
-            return N_("You have {n} pages open here. Close one; this page then goes on by itself.", n=mine)
-        if len(listeners) >= MOST_LISTENERS:
-            return N_(
-                "{n} pages are open on this server, {mine} of them yours, and it cannot tell more of them what "
-                "happens. When one is closed, this page goes on by itself.",
-                n=len(listeners),
-                mine=mine,
-            )
-        return ""
-
-    def poll(self) -> None:
-        """Check whether another program has changed a workbook that is shown on a page."""
-        for session in self.sessions():
-            if session.listeners:
-                with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
-                    session.poll()
-
-
-def _watch(open_workbooks: weakref.ref[OpenWorkbooks], closed: threading.Event) -> None:
-    """Poll until the server closes the workbooks, or the object is garbage-collected."""
-    while not closed.wait(POLL_EVERY) and (found := open_workbooks()) is not None:
-        found.poll()
-        del found

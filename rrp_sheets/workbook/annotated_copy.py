@@ -13,15 +13,24 @@ from lxml import etree
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.workbook import column_letters
-from rrp_sheets.texts import N_, counted, told
+from rrp_sheets.texts import N_, counted, translate
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
+from rrp_sheets.workbook.package import number as whole
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.sheet_xml import SheetXml, cells, put_value
 from rrp_sheets.workbook.patch.sheets import place_style
-from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, new_element, parse, set_attributes
-from rrp_sheets.workbook.xlsx import number as whole
+from rrp_sheets.workbook.patch.xml_parts import (
+    SheetXml,
+    XmlPart,
+    add,
+    cells,
+    child,
+    new_element,
+    parse,
+    put_value,
+    set_attributes,
+)
 
 TITLE = "Findings"
 _PART = "xl/worksheets/findings"
@@ -91,8 +100,8 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
 def _told(finding: Diagnostic, language: str) -> str:
     """A finding in the words of a note: `C5: Error FORM001: … → …`."""
     cell = finding.address.cell if finding.address else ""
-    word = f"{told(_WORDS[finding.severity.value], language)} {finding.code}"
-    message, remedy = told(finding.message, language), told(finding.remedy, language)
+    word = f"{translate(_WORDS[finding.severity.value], language)} {finding.code}"
+    message, remedy = translate(finding.message, language), translate(finding.remedy, language)
     return f"{cell}: {word}: {message} → {remedy}" if cell else f"{word}: {message}"
 
 
@@ -153,7 +162,7 @@ def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: Styl
     names = package.book.names
     *_, title = sheet_titles([*names, TITLE if TITLE not in names else f"{TITLE} of the check"]).values()
     number = 1
-    while f"{_PART}{number}.xml" in package.package:
+    while f"{_PART}{number}.xml" in package.book:
         number += 1
     part = f"{_PART}{number}.xml"
     package.added[part] = _list_xml(findings, styles, language)
@@ -163,14 +172,14 @@ def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: Styl
 def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> bytes:
     plain, head = styles.note(""), styles.note("", bold=True)
     kinds = [f.severity.value for f in findings]
-    counts = told(counted({word.lower(): kinds.count(kind) for kind, word in _WORDS.items()}), language)
+    counts = translate(counted({kind: kinds.count(kind) for kind in _WORDS}), language)
     rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head])]
-    rows.append((3, [told(text, language) for text in _HEADERS], [head] * 5))
+    rows.append((3, [translate(text, language) for text in _HEADERS], [head] * 5))
     links = []
     for row, f in enumerate(findings, 4):
         kind = f.severity.value
-        texts = [str(f.address or ""), told(_WORDS[kind], language), f.code]
-        texts += [told(f.message, language), told(f.remedy, language)]
+        texts = [str(f.address or ""), translate(_WORDS[kind], language), f.code]
+        texts += [translate(f.message, language), translate(f.remedy, language)]
         rows.append((row, texts, [plain, styles.note(_FILLS[kind]), plain, plain, plain]))
         if f.address is not None:
             sheet = f.address.sheet.replace("'", "''")

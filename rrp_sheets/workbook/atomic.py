@@ -1,4 +1,4 @@
-"""Atomic writing of files: each is whole or as it was; and refusals of targets that are open or are workbooks."""
+"""Files read at once and written atomically, whole or as they were; refusals of those that are open or workbooks."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.raw import unreadable
 
 _ABANDONED_S = 600
 _HALF = ".part"
@@ -60,6 +62,17 @@ def stamp_of(path: Path) -> Stamp:
     return about.st_mtime_ns, about.st_size, about.st_ino
 
 
+def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
+    """The bytes of a file, read once so that what is checked, hashed and parsed is the same."""
+    with path.open("rb") as file:
+        data = file.read(limits.FILE_BYTES + 1)
+        size = max(len(data), os.fstat(file.fileno()).st_size)
+    if size > most:
+        limit = N_("{n:g} MB in all", n=limits.FILE_BYTES / 1e6)
+        raise unreadable("FILE006", name=path.name, size=f"{size / 1e6:.1f} MB", limit=limit)
+    return data
+
+
 def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged: Stamp | None = None) -> None:
     """Write to a temporary file beside `path`, have it stored, and give it the name.
 
@@ -102,9 +115,9 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
     except FileExistsError:
         raise already_there(path) from None
     except OSError as error:
-        why = error.strerror or N_("the system refuses it")
+        reason = error.strerror or N_("the system refuses it")
         remedy = N_("Choose a shorter name.") if error.errno == errno.ENAMETOOLONG else _REMEDY
-        raise SheetsError(N_("“{file}” cannot be written: {why}.", file=str(path), why=why), remedy) from error
+        raise SheetsError(N_("“{file}” cannot be written: {reason}.", file=str(path), reason=reason), remedy) from error
     finally:
         if half:
             with contextlib.suppress(FileNotFoundError):

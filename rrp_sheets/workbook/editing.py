@@ -23,19 +23,10 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, stamp_of, sweep, write_atomically
+from rrp_sheets.workbook.atomic import Stamp, file_bytes, refuse_open_file, stamp_of, sweep, write_atomically
 from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
 from rrp_sheets.workbook.raw import Extent, RawSheet, check_size, unreadable
-from rrp_sheets.workbook.reading import (
-    MARKDOWN,
-    csv_files,
-    csv_order,
-    csv_paths,
-    file_bytes,
-    open_book,
-    tab_sheets,
-    text_digest,
-)
+from rrp_sheets.workbook.reading import MARKDOWN, csv_files, csv_order, csv_paths, open_book, tab_sheets, text_digest
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
 from rrp_sheets.workbook.text_patch import CsvFolder, CsvTable, EncodedText, MarkdownSheets, MarkdownTable
@@ -111,14 +102,13 @@ def clean_up(path: Path) -> None:
 
 def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
     """The bytes after edits, and what brings deleted sheets back."""
-    from rrp_sheets.workbook.patch.cell_edits import set_cell
-    from rrp_sheets.workbook.patch.package_edit import PackageEdit
+    from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
     from rrp_sheets.workbook.patch.references import grow
     from rrp_sheets.workbook.patch.row_edits import change_rows
     from rrp_sheets.workbook.patch.sheets import change_sheets
 
     def finished() -> bytes:
-        for index in package.reached:
+        for index in package.lengthened():
             grow(package, index)
         return package.to_bytes()
 

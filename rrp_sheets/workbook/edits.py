@@ -35,6 +35,36 @@ class SetCell:
         """`Tracking!C5`."""
         return f"{self.sheet}!{column_letters(self.column)}{self.row}"
 
+    def checked_value(self) -> Value:
+        r"""The value as it can be stored: line breaks as `\n`, whole text as it is.
+
+        Raises:
+            SheetsError: when a cell cannot hold it.
+        """
+        value = self.value
+        if isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isfinite(value):
+            raise SheetsError(
+                N_("{value} is no number that a cell can hold ({cell}).", value=str(value), cell=self.place),
+                N_("Write a number, or a text."),
+            )
+        if not isinstance(value, str):
+            return value
+        value = value.replace("\r\n", "\n").replace("\r", "\n")
+        length = len(value.encode("utf-16-le", "surrogatepass")) // 2  # as Excel counts
+        if length > limits.CELL_CHARACTERS:
+            raise SheetsError(
+                N_("The text for {cell} has {n:,} characters; a cell holds {most:,}.",
+                   cell=self.place, n=length, most=limits.CELL_CHARACTERS),
+                N_("Shorten it, or split it over several cells."),
+            )  # fmt: skip
+        if match := _IMPOSSIBLE.search(value):
+            raise SheetsError(
+                N_("The text for {cell} contains something that is no character ({code}).",
+                   cell=self.place, code=f"U+{ord(match[0]):04X}"),
+                N_("Type the text again instead of pasting it."),
+            )  # fmt: skip
+        return value
+
 
 @dataclass(frozen=True, slots=True)
 class InsertRows:
@@ -200,36 +230,6 @@ def shown(value: Value) -> str:
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     return value if isinstance(value, str) else number_text(float(value))
-
-
-def check_value(value: Value, place: str) -> Value:
-    r"""The value as it can be stored: line breaks as `\n`, whole text as it is.
-
-    Raises:
-        SheetsError: when a cell cannot hold it.
-    """
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isfinite(value):
-        raise SheetsError(
-            N_("{value} is no number that a cell can hold ({cell}).", value=str(value), cell=place),
-            N_("Write a number, or a text."),
-        )
-    if not isinstance(value, str):
-        return value
-    value = value.replace("\r\n", "\n").replace("\r", "\n")
-    length = len(value.encode("utf-16-le", "surrogatepass")) // 2  # as Excel counts
-    if length > limits.CELL_CHARACTERS:
-        raise SheetsError(
-            N_("The text for {cell} has {n:,} characters; a cell holds {most:,}.",
-               cell=place, n=length, most=limits.CELL_CHARACTERS),
-            N_("Shorten it, or split it over several cells."),
-        )  # fmt: skip
-    if match := _IMPOSSIBLE.search(value):
-        raise SheetsError(
-            N_("The text for {cell} contains something that is no character ({code}).",
-               cell=place, code=f"U+{ord(match[0]):04X}"),
-            N_("Type the text again instead of pasting it."),
-        )  # fmt: skip
-    return value
 
 
 def content(value: Value) -> tuple[str | None, str, str]:

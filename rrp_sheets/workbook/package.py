@@ -1,4 +1,4 @@
-"""An .xlsx file is a zip of XML parts. Everything about the package is checked here before any part is parsed."""
+"""An .xlsx file is a zip of XML parts, which is checked here before any part is parsed; the list of its sheets."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import posixpath
 import re
 import zipfile
 import zlib
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import IO, Any
 from xml.sax import SAXException
 from xml.sax.handler import ContentHandler
@@ -14,11 +16,66 @@ from xml.sax.handler import ContentHandler
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.raw import unreadable
+from rrp_sheets.workbook.raw import Kind, Range, unreadable
 
 _FIRST_PIECE, _LARGEST_PIECE = 1 << 14, 1 << 22
 DECLARED = re.compile(rb"""\A\s*<\?xml[^>]*encoding\s*=\s*["']([^"'>]*)["']""")
 _ENCODINGS = {"utf-8", "utf8", "utf-16", "us-ascii", "ascii", "iso-8859-1"}
+_TRUE = {"1", "true", "on"}
+_TEXT_FORMAT = 49
+_REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
+LAST_ROW, LAST_COLUMN = 1_048_576, 16_384
+
+
+def number(text: str | None, default: int = 0) -> int:
+    """A whole number of an attribute; the default where it is none, so that broken files stay readable."""
+    return int(text) if text and text.isascii() and text.isdigit() and len(text) < 10 else default
+
+
+def truth(text: str | None) -> bool:
+    """A yes/no attribute."""
+    return (text or "").casefold() in _TRUE
+
+
+@lru_cache(maxsize=8_192)
+def place(reference: str) -> tuple[int, int] | None:
+    """Row and column of a reference such as `B7`, or None.
+
+    >>> place("B7"), place("XFE1")
+    ((7, 2), None)
+    """
+    match = _REFERENCE.fullmatch(reference)
+    if not match:
+        return None
+    column = 0
+    for letter in match[1]:
+        column = column * 26 + ord(letter) - 64
+    row = int(match[2])
+    return (row, column) if 1 <= row <= LAST_ROW and column <= LAST_COLUMN else None
+
+
+def block_of(reference: str) -> Range | None:
+    """The block that a reference such as `B2:C9` names.
+
+    >>> block_of("C9:B2")
+    Range(top=2, left=2, bottom=9, right=3)
+    """
+    first, _, last = reference.partition(":")
+    a, b = place(first), place(last or first)
+    if a is None or b is None:
+        return None
+    return Range(min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1]))
+
+
+def translated(formula: str, origin: str, at: str) -> str:
+    """The formula of the cell `origin` as a spreadsheet program shows it in the cell `at`, both without `=`."""
+    from openpyxl.formula.tokenizer import TokenizerError
+    from openpyxl.formula.translate import Translator, TranslatorError
+
+    try:
+        return str(Translator("=" + formula, origin).translate_formula(at))[1:]
+    except (TokenizerError, TranslatorError):
+        return formula
 
 
 class Stop(Exception):
@@ -192,8 +249,98 @@ class Relations(Handler):
             self.found[attributes.get("Id", "")] = (kind, attributes.get("Target", ""))
 
 
+@dataclass(frozen=True, slots=True)
+class SheetEntry:
+    """A sheet as the workbook part lists it: its name, its part in the package, whether it is hidden."""
+
+    name: str
+    part: str
+    hidden: bool
+
+
+class WorkbookHandler(Handler):
+    """Reads the list of sheets and the epoch of dates."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.sheets: list[tuple[str, str, bool]] = []
+        self.mac_epoch = False
+
+    def start(self, name: str, attributes: Any) -> None:
+        """Note a sheet."""
+        if name == "sheet":
+            relation = next((v for n, v in attributes.items() if n.rpartition(":")[2] == "id"), "")
+            hidden = attributes.get("state", "visible") != "visible"
+            self.sheets.append((attributes.get("name", ""), relation, hidden))
+        elif name == "workbookPr":
+            self.mac_epoch = truth(attributes.get("date1904"))
+
+
+class StylesHandler(Handler):
+    """Finds the cell styles that show numbers as dates or times."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._formats: dict[int, str] = {}
+        self._styles: list[int] = []
+        self._kinds: dict[int, Kind | None] = {}
+        self._inside = False
+
+    def start(self, name: str, attributes: Any) -> None:
+        """Note a number format, or the number format of a cell style."""
+        if name == "numFmt":
+            self._formats[number(attributes.get("numFmtId"))] = attributes.get("formatCode", "")
+        elif name == "cellXfs":
+            self._inside = True
+        elif name == "xf" and self._inside:
+            self._styles.append(number(attributes.get("numFmtId")))
+
+    def end(self, name: str) -> None:
+        """The list of cell styles ends."""
+        if name == "cellXfs":
+            self._inside = False
+
+    def kind(self, style: int) -> Kind | None:
+        """DATE or TIME for a style that shows one. Found out when asked for, because few cells are numbers."""
+        format_id = self._styles[style] if style < len(self._styles) else 0
+        if format_id not in self._kinds:
+            self._kinds[format_id] = self._find_kind(format_id)
+        return self._kinds[format_id]
+
+    def is_text(self, style: int) -> bool:
+        """Return whether a style takes everything that is typed for text (`@`)."""
+        format_id = self._styles[style] if style < len(self._styles) else 0
+        return format_id == _TEXT_FORMAT or self._formats.get(format_id, "") == "@"
+
+    def _find_kind(self, format_id: int) -> Kind | None:
+        if format_id == 0:
+            return None
+        from openpyxl.styles.numbers import BUILTIN_FORMATS, is_date_format, is_timedelta_format
+
+        code = self._formats.get(format_id, BUILTIN_FORMATS.get(format_id, ""))
+        if not code or len(code) > 255:
+            return None
+        if is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", _bare(code))):
+            return Kind.TIME
+        return Kind.DATE if is_date_format(code) else None
+
+
+def _bare(code: str) -> str:
+    """A number format without its literal texts and bracketed parts."""
+    return re.sub(r'"[^"]*"|\[[^\]]*\]|\\.|_.', "", code)
+
+
 class Package:
-    """The checked zip of one file; raises UnreadableFile for everything suspicious."""
+    """The checked zip of one file, and the list of its sheets; raises UnreadableFile for what is broken or suspicious.
+
+    Attributes:
+        part: the name of the workbook part.
+        by_kind: the parts that it refers to; of several of one kind the last.
+        entries: its sheets in order.
+        names: of the sheets.
+        styles: which cell styles show dates, times or texts.
+        mac_epoch: whether dates count from 1904.
+    """
 
     def __init__(self, data: bytes, name: str) -> None:
         self.name = name
@@ -207,6 +354,30 @@ class Package:
         self._check_entries(entries)
         self.parts = {e.filename.casefold(): e for e in entries if not e.is_dir()}
         self._check_parts()
+        self._read_workbook()
+
+    def _read_workbook(self) -> None:
+        """Read the list of sheets, and the styles."""
+        relations = self.relations("").values()
+        self.part = next((target for kind, target in relations if kind == "officedocument"), "xl/workbook.xml")
+        if self.part not in self or not self.part.endswith(".xml"):
+            raise unreadable("FILE002", name=self.name)
+        workbook, self.styles = WorkbookHandler(), StylesHandler()
+        self.parse(self.part, workbook)
+        self.mac_epoch = workbook.mac_epoch
+        related = self.relations(self.part)
+        self.by_kind = {kind: target for kind, target in related.values() if target in self}
+        if "styles" in self.by_kind:
+            self.parse(self.by_kind["styles"], self.styles)
+        parts = {id: target for id, (kind, target) in related.items() if kind == "worksheet"}
+        self.entries = [  # without charts on sheets of their own
+            SheetEntry(title, parts[id], hidden) for title, id, hidden in workbook.sheets if id in parts
+        ]
+        self.names = [entry.name for entry in self.entries]
+        if len(self.entries) > limits.SHEETS:
+            raise unreadable("FILE012", name=self.name, count=len(self.entries), limit=limits.SHEETS)
+        if not self.entries:
+            raise unreadable("FILE008", name=self.name, what=N_("it lists no sheets"))
 
     def _check_entries(self, entries: list[zipfile.ZipInfo]) -> None:
         if len(entries) > limits.PARTS:
@@ -320,29 +491,3 @@ def _check_beginning(data: bytes, name: str) -> None:
         raise unreadable("FILE005" if _ENCRYPTED_NAME in data else "FILE003", name=name)
     if not data.startswith(b"PK"):
         raise unreadable("FILE002", name=name)
-
-
-_MOMENT = (2026, 1, 1, 0, 0, 0)
-_MODIFIED = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*(</)")
-_STAMP = rb"\g<1>2026-01-01T00:00:00Z\g<2>"
-# Numbers are stored as text on purpose; without this Excel marks each with a green corner.
-_AS_TEXT = b'<ignoredErrors><ignoredError sqref="A1:XFD1048576" numberStoredAsText="1"/></ignoredErrors></worksheet>'
-
-
-def packed(book: Any) -> bytes:
-    """Save an openpyxl workbook with a fixed date in its properties and in its zip entries."""
-    first, second = io.BytesIO(), io.BytesIO()
-    book.save(first)
-    with zipfile.ZipFile(first) as source, zipfile.ZipFile(second, "w") as target:
-        for name in source.namelist():
-            data = source.read(name)
-            if name == "docProps/core.xml":
-                data = _MODIFIED.sub(_STAMP, data)
-            elif name.startswith("xl/worksheets/") and data.endswith(b"</worksheet>"):
-                # A height without this attribute is adapted when the row's text changes.
-                data = data.replace(b' customHeight="1"', b"").removesuffix(b"</worksheet>") + _AS_TEXT
-            entry = zipfile.ZipInfo(name, _MOMENT)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = 0o644 << 16
-            target.writestr(entry, data)
-    return second.getvalue()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +23,7 @@ from rrp_sheets.model.workbook import (
 )
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.atomic import file_bytes
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.schema import BEHAVIOUR, NearMiss, Recognised, recognise
 from rrp_sheets.workbook.sheet_readers import (
@@ -41,8 +41,10 @@ from rrp_sheets.workbook.sheet_readers import (
 )
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
 
-MARKDOWN = {".md", ".markdown"}
-_MACROS = {".xlsm", ".xltm", ".xlam"}
+MARKDOWN = (".md", ".markdown")
+WORKBOOK_SUFFIXES = (".xlsx", *MARKDOWN)  # of files that hold a whole workbook: lists show them, copies are such files
+_MACROS = (".xlsm", ".xltm", ".xlam")
+KNOWN_SUFFIXES = (*WORKBOOK_SUFFIXES, *SUFFIXES, *_MACROS, ".xls", ".ods")  # those of files that are refused too
 
 
 @dataclass(frozen=True)
@@ -162,17 +164,6 @@ def csv_files(folder: Path) -> dict[str, bytes]:
         files[sheet] = file_bytes(path, left)
         left -= len(files[sheet])
     return files
-
-
-def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
-    """The bytes of a file, read once so that what is checked, hashed and parsed is the same."""
-    with path.open("rb") as file:
-        data = file.read(limits.FILE_BYTES + 1)
-        size = max(len(data), os.fstat(file.fileno()).st_size)
-    if size > most:
-        limit = N_("{n:g} MB in all", n=limits.FILE_BYTES / 1e6)
-        raise unreadable("FILE006", name=path.name, size=f"{size / 1e6:.1f} MB", limit=limit)
-    return data
 
 
 def text_digest(files: Mapping[str, bytes], named: bool, order: Sequence[str] = ()) -> str:

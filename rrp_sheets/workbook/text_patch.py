@@ -26,7 +26,6 @@ from rrp_sheets.workbook.edits import (
     RowEdit,
     SetCell,
     SheetEdit,
-    check_value,
     shown,
 )
 from rrp_sheets.workbook.raw import text_sheet
@@ -121,7 +120,7 @@ class TextTable(ABC):
                 N_("A sheet in a text file has at most {rows:,} rows and {columns} columns.",
                    rows=limits.ROWS, columns=limits.COLUMNS),
             )  # fmt: skip
-        text = shown(check_value(edit.value, edit.place))
+        text = shown(edit.checked_value())
         if "\0" in text:
             raise SheetsError(
                 N_("The text for {cell} contains a zero byte.", cell=edit.place), N_("Type the text again.")

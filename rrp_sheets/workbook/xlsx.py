@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
@@ -13,25 +11,23 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.package import Handler, Package, Stop
+from rrp_sheets.workbook.package import (
+    Handler,
+    Package,
+    Stop,
+    StylesHandler,
+    block_of,
+    number,
+    place,
+    translated,
+    truth,
+)
 from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, RawSheet, number_text, unreadable
 
 _ESCAPED = re.compile(r"_x([0-9A-Fa-f]{4})_")
 _LITERAL = re.compile("_(?=x[0-9A-Fa-f]{4}_)")
-_TEXT_FORMAT = 49
 IMPOSSIBLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 """Characters, and halves of characters, that XML cannot hold."""
-_TRUE = {"1", "true", "on"}
-
-
-def number(text: str | None, default: int = 0) -> int:
-    """A whole number of an attribute; the default where it is none, so that broken files stay readable."""
-    return int(text) if text and text.isascii() and text.isdigit() and len(text) < 10 else default
-
-
-def truth(text: str | None) -> bool:
-    """A yes/no attribute."""
-    return (text or "").casefold() in _TRUE
 
 
 def unescape(text: str) -> str:
@@ -52,87 +48,6 @@ def escape_literal(text: str) -> str:
     ('a_x005F_x000D_b', 'a_x000D_b')
     """
     return _LITERAL.sub("_x005F_", text) if "_x" in text else text
-
-
-@dataclass(frozen=True, slots=True)
-class SheetEntry:
-    """A sheet as the workbook part lists it: its name, its part in the package, whether it is hidden."""
-
-    name: str
-    part: str
-    hidden: bool
-
-
-class WorkbookHandler(Handler):
-    """Reads the list of sheets and the epoch of dates."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.sheets: list[tuple[str, str, bool]] = []
-        self.mac_epoch = False
-
-    def start(self, name: str, attributes: Any) -> None:
-        """Note a sheet."""
-        if name == "sheet":
-            relation = next((v for n, v in attributes.items() if n.rpartition(":")[2] == "id"), "")
-            hidden = attributes.get("state", "visible") != "visible"
-            self.sheets.append((attributes.get("name", ""), relation, hidden))
-        elif name == "workbookPr":
-            self.mac_epoch = truth(attributes.get("date1904"))
-
-
-class StylesHandler(Handler):
-    """Finds the cell styles that show numbers as dates or times."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._formats: dict[int, str] = {}
-        self._styles: list[int] = []
-        self._kinds: dict[int, Kind | None] = {}
-        self._inside = False
-
-    def start(self, name: str, attributes: Any) -> None:
-        """Note a number format, or the number format of a cell style."""
-        if name == "numFmt":
-            self._formats[number(attributes.get("numFmtId"))] = attributes.get("formatCode", "")
-        elif name == "cellXfs":
-            self._inside = True
-        elif name == "xf" and self._inside:
-            self._styles.append(number(attributes.get("numFmtId")))
-
-    def end(self, name: str) -> None:
-        """The list of cell styles ends."""
-        if name == "cellXfs":
-            self._inside = False
-
-    def kind(self, style: int) -> Kind | None:
-        """DATE or TIME for a style that shows one. Found out when asked for, because few cells are numbers."""
-        format_id = self._styles[style] if style < len(self._styles) else 0
-        if format_id not in self._kinds:
-            self._kinds[format_id] = self._find_kind(format_id)
-        return self._kinds[format_id]
-
-    def is_text(self, style: int) -> bool:
-        """Return whether a style takes everything that is typed for text (`@`)."""
-        format_id = self._styles[style] if style < len(self._styles) else 0
-        return format_id == _TEXT_FORMAT or self._formats.get(format_id, "") == "@"
-
-    def _find_kind(self, format_id: int) -> Kind | None:
-        if format_id == 0:
-            return None
-        from openpyxl.styles.numbers import BUILTIN_FORMATS, is_date_format, is_timedelta_format
-
-        code = self._formats.get(format_id, BUILTIN_FORMATS.get(format_id, ""))
-        if not code or len(code) > 255:
-            return None
-        if is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", _bare(code))):
-            return Kind.TIME
-        return Kind.DATE if is_date_format(code) else None
-
-
-def _bare(code: str) -> str:
-    """A number format without its literal texts and bracketed parts."""
-    return re.sub(r'"[^"]*"|\[[^\]]*\]|\\.|_.', "", code)
 
 
 class _StringsHandler(Handler):
@@ -168,12 +83,13 @@ class _StringsHandler(Handler):
 class SharedStrings:
     """The shared texts, read only as far as a sheet asks for them."""
 
-    def __init__(self, package: Package, part: str | None) -> None:
+    def __init__(self, package: Package) -> None:
         self._name = package.name
         refuse = unreadable(
             "FILE007", name=package.name, what=N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
         )
         self._handler = _StringsHandler(refuse)
+        part = package.by_kind.get("sharedstrings")
         self._reader = package.reader(part, self._handler) if part else None
 
     def get(self, index: int) -> str:
@@ -187,29 +103,10 @@ class SharedStrings:
         return texts[index]
 
 
-_REFERENCE = re.compile(r"\$?([A-Z]{1,3})\$?([0-9]{1,7})")
-LAST_ROW, LAST_COLUMN = 1_048_576, 16_384
 # Cells that have only a colour, before a cell that says where it stands or at a row's end. A comment or a text that
 # is marked as one could have the same letters: where there is one, nothing is left out.
 _BARE = re.compile(rb'(?:<c r="[A-Z]{1,3}[0-9]{1,7}"(?: s="[0-9]{1,6}")?(?: t="n")? ?/>)+(?=<c r="[A-Z]|</row>)')
 _MARKED = re.compile(rb"\A!|<!|<\Z")
-
-
-@lru_cache(maxsize=8_192)
-def place(reference: str) -> tuple[int, int] | None:
-    """Row and column of a reference such as `B7`, or None.
-
-    >>> place("B7"), place("XFE1")
-    ((7, 2), None)
-    """
-    match = _REFERENCE.fullmatch(reference)
-    if not match:
-        return None
-    column = 0
-    for letter in match[1]:
-        column = column * 26 + ord(letter) - 64
-    row = int(match[2])
-    return (row, column) if 1 <= row <= LAST_ROW and column <= LAST_COLUMN else None
 
 
 class SheetHandler(Handler):
@@ -326,20 +223,13 @@ class SheetHandler(Handler):
 
     def _shared_formula(self) -> str:
         """A formula that stands once for several cells is written out for this one, as Excel shows it."""
-        from openpyxl.formula.tokenizer import TokenizerError
-        from openpyxl.formula.translate import Translator, TranslatorError
-
         here = f"{column_letters(self._at[1])}{self._at[0]}"
         if self._formula:
             self._masters[self._shared] = (self._formula, here)
             return self._formula
         if self._shared not in self._masters:
             return ""
-        formula, origin = self._masters[self._shared]
-        try:
-            return str(Translator("=" + formula, origin).translate_formula(here))
-        except (TokenizerError, TranslatorError):
-            return formula
+        return translated(*self._masters[self._shared], here)
 
     def _typed(self) -> tuple[str, Kind]:
         """The value as text, and what Excel takes it for."""
@@ -382,11 +272,9 @@ class SheetHandler(Handler):
             raise Stop
 
     def _merge(self, reference: str) -> None:
-        first, _, last = reference.partition(":")
-        start, end = place(first), place(last or first)
-        if start is None or end is None:
+        block = block_of(reference)
+        if block is None:
             return
-        block = Range(min(start[0], end[0]), min(start[1], end[1]), max(start[0], end[0]), max(start[1], end[1]))
         self.merged.append(block)
         self._merged_area += block.area
         if self._extent is Extent.WHOLE and self._merged_area > limits.MERGED_CELLS:
@@ -412,47 +300,24 @@ def _date_text(value: float, kind: Kind, mac_epoch: bool) -> tuple[str, Kind]:
     return text, kind
 
 
-class XlsxBook:
-    """An opened .xlsx file; raises UnreadableFile for what is broken or refused.
-
-    Attributes:
-        package: its parts.
-        part: the name of the workbook part.
-        entries: its sheets in order.
-        styles: which cell styles show dates, times or texts.
-    """
+class XlsxBook(Package):
+    """An opened .xlsx file; see Book."""
 
     format = "xlsx"
 
     def __init__(self, data: bytes, name: str) -> None:
-        self.package = package = Package(data, name)
-        part = next((t for k, t in package.relations("").values() if k == "officedocument"), "xl/workbook.xml")
-        if part not in package or not part.endswith(".xml"):
-            raise unreadable("FILE002", name=name)
-        workbook = WorkbookHandler()
-        package.parse(part, workbook)
-        relations = package.relations(part)
-        by_kind = {kind: target for kind, target in relations.values() if target in package}
-        styles = StylesHandler()
-        if "styles" in by_kind:
-            package.parse(by_kind["styles"], styles)
-        self.part, self.styles, self._mac_epoch = part, styles, workbook.mac_epoch
-        self._strings = SharedStrings(package, by_kind.get("sharedstrings"))
-        self.entries = [
-            SheetEntry(title, relations[relation][1], hidden)
-            for title, relation, hidden in workbook.sheets
-            if relation in relations and relations[relation][0] == "worksheet"  # not a chart on a sheet of its own
-        ]
-        if len(self.entries) > limits.SHEETS:
-            raise unreadable("FILE012", name=name, count=len(self.entries), limit=limits.SHEETS)
-        if not self.entries:
-            raise unreadable("FILE008", name=name, what=N_("it lists no sheets"))
-        self.names = [s.name for s in self.entries]
+        super().__init__(data, name)
+        self._strings = SharedStrings(self)
         self.findings: list[Diagnostic] = []
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """Read a sheet; see Book."""
-        entry = self.entries[index]
-        handler = SheetHandler(entry.name, extent, self._strings, self.styles, self._mac_epoch)
-        self.package.parse(entry.part, handler)
-        return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)
+        return read_sheet(self, self._strings, index, extent)
+
+
+def read_sheet(package: Package, strings: SharedStrings, index: int, extent: Extent) -> RawSheet:
+    """Read as much of a sheet as `extent` wants."""
+    entry = package.entries[index]
+    handler = SheetHandler(entry.name, extent, strings, package.styles, package.mac_epoch)
+    package.parse(entry.part, handler)
+    return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)

@@ -9,15 +9,7 @@ from __future__ import annotations
 import json
 import sys
 
-from rrp_sheets.workers.worker_loop import begin, named
-
-
-def main() -> None:
-    """Set the process up, and do its task until the connection closes."""
-    task, limits, link, *shared = sys.argv[1:]
-    connection = begin(int(link), *json.loads(limits))
-    named(task)(connection, *map(int, shared))
-
+from rrp_sheets.workers.worker_loop import do_task
 
 if __name__ == "__main__":
-    main()
+    do_task(sys.argv[1], json.loads(sys.argv[2]), *map(int, sys.argv[3:]))

@@ -1,13 +1,18 @@
-"""Worker processes from their own side: set-up, memory limit, guard, and the loop that answers requests."""
+"""Worker processes from their own side: set-up, memory limit, guard, the loop that answers requests, forking."""
 
 from __future__ import annotations
 
+import gc
 import inspect
+import json
 import os
 import select
 import signal
 import socket
+import sys
+import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
@@ -24,6 +29,14 @@ except ImportError:  # Windows has no such limit: there only the watchdog holds 
 
 MOST_MEMORY = 3 << 29
 """Bytes of address space for a process that evaluates formulas: some five times what the largest workbooks need."""
+
+
+def do_task(task: str, limits: Sequence[Any], link: int, *shared: int) -> None:
+    """Set this process up, and do its task until the connection, which has the number `link`, closes."""
+    with suppress(OSError), open("/proc/self/comm", "w") as name:  # as `ps` and `top` show it; on Linux
+        name.write(task.split(".")[-2])
+    connection = begin(link, *limits)  # before the task's libraries start threads
+    named(task)(connection, *shared)
 
 
 def begin(link: int, grace: float, still: float, memory: bool) -> socket.socket:
@@ -126,10 +139,7 @@ def end_with_starter(link: socket.socket, grace: float, still: float) -> None:
 def _guard(link: int, alive: int, pid: int, grace: float, still: float) -> None:
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
-    low, high = sorted((link, alive))
-    os.closerange(0, low)
-    os.closerange(low + 1, high)
-    os.closerange(high + 1, os.sysconf("SC_OPEN_MAX"))
+    _close_files({link, alive})
     ends = select.poll()
     ends.register(alive, 0)
     ends.register(link, 0)  # only its end: what is said on it is not for the guard
@@ -144,3 +154,84 @@ def _guard(link: int, alive: int, pid: int, grace: float, still: float) -> None:
             life.look(None, has_work=True)
     if os.getppid() == pid:
         os.kill(pid, signal.SIGKILL)
+
+
+def _close_files(kept: set[int]) -> None:
+    """Close all files of this process but those with these numbers."""
+    last = -1
+    for number in (*sorted(kept), os.sysconf("SC_OPEN_MAX")):
+        if number > last + 1:  # `closerange(0, 0)` would close all
+            os.closerange(last + 1, number)
+        last = number
+
+
+# ---- a process from which the others are forked
+MOST_REQUEST = 1 << 17  # bytes
+_LIBRARIES = ("OMP", "OPENBLAS", "MKL")
+
+
+def limit_threads() -> None:
+    """Have numeric libraries that are imported from now on use one thread, so that results do not depend on cores."""
+    os.environ.update({f"{library}_NUM_THREADS": "1" for library in _LIBRARIES})
+
+
+def serve_forks(link: socket.socket, requests: int) -> None:
+    """Fork a worker process for each request, until the connection closes; see `ForkServer`.
+
+    The first request names modules to import. Each other one comes with the files of its process: where this writes its
+    ID and later its exit code, its standard error, its connection, and those that it shares.
+    """
+    channel = socket.socket(fileno=requests)
+    limit_threads()
+    for module in json.loads(channel.recv(MOST_REQUEST)):
+        with suppress(ImportError):  # the simulator's libraries may be missing: who needs them says so
+            import_module(module)
+    gc.freeze()  # what is not looked through for garbage stays in memory that the forked processes share
+    poll = select.poll()
+    poll.register(channel, select.POLLIN)
+    running: dict[int, tuple[int, int]] = {}  # process IDs, and where their exit codes are written, by pidfd
+    while True:
+        for number, _ in poll.poll():
+            if number in running:
+                pid, status = running.pop(number)
+                poll.unregister(number)
+                _tell(status, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
+                os.close(status)
+                os.close(number)
+                continue
+            request, files, _, _ = socket.recv_fds(channel, MOST_REQUEST, 16)
+            if not request:
+                return
+            status = files[0]
+            if not (pid := os.fork()):
+                _tell(status, os.getpid())
+                channel.detach()
+                link.detach()
+                _run_forked(json.loads(request), files[1:])
+            for file in files[1:]:
+                os.close(file)
+            pidfd = os.pidfd_open(pid)
+            running[pidfd] = pid, status
+            poll.register(pidfd, select.POLLIN)
+
+
+def _tell(status: int, number: int) -> None:
+    try:
+        os.write(status, f"{number}\n".encode())
+    except OSError:  # its starter does not want to know any more
+        return
+
+
+def _run_forked(request: dict[str, Any], files: list[int]) -> None:
+    """Do the task of a forked process, as `__main__` does that of one that was started, and end it."""
+    log, *rest = files
+    _close_files({0, 1, 2, *files})
+    os.dup2(log, 2)
+    os.close(log)
+    os.setpgid(0, 0)
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    os.chdir(request["folder"])
+    tempfile.tempdir = None
+    do_task(request["task"], request["limits"], *rest)
+    sys.exit()

@@ -6,17 +6,18 @@ import json
 import math
 import os
 import selectors
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, ClassVar
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
@@ -24,6 +25,8 @@ from rrp_sheets.workers.codec import unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 
 _TELL_EVERY = 0.25  # s
+_FORK_WITHIN = 20.0  # s, for the fork server to import its modules and fork a process
+_CODE_WITHIN = 2.0  # s, for the fork server to tell the exit code of a process that has ended
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,11 @@ class Task:
     grace: float = 0.0
     still: float = 0.0
     memory: bool = False
+
+    @property
+    def limits(self) -> tuple[float, float, bool]:
+        """All but the name, as the process gets it."""
+        return self.grace, self.still, self.memory
 
 
 ANSWERS = Task("rrp_sheets.workers.worker_loop.answer_requests")
@@ -77,7 +85,10 @@ class WorkerProcess:
 
     Attributes:
         link: our end of the connection; the process ends when it closes.
+        fork_server: from which processes are forked; None starts each with an interpreter of its own.
     """
+
+    fork_server: ClassVar[ForkServer | None] = None
 
     def __init__(self, task: Task = ANSWERS, *shared: int, scratch: bool = False) -> None:
         prefix = "rrp-sheets-"
@@ -87,18 +98,10 @@ class WorkerProcess:
         self._reader = MessageReader(self.link)
         folder = self._scratch.name if self._scratch else tempfile.gettempdir()
         environment = {**os.environ, "TMPDIR": folder, "TEMP": folder, "TMP": folder}
-        package = str(Path(__file__).parents[2])
-        environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
         with theirs:
-            inherited = (theirs.fileno(), *shared)
-            limits = json.dumps([task.grace, task.still, task.memory])
-            # -P: a file of the user's in the current folder must not be taken for a library's.
-            # A group of its own: Ctrl-C is for the program, which then brings the robot to its rest.
-            self._process: subprocess.Popen[Any] = subprocess.Popen(
-                [sys.executable, "-P", "-m", __package__, task.name, limits, *map(str, inherited)],
-                pass_fds=inherited, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                stderr=self._log, process_group=0,
-            )  # fmt: skip
+            files = (theirs.fileno(), *shared)
+            given = task, environment, self._log, files
+            self._process = _forked(*given) or _started(*given)
 
     @property
     def pid(self) -> int:
@@ -177,7 +180,7 @@ class WorkerProcess:
                 if kind == "failed":
                     raise unpack(SheetsError, words[0])
                 if kind == "memory":
-                    raise WorkerError(N_("needed more memory than it may have"))
+                    raise WorkerError(N_("needed more memory than is allowed"))
                 if told:
                     told(float(words[0]))
             if told and not messages:
@@ -214,6 +217,149 @@ class WorkerProcess:
         if lines:
             return N_(" (exit code {code}: {line})", code=code, line=lines[-1][:200])
         return N_(" (exit code {code})", code=code)
+
+
+def _started(task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]) -> subprocess.Popen[bytes]:
+    """Start a process with a new interpreter."""
+    package = str(Path(__file__).parents[2])
+    environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
+    # -P: a file of the user's in the current folder must not be taken for a library's.
+    # A group of its own: Ctrl-C is for the program, which then brings the robot to its rest.
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", __package__, task.name, json.dumps(task.limits), *map(str, files)],
+        pass_fds=files, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log,
+        process_group=0,
+    )  # fmt: skip
+
+
+class ForkServer:
+    """Process that has modules imported, from which this program forks its workers: they begin at once.
+
+    Linux only: elsewhere a process cannot be forked safely, or not be waited for.
+
+    Args:
+        modules: dotted names of the modules.
+    """
+
+    def __init__(self, modules: Sequence[str]) -> None:
+        self._requests, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._lock = threading.Lock()
+        self.interpreter = _interpreter(os.environ)
+        with theirs:
+            self._process = WorkerProcess(FORK_SERVER, theirs.fileno())
+        self._requests.send(json.dumps(modules).encode())
+
+    @property
+    def pid(self) -> int:
+        """Process ID of the fork server."""
+        return self._process.pid
+
+    def fork(self, request: bytes, files: Sequence[int]) -> ForkedProcess | None:
+        """Fork a process that inherits some files; None when there is no fork server any more."""
+        told, status = os.pipe()
+        try:
+            with self._lock:
+                socket.send_fds(self._requests, [request], [status, *files])
+        except OSError:
+            os.close(told)
+            return None
+        finally:
+            os.close(status)
+        if not ready(told, _FORK_WITHIN):
+            self._process.kill()  # so that the process does not begin later, beside one that is started instead
+        return ForkedProcess.of(told)
+
+    def close(self) -> None:
+        """End the fork server; the processes that it has forked go on until their connections close."""
+        self._requests.close()
+        self._process.close()
+
+
+class ForkedProcess:
+    """A process of the fork server, with what a `subprocess.Popen` has: the fork server reports its exit code.
+
+    Args:
+        pid: its ID.
+        told: the pipe with the exit code.
+    """
+
+    def __init__(self, pid: int, told: int) -> None:
+        self.pid = pid
+        self.returncode: int | None = None
+        self._told = told
+        self._end = os.pidfd_open(pid)  # can be read when the process has ended, and never means another one
+        self._lock = threading.Lock()
+
+    @classmethod
+    def of(cls, told: int) -> ForkedProcess | None:
+        """Return the process whose ID comes on a pipe; None when none comes, or it has already gone."""
+        try:
+            return cls(int(_line(told)), told)
+        except (ValueError, ProcessLookupError):
+            os.close(told)
+            return None
+
+    def poll(self) -> int | None:
+        """Return the exit code; None while the process goes on."""
+        with self._lock:
+            if self.returncode is None and ready(self._end, 0):
+                code = _line(self._told) if ready(self._told, _CODE_WITHIN) else b""
+                self.returncode = int(code) if code else -signal.SIGKILL  # none when the fork server was killed
+                os.close(self._told)
+                os.close(self._end)
+            return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Return the exit code when the process has ended; raises `subprocess.TimeoutExpired` after some seconds."""
+        until = math.inf if timeout is None else time.monotonic() + timeout
+        while (code := self.poll()) is None:
+            left = until - time.monotonic()
+            if left <= 0:
+                raise subprocess.TimeoutExpired("worker", timeout or 0.0)
+            with suppress(OSError, ValueError):  # another thread has seen the end
+                ready(self._end, min(left, _TELL_EVERY))
+        return code
+
+    def kill(self) -> None:
+        """End the process at once."""
+        with self._lock:
+            if self.returncode is None:
+                with suppress(ProcessLookupError):
+                    signal.pidfd_send_signal(self._end, signal.SIGKILL)
+
+
+def _line(file: int) -> bytes:
+    """Read a line byte by byte, so that nothing of the next one is taken; empty when there is none."""
+    line = b""
+    while (byte := os.read(file, 1)) not in (b"", b"\n"):
+        line += byte
+    return line
+
+
+def _interpreter(environment: Mapping[str, str]) -> dict[str, str]:
+    """Return what an interpreter reads of its environment when it starts."""
+    return {name: value for name, value in environment.items() if name.startswith("PYTHON")}
+
+
+FORK_SERVER = Task("rrp_sheets.workers.worker_loop.serve_forks", memory=True)
+
+
+def fork_workers(modules: Sequence[str]) -> None:
+    """Have this program fork its workers from a process that has these modules imported, where that can be done."""
+    if WorkerProcess.fork_server is None and sys.platform == "linux":
+        WorkerProcess.fork_server = ForkServer(modules)
+
+
+def _forked(task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]) -> ForkedProcess | None:
+    """Fork a process from the fork server; None when there is none, or its interpreter was started in another way."""
+    server = WorkerProcess.fork_server
+    if server is None or task is FORK_SERVER or server.interpreter != _interpreter(environment):
+        return None
+    request = {"task": task.name, "limits": task.limits, "environment": environment, "folder": os.getcwd()}
+    process = server.fork(json.dumps(request).encode(), [log.fileno(), *files])
+    if process is None:
+        WorkerProcess.fork_server = None
+    return process
 
 
 class RestartingWorker:

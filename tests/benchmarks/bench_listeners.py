@@ -1,4 +1,4 @@
-"""How much slower a run goes, and how much later, when 20 pages listen to it.
+"""Slowdown and delay of a run to which 20 pages listen.
 
 The real server in a process of its own, a real simulated run, 20 HTTP clients that read everything they are told.
 Windows with and without listeners take turns on the same run, so that whatever else the machine does falls on both.
@@ -125,7 +125,7 @@ class Measured:
 
     @property
     def noise(self) -> float:
-        """How far the pairs are apart; listeners make no run faster, so what they seem to win is noise as well."""
+        """Spread of the pairs; listeners make no run faster, so an apparent gain is noise as well."""
         return max(max(self.falls) - min(self.falls), -statistics.median(self.falls))
 
     def __str__(self) -> str:
@@ -153,7 +153,7 @@ def test_a_run_goes_on_as_fast_with_twenty_listeners(tmp_path: Path, speed: floa
             if measured.noise <= MOST:
                 break
             print(f"too noisy: the pairs are {measured.noise:.1%} apart, more than the {MOST:.0%} to be seen")
-        server.post("book/b.xlsx/run/stop", {"name": "n"})
+        server.post("run/stop?name=n", {})
         wait_for(lambda: json.loads(server.get("run/now"))["phase"] == "none")
     assert measured.read > LISTENERS * PAIRS * 1_000, "they were told nothing"
     assert measured.noise <= MOST, "too noisy: nothing was measured. Let this machine do nothing else"

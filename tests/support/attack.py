@@ -26,7 +26,7 @@ OURS = {"X-RRP": "grid", "Origin": HOME}
 
 PLACES: dict[str, Any] = {
     "name": BOOK, "sheet": SHEET, "run": RUN, "number": 1, "first": 0, "filename": "style.css", "action": "stop",
-    "picture": "plots", "what": "piece", "form": "svg", "kind": "csv",
+    "picture": "plots", "what": "piece", "form": "svg", "export": "plots",
 }  # fmt: skip
 """What stands in the variable parts of an address; `file` and others where the route needs them so."""
 
@@ -59,7 +59,6 @@ JSON: dict[str, dict[str, Any]] = {
     "run_panel.start": {
         **_WHO, "mode": "simulated", "participant": "", "condition": "", "operator": "", "until": "scene", "speed": 1,
     },
-    "run_panel.stop": _WHO,
     "run_panel.act restart": _WHO,
     "run_panel.act pause": _WHO,
     "run_panel.act resume": _WHO,
@@ -86,6 +85,7 @@ FORMS: dict[str, dict[str, Any]] = {
     "comparison.act keep": {"title": "before"},
     "comparison.act restore": {"version": "1"},
     "run_deletion.delete": {"run": RUN, "shown": RUN, "typed": "no"},
+    "run_panel.stop": {},
 }
 """What is sent as a form by our own script."""
 
@@ -134,7 +134,7 @@ def _ways(rule: Rule) -> Iterator[Way]:
 
 
 def body(way: Way, row: str = "") -> dict[str, Any]:
-    """What is sent, as an argument of the test client."""
+    """Body of a request, as an argument of the test client."""
     if way.key in JSON:
         return {"json": _with_row(JSON[way.key], row)}
     if way.key not in FORMS:

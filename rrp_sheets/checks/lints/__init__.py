@@ -8,7 +8,7 @@ from __future__ import annotations
 from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
-from rrp_sheets.checks.lints.context import Material
+from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.checks.lints.deadlock import lint_deadlock
 from rrp_sheets.checks.lints.failing_formulas import lint_formulas
 from rrp_sheets.checks.lints.flooded import lint_flooded
@@ -30,7 +30,7 @@ def lint(
 ) -> None:
     """Report everything that the lints find; `running`: keys of the behaviours that run, or can be switched on."""
     routes = Paths(graph, compiled.formulas, compiled.facts)
-    material = Material(workbook, robot, graph, compiled, running, routes, report)
+    material = LintContext(workbook, robot, graph, compiled, running, routes, report)
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_never, lint_formulas, lint_taking, lint_helpers,
         lint_unmatched, lint_deadlock,

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.dataflow import Route
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
-from rrp_sheets.checks.lints.context import Material, row_of
+from rrp_sheets.checks.lints.context import LintContext, row_of
 from rrp_sheets.graph import Step
 from rrp_sheets.texts import N_
 
@@ -44,7 +44,7 @@ class _Driver:
         return rate.kind in (CAMERA, CHANGE, TIMER) and rate.hz >= STEADY_HZ
 
 
-def lint_conflicts(material: Material) -> None:
+def lint_conflicts(material: LintContext) -> None:
     """Report, at each row, the first row before it with which it conflicts."""
     drivers: list[_Driver] = []
     left = MOST_PAIRS
@@ -75,7 +75,7 @@ def _first(told: set[tuple[str, ...]], one: _Driver, other: _Driver, resource: s
     return fresh
 
 
-def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: Material) -> None:
+def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: LintContext) -> None:
     address = driver.step.row.output.address
     where = row_of(other.step, driver.step)
     if resource == VOICE and driver.behaviour == other.behaviour:
@@ -84,7 +84,7 @@ def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: Ma
         material.report.add("LINT003", address, other=where, resource=N_(resource), how=how)
 
 
-def _drivers(material: Material) -> Iterator[_Driver]:
+def _drivers(material: LintContext) -> Iterator[_Driver]:
     for behaviour in material.behaviours():
         for step in behaviour.steps:
             if not step.active or not step.connector.is_sink:
@@ -96,7 +96,7 @@ def _drivers(material: Material) -> Iterator[_Driver]:
                 yield _Driver(step, behaviour.key, uses, fact, material.routes.of.get(step.ref), joints)
 
 
-def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
+def _uses(step: Step, fact: Fact, material: LintContext) -> frozenset[str]:
     """Return the resources that a row's actuator uses; for a gesture named by the value, those of all possible ones."""
     stream = material.graph.streams[step.output]
     if stream.device is None:
@@ -112,7 +112,7 @@ def _uses(step: Step, fact: Fact, material: Material) -> frozenset[str]:
     return uses
 
 
-def _in_the_way(one: _Driver, other: _Driver, resource: str, material: Material) -> str:
+def _in_the_way(one: _Driver, other: _Driver, resource: str, material: LintContext) -> str:
     """Return in words why two rows conflict over a resource; empty when they do not."""
     if one.step.row.priority != other.step.row.priority or one.routes is None or other.routes is None:
         return ""
@@ -144,7 +144,7 @@ def _same_value(one: _Driver, other: _Driver) -> bool:
     return first is not None and first == second and len(first) == 1
 
 
-def _follow(one: _Driver, other: _Driver, material: Material) -> bool:
+def _follow(one: _Driver, other: _Driver, material: LintContext) -> bool:
     """Return whether one row acts only when a command of the other has ended."""
     origins = {r.origin for r in one.routes or ()}
     done = {
@@ -153,7 +153,7 @@ def _follow(one: _Driver, other: _Driver, material: Material) -> bool:
     return bool(origins) and origins == done
 
 
-def _named(origin: str, material: Material) -> str:
+def _named(origin: str, material: LintContext) -> str:
     if origin in material.graph.streams:
         return N_("one value of “{name}”", name=material.graph.streams[origin].name)
     sheet, _, row = origin.removeprefix("clock ").rpartition("!")

@@ -17,7 +17,7 @@ from rrp_sheets.texts import N_
 
 
 @dataclass(frozen=True)
-class Material:
+class LintContext:
     """A workbook with its routes and readers, and the report for the findings of the lints.
 
     Attributes:

@@ -8,17 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from rrp_sheets.checks.lints.context import Material
+from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.graph import Step, Stream, StreamKind
 
-_ALL = frozenset({"map", "filter", "combineLatest"})
+_ALL = frozenset({"map", "filter", "combineLatest", "timestamp"})
 """Connectors that give nothing before each input has had a value; `subscribe` with a formula is another."""
-_FIRST = frozenset({"timestamp", "sample", "forgetAfter", "once", "changes", "timeout", "delay", "throttle"})
-"""Connectors that give nothing before the first input has had a value; the others may take any input."""
 _MOST_ACTUATORS = 100  # that are looked behind: the check of a long sheet must stay quick
 
 
-def lint_deadlock(material: Material) -> None:
+def lint_deadlock(material: LintContext) -> None:
     """Report rows that need a done stream of an actuator which only they can start."""
     streams = material.graph.streams
     steps = [s for b in material.graph.behaviours for s in b.steps if s.active and s.inputs]
@@ -47,12 +45,12 @@ def lint_deadlock(material: Material) -> None:
 
 def _needs(step: Step) -> tuple[str, ...]:
     """Return the inputs without which a row does nothing; for a row that takes any input, all of them."""
-    return step.inputs[:1] if step.connector.name in _FIRST else step.inputs
+    return step.inputs[:1] if step.connector.passes and step.connector.name not in _ALL else step.inputs
 
 
 def _needs_all(step: Step) -> bool:
     formula = step.connector.is_sink and bool(step.row.formula)
-    return step.connector.name in _ALL or step.connector.name in _FIRST or formula
+    return step.connector.name in _ALL or step.connector.passes is not None or formula
 
 
 def _source(stream: Stream) -> str:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.checks.dataflow import SAME_VALUE
 from rrp_sheets.checks.examples import alike
 from rrp_sheets.checks.facts import LIST, RECORD, TEXT
-from rrp_sheets.checks.lints.context import Material, row_of
+from rrp_sheets.checks.lints.context import LintContext, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula
@@ -18,12 +17,11 @@ from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.texts import N_
 
 _NO_CONDITION = (TEXT, LIST, RECORD)
-_KEEPING_KIND = SAME_VALUE | {"forgetAfter", "merge"}
 MOST_STREAMS = 100  # that are followed from one merge
 _ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
 
 
-def lint_formulas(material: Material) -> None:
+def lint_formulas(material: LintContext) -> None:
     """Report the problems of the rows' formulas that follow from the facts."""
     for step in material.steps():
         formula = material.compiled.formulas.get(step.ref)
@@ -33,7 +31,7 @@ def lint_formulas(material: Material) -> None:
             _mixed(step, material)
 
 
-def _no_condition(step: Step, formula: Formula, material: Material) -> bool:
+def _no_condition(step: Step, formula: Formula, material: LintContext) -> bool:
     """Report a filter whose formula gives a text, a list or a record, and return whether it does."""
     if step.connector.name != "filter":
         return False
@@ -45,7 +43,7 @@ def _no_condition(step: Step, formula: Formula, material: Material) -> bool:
     return kind in _NO_CONDITION
 
 
-def _trouble(step: Step, material: Material) -> None:
+def _trouble(step: Step, material: LintContext) -> None:
     trouble = material.compiled.troubles.get(step.ref)
     if trouble is None:
         return
@@ -71,7 +69,7 @@ def _said(formula: Formula, name: str, value: Value) -> list[str]:
     return [f"{shown} {show(value, 60)}"]
 
 
-def _mixed(step: Step, material: Material) -> None:
+def _mixed(step: Step, material: LintContext) -> None:
     """Report a merge of values of different kinds, where a row or an actuator needs them to be alike."""
     facts = [material.fact(i) for i in step.inputs]
     first = facts[0]
@@ -95,7 +93,7 @@ def _kind(value: Value) -> str:
     return N_("a record ({name})", name=value.type.name) if isinstance(value, Record) else kind_of(value)
 
 
-def _use(stream: str, values: list[Value], material: Material, merge: Step, seen: set[str]) -> str | None:
+def _use(stream: str, values: list[Value], material: LintContext, merge: Step, seen: set[str]) -> str | None:
     """Return in words how a stream's values are used so that their kind matters; None when it does not."""
     plain = not any(isinstance(v, Record) for v in values)
     seen.add(stream)
@@ -105,7 +103,7 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
             fails = [_fails(formula, reader, stream, v, material) for v in values]
             if any(fails) and not all(fails):
                 return N_(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
-        if reader.connector.name in _KEEPING_KIND and (reader.inputs[0] == stream or reader.connector.any_input):
+        if _keeps_kind(reader, stream):
             if reader.output in seen or len(seen) >= MOST_STREAMS:
                 continue
             found = _use(reader.output, values, material, merge, seen)
@@ -118,12 +116,18 @@ def _use(stream: str, values: list[Value], material: Material, merge: Step, seen
     return None
 
 
+def _keeps_kind(reader: Step, stream: str) -> bool:
+    """Return whether a row passes on the values of a stream."""
+    connector = reader.connector
+    return connector.name == "merge" or (connector.passes is not None and reader.inputs[0] == stream)
+
+
 def _looks(stream: Stream) -> bool:
     """Return whether an actuator uses the value, and not only its arrival."""
     return stream.device is not None and not stream.device.type.takes.startswith(_ANY_VALUE)
 
 
-def _fails(formula: Formula, reader: Step, stream: str, value: Value, material: Material) -> bool:
+def _fails(formula: Formula, reader: Step, stream: str, value: Value, material: LintContext) -> bool:
     values: list[Value] = []
     for name in reader.connector.extra:
         values.append(0 if name == "total" else value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER
 from rrp_sheets.checks.lints.conflicts import VOICE
-from rrp_sheets.checks.lints.context import Material
+from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.graph import Step
 from rrp_sheets.texts import N_
@@ -13,7 +13,7 @@ TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
 PERIOD = "10 s"  # of the throttle that is proposed, in words and as a fix
 
 
-def lint_flooded(material: Material) -> None:
+def lint_flooded(material: LintContext) -> None:
     """Report rows that would make the robot speak without a pause."""
     counted: set[str] = set()
     for step in material.steps():
@@ -36,7 +36,7 @@ def lint_flooded(material: Material) -> None:
         )  # fmt: skip
 
 
-def _fixes(step: Step, material: Material) -> list[Fix]:
+def _fixes(step: Step, material: LintContext) -> list[Fix]:
     """Return the fixes: a throttle before the row, or a changes row, which passes only different values."""
     row = step.row
     names = [c.text for c in row.inputs] or [material.graph.streams[i].name for i in step.inputs]

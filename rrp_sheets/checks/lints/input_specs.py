@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, AbstractValue, Fact
-from rrp_sheets.checks.lints.context import Material
+from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import KINDS, kind_of, kind_of_value
 from rrp_sheets.graph import Step, Stream
@@ -15,7 +15,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.robots import DeviceType, Robot, Setting
-from rrp_sheets.robots.trajectory import joint_limits
+from rrp_sheets.robots.trajectory import JointLimits
 from rrp_sheets.texts import N_, sentences
 
 
@@ -32,12 +32,12 @@ class InputSpec:
 
     kinds: frozenset[str]
     remedy: str
-    wrong: Callable[[Value, Stream, Material], str] = lambda value, stream, material: ""
+    wrong: Callable[[Value, Stream, LintContext], str] = lambda value, stream, material: ""
     needs: frozenset[str] = frozenset()
     lacks: str = ""
 
 
-def lint_taking(material: Material) -> None:
+def lint_taking(material: LintContext) -> None:
     """Report rows that send an actuator values that it cannot use."""
     seeing = {s.id for s in material.graph.streams.values() if _sees(s)}
     ancestors: dict[str, frozenset[str]] = {}
@@ -61,7 +61,7 @@ def _sees(stream: Stream) -> bool:
     return payload is not None and {"x", "y"} <= set(payload.keys)
 
 
-def _check(step: Step, stream: Stream, taker: InputSpec, material: Material) -> None:
+def _check(step: Step, stream: Stream, taker: InputSpec, material: LintContext) -> None:
     fact = material.fact(step.ref)
     if fact.known.kind == BLANK:
         return
@@ -76,7 +76,7 @@ def _check(step: Step, stream: Stream, taker: InputSpec, material: Material) -> 
     _limits(step, stream, fact, material)
 
 
-def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Material) -> tuple[str, Value]:
+def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: LintContext) -> tuple[str, Value]:
     """Return the problem in words, and the value that has it; an empty text when there is none."""
     known = fact.known
     if known.choices:
@@ -92,7 +92,7 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: Mater
     return "", None
 
 
-def _stands(value: Value, material: Material) -> str:
+def _stands(value: Value, material: LintContext) -> str:
     """Return in words the table column that holds an unusable text; empty when none does."""
     if not isinstance(value, str):
         return ""
@@ -111,7 +111,7 @@ def _stands(value: Value, material: Material) -> str:
     )
 
 
-def _wrong(value: Value, stream: Stream, taker: InputSpec, material: Material) -> str:
+def _wrong(value: Value, stream: Stream, taker: InputSpec, material: LintContext) -> str:
     if value is None:
         return ""
     if kind_of_value(value) not in taker.kinds:
@@ -122,7 +122,7 @@ def _wrong(value: Value, stream: Stream, taker: InputSpec, material: Material) -
 # ---- what each takes, as its driver does
 
 
-def _colour(value: Value, stream: Stream, material: Material) -> str:
+def _colour(value: Value, stream: Stream, material: LintContext) -> str:
     if isinstance(value, Record):
         return "" if isinstance(value.values.get("colour"), str) else N_("a record without a colour")
     if isinstance(value, (list, tuple)):
@@ -137,12 +137,12 @@ def _named(value: Value, setting: Setting, robot: Robot) -> str:
     return N_("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
 
-def _posture(value: Value, stream: Stream, material: Material) -> str:
+def _posture(value: Value, stream: Stream, material: LintContext) -> str:
     names = material.robot.postures
     return "" if key(value) in {key(p) for p in names} else _no_name(value, N_("posture"), names)
 
 
-def _gesture(value: Value, stream: Stream, material: Material) -> str:
+def _gesture(value: Value, stream: Stream, material: LintContext) -> str:
     if isinstance(value, Record):
         return "" if {"x", "y"} <= set(value.values) else N_("a record without a place to point at")
     if not isinstance(value, str):
@@ -158,13 +158,13 @@ def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
     return N_("{value}, which is no {what}", value=show(value), what=what)
 
 
-def _duration(value: Value, stream: Stream, material: Material) -> str:
+def _duration(value: Value, stream: Stream, material: LintContext) -> str:
     if isinstance(value, str) and parse_duration(value, bare="s") is None:
         return N_("{value}, which is no time", value=show(value))
     return ""
 
 
-def _angles(value: Value, stream: Stream, material: Material) -> str:
+def _angles(value: Value, stream: Stream, material: LintContext) -> str:
     count = len(material.joints(stream))
     values = list(value) if isinstance(value, (list, tuple)) else [value]
     if len(values) != count:
@@ -209,7 +209,7 @@ def _taker(kind: DeviceType, stream: Stream) -> InputSpec | None:
 # ---- limits
 
 
-def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
+def _limits(step: Step, stream: Stream, fact: Fact, material: LintContext) -> None:
     assert stream.device is not None
     address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
     for what, known, low, high, unit in _limited(stream, fact, material):
@@ -224,7 +224,7 @@ def _limits(step: Step, stream: Stream, fact: Fact, material: Material) -> None:
             return
 
 
-def _limited(stream: Stream, fact: Fact, material: Material) -> list[tuple[str, list[float], float, float, str]]:
+def _limited(stream: Stream, fact: Fact, material: LintContext) -> list[tuple[str, list[float], float, float, str]]:
     """Return what has limits: its name, the values that it will surely be given, the limits and their unit."""
     assert stream.device is not None
     if stream.device.type.name == "EyeBrightness":
@@ -255,10 +255,10 @@ def _pitches(
 ) -> list[tuple[str, list[float], float, float, str]]:
     """Return the head's pitch with its limits at the yaw that is sent with it: turned aside, it can nod less."""
     found: list[tuple[str, list[float], float, float, str]] = []
-    yaw, pitch = names.index("HeadYaw"), names.index("HeadPitch")
+    yaw, pitch, limits = names.index("HeadYaw"), names.index("HeadPitch"), JointLimits(robot)
     for values in lists:
         if len(values) == len(names) and is_number(values[yaw]) and is_number(values[pitch]):
-            low, high = joint_limits(robot, "HeadPitch", float(values[yaw]))
+            low, high = limits.of("HeadPitch", float(values[yaw]))
             name = N_("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
             found.append((name, [values[pitch]], low, high, "rad"))
     return found

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.checks.facts import EVENT
-from rrp_sheets.checks.lints.context import Material, row_of
+from rrp_sheets.checks.lints.context import LintContext, row_of
 from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
@@ -16,7 +16,6 @@ from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
 
-_RARE = frozenset({"once", "timeout"})
 _TIMES = frozenset({"t", "timestamp"})
 
 
@@ -37,7 +36,7 @@ class Pace:
     timed: bool = False
 
 
-def lint_stale(material: Material) -> None:
+def lint_stale(material: LintContext) -> None:
     """Report every combineLatest that joins old values with new ones."""
     paces: dict[str, Pace] = {}
     steps = {s.ref: s for s in material.steps()}
@@ -68,7 +67,7 @@ def lint_stale(material: Material) -> None:
         )
 
 
-def _pace(stream: str, material: Material, paces: dict[str, Pace]) -> Pace:
+def _pace(stream: str, material: LintContext, paces: dict[str, Pace]) -> Pace:
     if stream in paces:
         return paces[stream]
     rate = material.fact(stream).rate
@@ -76,16 +75,16 @@ def _pace(stream: str, material: Material, paces: dict[str, Pace]) -> Pace:
 
 
 def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
-    name, first = step.connector.name, inputs[0]
+    name, passes, first = step.connector.name, step.connector.passes, inputs[0]
     if name == "filter":
         return replace(first, filters=first.filters | {step.ref})
     if name == "timestamp":
         return replace(first, timed=True)
-    if name in _RARE:
+    if passes is not None and passes.rate == "events":
         return replace(first, rare=True, steady=False)
     if name == "accumulate":
         return Pace()  # a total stays true until the next one
-    if name == "changes":
+    if passes is not None and passes.rate == "changes":
         return replace(first, rare=False, steady=False)  # what has not changed is still so
     if name in ("combineLatest", "merge"):
         filters = frozenset.intersection(*(p.filters for p in inputs))
@@ -93,7 +92,7 @@ def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
     return replace(first, timed=False) if name == "map" else first
 
 
-def _stale_pair(step: Step, inputs: Sequence[Pace], material: Material) -> tuple[int, int] | None:
+def _stale_pair(step: Step, inputs: Sequence[Pace], material: LintContext) -> tuple[int, int] | None:
     """Return the places of an input that may be old and of one that goes on, or None when the age is bounded."""
     formula = material.compiled.formulas.get(step.ref)
     if formula is None and step.row.formula:
@@ -140,7 +139,7 @@ LONGEST_SECONDS = 1
 LONGEST_AGE = f"{LONGEST_SECONDS} s"
 
 
-def remedies(step: Step, rare: str, material: Material) -> list[Fix]:
+def remedies(step: Step, rare: str, material: LintContext) -> list[Fix]:
     """Return fixes that forget the old value or compare timestamps; none for rows that they cannot rewrite."""
     formula = step.row.formula.text
     named = [material.graph.streams[i].name for i in step.inputs]
@@ -150,7 +149,7 @@ def remedies(step: Step, rare: str, material: Material) -> list[Fix]:
     return [fix for fix in made if fix is not None]
 
 
-def _forgetting(step: Step, rare: str, material: Material) -> Fix | None:
+def _forgetting(step: Step, rare: str, material: LintContext) -> Fix | None:
     old = material.graph.streams[rare].name
     recent = _free(f"Recent {old}", step, material)
     text = _opened(step, material)
@@ -171,7 +170,7 @@ def _forgetting(step: Step, rare: str, material: Material) -> Fix | None:
     return Fix("forget-old-value", title, tuple(row.edits))
 
 
-def _timing(step: Step, material: Material) -> Fix | None:
+def _timing(step: Step, material: LintContext) -> Fix | None:
     names = [material.graph.streams[i].name for i in step.inputs]
     timed = {n: _free(f"{n} with time", step, material) for n in names}
     text = _opened(step, material)
@@ -216,7 +215,7 @@ class _Writer:
             self.edits.append(Put(Address(self.sheet, self.number, column), text))
 
 
-def _opened(step: Step, material: Material) -> str:
+def _opened(step: Step, material: LintContext) -> str:
     """Return the row's formula; a helper's name alone becomes a call of it."""
     text = step.row.formula.text
     helper = material.compiled.helpers.by_key.get(key(text))
@@ -226,13 +225,13 @@ def _opened(step: Step, material: Material) -> str:
     return f"{argument_name(helper.shown)}({names})"
 
 
-def _only_sent(step: Step, material: Material) -> bool:
+def _only_sent(step: Step, material: LintContext) -> bool:
     """Return whether all readers of a row's output send it on to actuators as it is."""
     readers = material.readers.get(step.output, [])
     return all(r.connector.is_sink and not r.row.formula for r in readers)
 
 
-def _free(name: str, step: Step, material: Material) -> str:
+def _free(name: str, step: Step, material: LintContext) -> str:
     sheet = key(step.row.output.address.sheet)
     streams: Mapping[str, object] = material.graph.streams
     taken, wanted, n = name, name, 2

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.checks.facts import RECORD, AbstractValue
-from rrp_sheets.checks.lints.context import Material
+from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics.fix import meant
 from rrp_sheets.formulas import Table
@@ -31,7 +31,7 @@ class _Column:
     anything: bool = False  # one row compares it with what may be any text
 
 
-def lint_unmatched(material: Material) -> None:
+def lint_unmatched(material: LintContext) -> None:
     """Report texts of a table that nothing can be equal to, where the sensors say what they can give."""
     columns: dict[tuple[str, str], _Column] = {}
     for step in material.steps():
@@ -49,7 +49,7 @@ def lint_unmatched(material: Material) -> None:
             _tell(column, material)
 
 
-def _tell(column: _Column, material: Material) -> None:
+def _tell(column: _Column, material: LintContext) -> None:
     texts = dict.fromkeys(v for v in column.table.column(column.name) if isinstance(v, str))
     missing = [t for t in texts if t.casefold() not in column.comes]
     if not missing or column.step.ref in material.routes.dead:  # that nothing passes is told there

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 
 from rrp_sheets.checks.facts import NUMBER
-from rrp_sheets.checks.lints.context import Material, row_of
+from rrp_sheets.checks.lints.context import LintContext, row_of
 from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.nodes import Pick
@@ -14,7 +14,7 @@ from rrp_sheets.model.values import show
 from rrp_sheets.texts import N_, listed
 
 
-def lint_never(material: Material) -> None:
+def lint_never(material: LintContext) -> None:
     """Report filters that pass nothing or everything, and done streams that never have a value."""
     for step in material.steps():
         if step.connector.name == "filter":
@@ -30,7 +30,7 @@ def lint_never(material: Material) -> None:
                 material.report.add("LINT007", step.row.inputs_cell.address, name=found.name, actuator=actuator)
 
 
-def _filter(step: Step, material: Material) -> None:
+def _filter(step: Step, material: LintContext) -> None:
     formula = material.compiled.formulas.get(step.ref)
     if formula is None:
         return
@@ -54,7 +54,7 @@ def _filter(step: Step, material: Material) -> None:
             material.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
 
 
-def _without_input(step: Step, formula: Formula, material: Material) -> None:
+def _without_input(step: Step, formula: Formula, material: LintContext) -> None:
     """Report a filter whose formula does not use what arrives: all of it passes, or nothing."""
     if any(isinstance(n, Pick) for n in ast.walk(formula.tree)):
         return  # it is drawn anew each time
@@ -72,7 +72,7 @@ def _without_input(step: Step, formula: Formula, material: Material) -> None:
         material.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
 
 
-def _filters_before(step: Step, material: Material) -> list[Step]:
+def _filters_before(step: Step, material: LintContext) -> list[Step]:
     """Return the first three filter rows on the way to a row."""
     routes = material.routes.of.get(step.inputs[0]) or ()
     steps = {s.ref: s for s in material.steps()} if routes else {}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.checks.lints.context import Material
+from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model.names import key
 
 
-def lint_helpers(material: Material) -> None:
+def lint_helpers(material: LintContext) -> None:
     """Report unused helpers, and inputs that a helper does not use."""
     helpers = material.compiled.helpers
     if not helpers.by_key or material.report.errors:
@@ -35,7 +35,7 @@ def lint_helpers(material: Material) -> None:
                 material.report.add("LINT009", formula.address, name=name.text, input=parameter.shown)
 
 
-def _words_of_unread_formulas(material: Material) -> set[str]:
+def _words_of_unread_formulas(material: LintContext) -> set[str]:
     """Return the names in formulas that are unreadable or switched off, and in tests: they count as uses."""
     texts = [
         row.formula.text

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -32,6 +33,7 @@ class Function:
         least, most: how many arguments it takes.
         usage: `CLAMP(number; low; high)`.
         make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
+        gives: the kind of its results, or the bounds of the number; `any` when they differ.
         charges: whether it takes a keyword `charge`, to be told steps of work beyond the length of its arguments.
     """
 
@@ -43,6 +45,7 @@ class Function:
     help: str
     make: Callable[[list[ast.expr]], ast.expr] | None = None
     charges: bool = False
+    gives: str | tuple[float, float] = "any"
 
     @property
     def name(self) -> str:
@@ -59,17 +62,24 @@ class Function:
         return N_("{least} to {most} arguments", least=self.least, most=self.most)
 
 
+_KINDS = {"str": "text", "bool": "truth", "list": "list", "int": "number", "float": "number", "int | float": "number",
+          "Number": "number"}  # fmt: skip
+
+
 def define(
-    call: Callable[..., Value], *synonyms: str, name: str = "", make: Callable[[list[ast.expr]], ast.expr] | None = None
-) -> Function:
+    call: Callable[..., Value], *synonyms: str, name: str = "", bounds: tuple[float, float] | None = None,
+    make: Callable[[list[ast.expr]], ast.expr] | None = None,
+) -> Function:  # fmt: skip
     """A library function from a Python function: its name in capitals, its parameters and its docstring.
+
+    The check knows the kind of its results from their annotation, or else the `bounds` of its numbers.
 
     >>> def double(number): return 2 * number
     >>> define(double).usage
     'DOUBLE(number)'
     """
-    signature = inspect.signature(call).parameters
-    parameters = [p for p in signature.values() if p.kind is not p.KEYWORD_ONLY]
+    signature = inspect.signature(call)
+    parameters = [p for p in signature.parameters.values() if p.kind is not p.KEYWORD_ONLY]
     least = sum(1 for p in parameters if p.default is p.empty and p.kind is not p.VAR_POSITIONAL)
     many = any(p.kind is p.VAR_POSITIONAL for p in parameters)
     shown = name or call.__name__.strip("_").upper()
@@ -77,9 +87,10 @@ def define(
     most = MANY if many else len(parameters)
     least = max(least, 1) if many else least
     usage = f"{shown}({names})"
-    return Function(
-        (shown, *synonyms), call, least, most, usage, inspect.getdoc(call) or "", make, "charge" in signature
-    )
+    results = inspect.formatannotation(signature.return_annotation).strip("'")
+    gives = bounds or _KINDS.get(re.sub(r"\[.*\]", "", results), "any")
+    charges = "charge" in signature.parameters
+    return Function((shown, *synonyms), call, least, most, usage, inspect.getdoc(call) or "", make, charges, gives)
 
 
 def number(value: Value) -> int | float:

@@ -80,5 +80,6 @@ def anglediff(first: Value, second: Value) -> float:
 
 
 FUNCTIONS = (
-    define(distance), define(hypot), define(angle), define(anglediff), define(clamp), define(scale), define(between),
+    define(distance, bounds=(0, math.inf)), define(hypot, bounds=(0, math.inf)),
+    define(angle, bounds=(-math.pi, math.pi)), define(anglediff), define(clamp), define(scale), define(between),
 )  # fmt: skip

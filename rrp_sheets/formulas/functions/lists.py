@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rrp_sheets.formulas.functions.define import bounded, define, flat, listing, number, too_many, whole
 from rrp_sheets.formulas.limits import LONGEST_LIST, Charge, free, letters
 from rrp_sheets.formulas.operations import same
@@ -118,7 +120,7 @@ def drop(values: Value, count: Value) -> list[Value]:
     return list(members[n:] if n >= 0 else members[:n])
 
 
-def list_(*values: Value) -> Value:
+def list_(*values: Value) -> list[Value]:
     """A list of the values.
 
     >>> list_(1, "two")
@@ -128,7 +130,9 @@ def list_(*values: Value) -> Value:
         return list(values[0])
     if len(values) == 1 and not isinstance(values[0], (int, float, str)):
         raise wrong_kind(N_("a value"), values[0])
-    return bounded(list(values))
+    members = list(values)
+    bounded(members)
+    return members
 
 
 def count(*values: Value) -> int:
@@ -182,6 +186,6 @@ def any_(values: Value) -> bool:
 
 FUNCTIONS = (
     define(range_), define(sequence), define(sorted_, "SORT"), define(reverse), define(unique), define(first),
-    define(last), define(take), define(drop), define(list_), define(count), define(counta), define(countif),
-    define(all_), define(any_),
+    define(last), define(take), define(drop), define(list_), define(count, bounds=(0, math.inf)), define(counta),
+    define(countif), define(all_), define(any_),
 )  # fmt: skip

@@ -79,7 +79,7 @@ def _iferror(args: list[ast.expr]) -> ast.expr:
 def _isnumber(args: list[ast.expr]) -> ast.expr:
     # spreadsheets ask ISNUMBER(SEARCH("ball"; text)), and the SEARCH fails where there is none
     call = ast.copy_location(ast.Call(ast.Name("ISNUMBER"), args, []), args[0])
-    call.bound, call.charges = is_number, False  # type: ignore[attr-defined]
+    call.bound, call.charges, call.gives = is_number, False, "truth"  # type: ignore[attr-defined]
     node = IfError()
     node.value, node.otherwise = call, ast.copy_location(ast.Constant(False), args[0])
     return node

@@ -238,7 +238,8 @@ def sign(value: Value) -> int:
 
 
 FUNCTIONS = (
-    define(abs_), define(sqrt), define(exp), define(ln), define(log10), define(power, "POW"), define(round_),
-    define(roundup), define(rounddown), define(mround), define(int_), define(floor), define(trunc),
-    define(ceil, "CEILING"), define(mod), define(quotient), define(sign), define(iseven), define(isodd),
+    define(abs_, bounds=(0, math.inf)), define(sqrt, bounds=(0, math.inf)), define(exp, bounds=(0, math.inf)),
+    define(ln), define(log10), define(power, "POW"), define(round_), define(roundup), define(rounddown),
+    define(mround), define(int_), define(floor), define(trunc), define(ceil, "CEILING"), define(mod),
+    define(quotient), define(sign, bounds=(-1, 1)), define(iseven), define(isodd),
 )  # fmt: skip

@@ -290,8 +290,9 @@ def fixed(value: Value, places: Value = 2) -> str:
 
 
 FUNCTIONS = (
-    define(len_), define(upper), define(lower), define(proper), define(trim), define(concat, "CONCATENATE"),
-    define(textjoin), define(textsplit), define(str_), define(value, "NUMBER"), define(text_), define(fixed),
+    define(len_, bounds=(0, 2_000)), define(upper), define(lower), define(proper), define(trim),
+    define(concat, "CONCATENATE"), define(textjoin), define(textsplit), define(str_), define(value, "NUMBER"),
+    define(text_), define(fixed),
     define(left), define(right), define(mid), define(find), define(search), define(startswith), define(endswith),
     define(substitute), define(rept), define(exact),
 )  # fmt: skip

@@ -98,6 +98,7 @@ def _share(value: Value) -> float:
 
 
 FUNCTIONS = (
-    define(sin), define(cos), define(tan), define(asin), define(acos), define(atan), define(radians), define(degrees),
-    define(pi),
+    define(sin, bounds=(-1, 1)), define(cos, bounds=(-1, 1)), define(tan),
+    define(asin, bounds=(-math.pi / 2, math.pi / 2)), define(acos, bounds=(0, math.pi)),
+    define(atan, bounds=(-math.pi / 2, math.pi / 2)), define(radians), define(degrees), define(pi),
 )  # fmt: skip

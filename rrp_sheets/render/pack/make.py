@@ -35,7 +35,7 @@ from rrp_sheets.render.sentences import Rows, explain
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots import Setting
 from rrp_sheets.robots.catalogue import DeviceWords
-from rrp_sheets.texts import capital, told
+from rrp_sheets.texts import capital, translate
 from rrp_sheets.workbook import Reading
 
 MOST_FINDINGS = 300
@@ -119,7 +119,7 @@ def _authors(source: Source) -> tuple[str, ...]:
 def _finding(source: Source, flag: int, found: Diagnostic) -> OpenFinding:
     where, row = (clean(found.address.sheet), found.address.row) if found.address else ("", 0)
     severity = source.get(f"open.{found.severity.value}")
-    said = (clean(told(text, source.words.language)) for text in (found.message, found.remedy))
+    said = (clean(translate(text, source.words.language)) for text in (found.message, found.remedy))
     return OpenFinding(flag, severity, where, row, *said)
 
 
@@ -298,7 +298,7 @@ def _figures(
             language=source.words.language, upright=True,
         )  # fmt: skip
     except SheetsError as error:
-        return (), [source.get("behaviours.no_diagram", why=told(error.message, source.words.language))]
+        return (), [source.get("behaviours.no_diagram", why=translate(error.message, source.words.language))]
     return tuple(_figure(source, page, pictures) for page in pages), []
 
 

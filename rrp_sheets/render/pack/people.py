@@ -9,7 +9,7 @@ from rrp_sheets.render.device_sentences import device_says
 from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Hand, Labelled, Ref, Sensed, Stopping
 from rrp_sheets.render.pack.source import Source, driver_refs
-from rrp_sheets.texts import capital, told
+from rrp_sheets.texts import capital, translate
 
 TOLD = "Participants are told"
 
@@ -183,7 +183,7 @@ def kept(source: Source) -> tuple[Labelled, ...]:
         faces = "kept"  # those of earlier runs are known again
     kinds = kept_kinds(source.checked.robot, source.checked.graph, source.checked.run)
     lines = [
-        Labelled(get("kept.program"), get("kept.all", list=capital(told(names_of(kinds), source.words.language)))),
+        Labelled(get("kept.program"), get("kept.all", list=capital(translate(names_of(kinds), source.words.language)))),
         Labelled(get("kept.trace"), get("kept.trace_text")),
         Labelled(
             get("kept.pictures"), source.words.sentences([get(f"kept.pictures_{pictures}"), get("kept.pictures_live")])
@@ -196,6 +196,6 @@ def kept(source: Source) -> tuple[Labelled, ...]:
             lines.append(Labelled(get(entry), text, stated=True))
             lacking = unnamed(text, kinds) if name == FIELD else []
             if lacking:
-                less = get("kept.less_text", list=told(names_of(lacking), source.words.language))
+                less = get("kept.less_text", list=translate(names_of(lacking), source.words.language))
                 lines.append(Labelled(get("kept.less"), less))
     return tuple(lines)

@@ -47,11 +47,13 @@ class Packed:
         path: of the zip.
         files: the bytes of everything in it, by name.
         notes: what it lacks or what to think of before it is passed on, in words.
+        language: of the workbook.
     """
 
     path: Path
     files: Mapping[str, int]
     notes: tuple[str, ...]
+    language: str
 
 
 def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), printer: Printer | None = None) -> Packed:
@@ -98,7 +100,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     told = versions(name, reading, checked, folders)
     content[manifest.README] = readme(name, told, manifest.PAPER in content).encode()
     files = _write(target, content, told)
-    return Packed(target, files, tuple(notes))
+    return Packed(target, files, tuple(notes), checked.run.language)
 
 
 def pack_with_protocol(

@@ -7,12 +7,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.perception.faces import Faces
-from rrp_sheets.sim.actuators.tracker import Trackers
 from rrp_sheets.sim.arbitration import Arbiter, Tell
 from rrp_sheets.sim.body import Body, Eyes
 from rrp_sheets.sim.keyframes import Motions
@@ -20,6 +20,9 @@ from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.voice import Voice
 from rrp_sheets.texts import N_
+
+if TYPE_CHECKING:  # a tracker is an actuator too
+    from rrp_sheets.sim.actuators.tracker import Trackers
 
 
 @dataclass(frozen=True)
@@ -41,13 +44,24 @@ class Parts:
 
 
 class SimActuator(ABC):
-    """Carries out the commands of one actuator stream, with its settings and the resources that it uses."""
+    """Carries out the commands of one actuator stream, with its settings and the resources that it uses.
+
+    A subclass names the device of the catalogue that it is for: `class Walk(SimActuator, device="Walk")`.
+
+    Attributes:
+        refused: message for a command that a running one of a larger priority prevents.
+    """
+
+    def __init_subclass__(cls, device: str = "") -> None:
+        if device:
+            ACTUATORS[device] = cls
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
         self.spec = spec
         self.parts = parts
         self.settings: Mapping[str, Value] = spec.settings
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
+        self.refused = N_("{name} does nothing now: what moves the robot has a higher priority.", name=spec.name)
 
     @abstractmethod
     def take(self, order: Command, us: int) -> None:
@@ -69,11 +83,6 @@ class SimActuator(ABC):
         self.parts.tell(Notice(kind, text, order.stream, order.row))
         self.parts.arbiter.at_once(order, completed=False)
 
-    @property
-    def refused(self) -> str:
-        """Message for a command that a running one of a larger priority prevents."""
-        return N_("{name} does nothing now: what moves the robot has a higher priority.", name=self.spec.name)
-
     def clamp(self, order: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
         """Return the value limited to its range, and report it when that changes the value."""
         limited = min(max(value, limits[0]), limits[1])
@@ -82,6 +91,10 @@ class SimActuator(ABC):
                       unit=unit)  # fmt: skip
             self.parts.tell(Notice("clamp", text, order.stream, order.row))
         return limited
+
+
+ACTUATORS: dict[str, type[SimActuator]] = {}
+"""The class for each device."""
 
 
 def as_number(value: Value) -> float | None:

@@ -118,7 +118,7 @@ def proposal(name: str, names: Sequence[str]) -> str:
     return N_("Did you mean {guess}?", guess=guess) if guess else N_("There are: {names}.", names=", ".join(names))
 
 
-class GestureActuator(Keyframed):
+class GestureActuator(Keyframed, device="Gesture"):
     """Makes the gesture of its setting, the one that a value names, or points at what was detected."""
 
     def take(self, order: Command, us: int) -> None:
@@ -160,7 +160,7 @@ class GestureActuator(Keyframed):
         return Detection(0, x, y, as_number(seen.values.get("distance")), 0.0, 0.0, camera).point()
 
 
-class Posture(Keyframed):
+class Posture(Keyframed, device="Posture"):
     """Takes the posture of its setting, or the one that a value names."""
 
     def take(self, order: Command, us: int) -> None:

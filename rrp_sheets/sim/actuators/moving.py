@@ -1,13 +1,13 @@
-"""Actuators that follow what sensors detect, move joints to angles, and walk."""
+"""Actuators that move joints to angles, and walk."""
 
 from __future__ import annotations
 
 import math
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.names import key
 from rrp_sheets.robots.trajectory import COUPLED
-from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
+from rrp_sheets.sim.actuators.base import SimActuator, as_number
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.texts import N_
 
@@ -22,33 +22,7 @@ LOOKS_US = 50_000  # between two looks at what is in the way
 Way = tuple[float, float, float]
 
 
-class Track(SimActuator):
-    """Follows what the sensors that the row descends from detect."""
-
-    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
-        super().__init__(spec, parts)
-        parts.trackers.add(spec.stream, spec.settings, self.uses)
-
-    def take(self, order: Command, us: int) -> None:
-        """Follow the target until another command ends it."""
-        if not self.parts.seeing.intersection(order.sensors):
-            text = N_("{name} has nothing to follow: its row does not come from a sensor that sees something.",
-                      name=self.spec.name)  # fmt: skip
-            self.fail(order, text)
-            return
-        if key(str(self.settings.get("mode"))) == "move" and key(str(self.settings.get("effector"))) == "none":
-            text = N_("{name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
-                      name=self.spec.name)  # fmt: skip
-            self.fail(order, text)
-            return
-        trackers, stream = self.parts.trackers, order.stream
-        self.parts.arbiter.give_way(trackers.idle(stream, us), order.priority, us)
-        job = Job(order, self.uses, trackers.follow, lambda us: trackers.stop(stream), endless=True,
-                  refused=self.refused)  # fmt: skip
-        self.parts.arbiter.take(job, us)
-
-
-class SetJointPosition(SimActuator):
+class SetJointPosition(SimActuator, device="SetJointPosition"):
     """Moves a joint or a group."""
 
     def take(self, order: Command, us: int) -> None:
@@ -120,7 +94,7 @@ class SetJointPosition(SimActuator):
                 body.go("HeadPitch", limited, share * body.robot.joints["headpitch"].max_velocity)
 
 
-class Walk(SimActuator):
+class Walk(SimActuator, device="Walk"):
     """Walks the way of its settings, or the one that arrives."""
 
     _way: Way | None = None

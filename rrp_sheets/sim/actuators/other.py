@@ -5,12 +5,13 @@ from __future__ import annotations
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.values import Record, show
+from rrp_sheets.perception.face_memory import FACE_REMEMBERED
 from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.colours import EXAMPLE, parse_colour
 from rrp_sheets.texts import N_, sentences
 
 
-class PrintActuator(SimActuator):
+class PrintActuator(SimActuator, device="Print"):
     """Shows the value in the log."""
 
     def take(self, order: Command, us: int) -> None:
@@ -43,7 +44,7 @@ class Later(SimActuator):
         self.fail(order, text, "note")
 
 
-class RememberFace(SimActuator):
+class RememberFace(SimActuator, device="RememberFace"):
     """Remembers a new face."""
 
     def take(self, order: Command, us: int) -> None:
@@ -60,7 +61,7 @@ class RememberFace(SimActuator):
         if not remembered:
             self.fail(order, why, "note")
             return
-        text = N_("The face is remembered as {name}.", name=remembered)
+        text = N_(FACE_REMEMBERED, name=remembered)
         self.parts.tell(Notice("note", text, order.stream, order.row))
         try:
             self.parts.faces.keep()
@@ -69,7 +70,7 @@ class RememberFace(SimActuator):
         self.parts.arbiter.at_once(order)
 
 
-class EyeLedColor(SimActuator):
+class EyeLedColor(SimActuator, device="EyeLedColor"):
     """Sets the eyes to the colour that arrives."""
 
     def take(self, order: Command, us: int) -> None:
@@ -82,7 +83,7 @@ class EyeLedColor(SimActuator):
         self.parts.arbiter.at_once(order)
 
 
-class EyeColor(SimActuator):
+class EyeColor(SimActuator, device="EyeColor"):
     """Sets the eyes to the colour of its setting."""
 
     def take(self, order: Command, us: int) -> None:
@@ -97,7 +98,7 @@ class EyeColor(SimActuator):
         self.parts.arbiter.at_once(order)
 
 
-class EyeBrightness(SimActuator):
+class EyeBrightness(SimActuator, device="EyeBrightness"):
     """Sets the eyes' brightness to the number that arrives."""
 
     def take(self, order: Command, us: int) -> None:

@@ -35,7 +35,7 @@ class _Say(SimActuator):
         self.parts.arbiter.take(Job(order, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
 
-class SayInput(_Say):
+class SayInput(_Say, device="SayInput"):
     """Says what arrives."""
 
     def take(self, order: Command, us: int) -> None:
@@ -50,7 +50,7 @@ class SayInput(_Say):
             self.wrong(order, N_("a text to say"))
 
 
-class SayParameter(_Say):
+class SayParameter(_Say, device="SayParameter"):
     """Says the text of its setting."""
 
     def take(self, order: Command, us: int) -> None:
@@ -110,7 +110,7 @@ class Talking:
 own = cache(own_sound)  # made once; a game plays them again and again
 
 
-class PlaySound(SimActuator):
+class PlaySound(SimActuator, device="PlaySound"):
     """Plays the sound of its settings, at once or after what is being said or played."""
 
     def take(self, order: Command, us: int) -> None:

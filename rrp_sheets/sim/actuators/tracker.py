@@ -13,12 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from rrp_sheets.model.exchange import Command
+from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.perception.pinhole import Pose, Vector
+from rrp_sheets.sim.actuators.base import Parts, SimActuator
+from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.body import EASY, STEP, Body
 from rrp_sheets.sim.stance import Stance
+from rrp_sheets.texts import N_
 
 BESIDE = 0.12  # m, of the target to the other side: so far the arm that points keeps pointing, across the body
 HANGING, RAISED, OFF = 1.1, 0.9, 0.06  # rad: an arm that hangs lower or is raised higher keeps so far off the body
@@ -272,6 +275,34 @@ class Trackers:
         for side in sides:
             for joint in self.body.robot.groups[key(f"{side}Arm")]:
                 self.body.go(joint, self.body.start[joint], EASY)
+
+
+class Track(SimActuator, device="Tracker"):
+    """Follows what the sensors that the row descends from detect."""
+
+    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
+        super().__init__(spec, parts)
+        parts.trackers.add(spec.stream, spec.settings, self.uses)
+        mode, effector = (key(str(spec.settings.get(name))) for name in ("mode", "effector"))
+        self._moves_nothing = mode == "move" and effector == "none"
+
+    def take(self, order: Command, us: int) -> None:
+        """Follow the target until another command ends it."""
+        if not self.parts.seeing.intersection(order.sensors):
+            text = N_("{name} has nothing to follow: its row does not come from a sensor that sees something.",
+                      name=self.spec.name)  # fmt: skip
+            self.fail(order, text)
+            return
+        if self._moves_nothing:
+            text = N_("{name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
+                      name=self.spec.name)  # fmt: skip
+            self.fail(order, text)
+            return
+        trackers, stream = self.parts.trackers, order.stream
+        self.parts.arbiter.give_way(trackers.idle(stream, us), order.priority, us)
+        job = Job(order, self.uses, trackers.follow, lambda us: trackers.stop(stream), endless=True,
+                  refused=self.refused)  # fmt: skip
+        self.parts.arbiter.take(job, us)
 
 
 def _side(value: Value) -> str:

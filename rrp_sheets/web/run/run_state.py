@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,11 +18,241 @@ from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
-from rrp_sheets.recording.formatting import clock
-from rrp_sheets.runs.run_data import RunStart, Summary
+from rrp_sheets.recording.formatting import clock, value_text
+from rrp_sheets.recording.timeline import Drag, dragged
+from rrp_sheets.runs.run_data import QUIET_US, Commands, RunStart, Summary
 from rrp_sheets.texts import N_, sentences
-from rrp_sheets.web.run.latest_values import LatestValues, StreamInfo, known_streams
-from rrp_sheets.web.run.log import Line, RunLog
+
+_KEPT_LINES = 400  # lines
+_MOST_NEW = 60  # lines that are told at once; of more the last
+_LONGEST_LINE = 300  # letters
+_SETTLED = 0.7  # seconds of the wall clock after which a thing that was dragged stands where it was put
+_AGAIN_US = 10_000_000  # the same trouble of the same row
+Line = dict[str, Any]
+
+
+class RunLog:
+    """Log lines with a serial number each; the newest are kept.
+
+    Args:
+        rows: the ids of the rows by their refs.
+        now: seconds of the wall clock.
+    """
+
+    def __init__(self, rows: Mapping[str, str], now: Callable[[], float] = time.monotonic) -> None:
+        self._rows = rows
+        self._now = now
+        self._drag = Drag()
+        self._dragged: Line | None = None
+        self._moved: float | None = None  # when the thing was put to a place that no page was told of
+        self._lines: deque[Line] = deque(maxlen=_KEPT_LINES)
+        self._count = 0
+        self._told = 0
+        self._last: dict[str, int] = {}
+        self._commands = Commands()
+        self._troubles: dict[tuple[str, str, str], int] = {}
+
+    def add(
+        self, us: int, kind: str, text: str, *, row: str = "", by: str = "", stream: str = "", sound: str = ""
+    ) -> None:
+        """Append a line; one for a user's action or the end also ends a drag."""
+        if by or kind == "end":  # somebody does something else
+            self._settle()
+            self._drag.over()
+        self._count += 1
+        line = {"i": self._count, "t": us / 1e6, "row": row, "id": self._rows.get(row, ""), "kind": kind,
+                "text": _short(text), "by": by, "stream": stream, "sound": sound}  # fmt: skip
+        self._lines.append(line)
+
+    def command(self, us: int, row: str, stream: str, value: Value, text: str) -> None:
+        """Log a command for an actuator, unless it continues a series of similar commands."""
+        if self._commands.tell(us, row, value, stream):
+            self.add(us, "command", N_("stops") if value is None else text, row=row, stream=stream)
+
+    def trouble(self, us: int, kind: str, text: str, row: str, stream: str = "") -> None:
+        """Log a problem that may recur with every value; the same one is logged again only after a while."""
+        key = (kind, row, text if not row else "")
+        if us - self._troubles.get(key, -_AGAIN_US) >= _AGAIN_US:
+            self._troubles[key] = us
+            self.add(us, kind, text, row=row, stream=stream)
+        if len(self._troubles) > _KEPT_LINES:
+            self._troubles = {k: at for k, at in self._troubles.items() if us - at < _AGAIN_US}
+
+    def again(self, us: int, what: str, kind: str, text: str, by: str) -> None:
+        """Log the first of many small steps of an action; the next one only after a pause."""
+        last = self._last.get(what, -QUIET_US)
+        self._last[what] = us
+        if us - last >= QUIET_US:
+            self.add(us, kind, text, by=by)
+
+    def put(self, us: int, thing: str, text: str, by: str) -> None:
+        """Log that a thing was put somewhere; a drag has one line, with the last place when it has ended."""
+        line = self._dragged
+        if self._drag.goes_on(us / 1e6, thing, by) and line is not None:
+            line["text"], line["t"], self._moved = _short(dragged(thing, text)), us / 1e6, self._now()
+            return
+        self.add(us, "scene", text, by=by)
+        self._dragged = self._lines[-1]
+        self._drag.goes_on(us / 1e6, thing, by)
+
+    def _settle(self) -> None:
+        """Replace the line of a drag, if it was sent already, by one with the last place."""
+        line, moved = self._dragged, self._moved
+        self._moved = None
+        if line is None or moved is None or line["i"] > self._told or line not in self._lines:
+            return
+        self._lines.remove(line)
+        self._count += 1
+        self._dragged = {**line, "i": self._count, "instead": line["i"]}
+        self._lines.append(self._dragged)
+
+    def news(self) -> list[Line]:
+        """Return the lines added since the last call."""
+        if self._moved is not None and self._now() - self._moved > _SETTLED:
+            self._settle()
+        fresh = [line for line in self._lines if line["i"] > self._told][-_MOST_NEW:]
+        self._told = self._count
+        return fresh
+
+    def all(self) -> list[Line]:
+        """Return the kept lines that were sent already."""
+        return [line for line in self._lines if line["i"] <= self._told]
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST_LINE else text[:_LONGEST_LINE]
+
+
+_ERROR_SHOWN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
+_LONGEST = 200  # letters of an error's message
+
+
+@dataclass(slots=True)
+class LatestValue:
+    """Newest value of a row or a stream, how many came, and its last error."""
+
+    value: Value = None
+    unit: str = ""
+    us: int = -1
+    count: int = 0
+    error: str = ""
+    error_us: int = -1
+    kind: str = ""
+    renewed_us: int = -1
+
+
+class LatestValues:
+    """Newest values of the rows and streams of a run, and which of them have changed.
+
+    Args:
+        rows: the rows' ids by their refs.
+        units: of what rows give, by their refs.
+    """
+
+    def __init__(self, rows: Mapping[str, str], units: Mapping[str, str]) -> None:
+        self._ids = rows
+        self._units = units
+        self._rows: dict[str, LatestValue] = {}
+        self._streams: dict[str, LatestValue] = {}
+        self._new_rows: set[str] = set()
+        self._new_streams: set[str] = set()
+
+    def value(self, us: int, known: StreamInfo, row: str, value: Value) -> None:
+        """Record a value on a stream, from a row or a device."""
+        unit = self._units.get(row, "")
+        stream = self._streams.setdefault(known.name, LatestValue(kind=known.kind))
+        _put(stream, us, value, unit)
+        self._new_streams.add(known.name)
+        ident = self._ids.get(row)
+        if ident is not None:
+            _put(self._rows.setdefault(ident, LatestValue()), us, value, unit)
+            self._new_rows.add(ident)
+
+    def failed(self, us: int, row: str, message: str) -> None:
+        """Record that a row failed to give a value."""
+        ident = self._ids.get(row)
+        if ident is not None:
+            entry = self._rows.setdefault(ident, LatestValue())
+            entry.error, entry.error_us = message[:_LONGEST], us
+            self._new_rows.add(ident)
+
+    def renewed(self, us: int, row: str) -> None:
+        """Record that a row has a new formula from now on."""
+        ident = self._ids.get(row)
+        if ident is not None:
+            self._rows.setdefault(ident, LatestValue()).renewed_us = us
+            self._new_rows.add(ident)
+
+    def told(self, row: str, value: Value) -> str:
+        """Format a value of a row, with its unit."""
+        return value_text(value, self._units.get(row, ""))
+
+    def count(self, stream: str) -> int:
+        """Return the number of values that a stream has had."""
+        found = self._streams.get(stream)
+        return found.count if found else 0
+
+    def news(self) -> tuple[dict[str, JsonObject], dict[str, JsonObject]]:
+        """Return the rows and the streams that have changed since the last call."""
+        rows = {i: _row(self._rows[i]) for i in self._new_rows}
+        streams = {n: _stream(self._streams[n]) for n in self._new_streams}
+        self._new_rows, self._new_streams = set(), set()
+        return rows, streams
+
+    def all(self) -> tuple[dict[str, JsonObject], dict[str, JsonObject]]:
+        """Return the newest values of all rows and all streams."""
+        return {i: _row(e) for i, e in self._rows.items()}, {n: _stream(e) for n, e in self._streams.items()}
+
+
+def _put(entry: LatestValue, us: int, value: Value, unit: str) -> None:
+    entry.value, entry.us, entry.unit = value, us, unit
+    entry.count += 1
+    if entry.error and us - entry.error_us > _ERROR_SHOWN_US:
+        entry.error = ""
+
+
+def _row(entry: LatestValue) -> JsonObject:
+    text = value_text(entry.value, entry.unit) if entry.count else ""
+    row = {"v": text, "at": entry.us / 1e6 if entry.count else None, "n": entry.count, "e": entry.error}
+    return row if entry.renewed_us < 0 else {**row, "from": entry.renewed_us / 1e6}
+
+
+def _stream(entry: LatestValue) -> JsonObject:
+    return {"v": value_text(entry.value, entry.unit), "at": entry.us / 1e6, "n": entry.count, "kind": entry.kind}
+
+
+@dataclass(frozen=True, slots=True)
+class StreamInfo:
+    """Name of a stream on the pages, and its kind (sensor, stream, actuator, done or anonymous)."""
+
+    name: str
+    kind: str
+
+
+def known_streams(start: RunStart) -> dict[str, StreamInfo]:
+    """Return the streams of a run by their ids.
+
+    The sheet's name is part of a stream's name only when two sheets have a stream of that name.
+    """
+    plain = Counter(label.partition("!")[2] or label for label in start.streams.values())
+    known = {}
+    for stream, label in start.streams.items():
+        _, _, name = label.partition("!")
+        if name.startswith("#"):
+            known[stream] = StreamInfo(label, "anonymous")
+        elif name:
+            known[stream] = StreamInfo(name if plain[name] == 1 else label, "stream")
+        else:
+            known[stream] = StreamInfo(label, _kind(stream, label, start))
+    return known
+
+
+def _kind(stream: str, label: str, start: RunStart) -> str:
+    if stream in start.actuators:
+        return "actuator"
+    ends = {f"{name} done".casefold() for name in start.actuators.values()}
+    return "done" if label.casefold() in ends else "sensor"
+
 
 JsonObject = dict[str, Any]
 _COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open

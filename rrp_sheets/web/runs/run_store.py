@@ -11,14 +11,14 @@ from typing import BinaryIO
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
+from rrp_sheets.recording.exporting import XLSX
 from rrp_sheets.recording.metadata import RunMetadata, ended, facts_of, length, run_names
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, LazyMessage, sentences
 from rrp_sheets.web.models import date_and_time
 from rrp_sheets.web.workbook_repository import addressable, printable
 
 PICTURES = {STRIP: "image/png", FILM: "image/gif", DIAGRAM: "image/svg+xml"}
 _WAV = "audio/wav"
-XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 _OTHERS = {
     TABLE: XLSX, WORKBOOK: XLSX, "robot.toml": "text/plain", "gestures.toml": "text/plain",
     TRACE: "application/x-ndjson", POSES: "application/x-ndjson", CAMERA: "application/zip",
@@ -129,7 +129,7 @@ def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
         except SheetsError as error:
             if folder not in error.message:
                 raise
-            why = error.message.rpartition("(")[2].partition(")")[0] if "(" in error.message else ""
+            why = error.message.places.get("reason", "") if isinstance(error.message, LazyMessage) else ""
             message = N_(
                 "There is no room for this file in “{folder}”, where files are made before they are sent ({why})."
                 if why

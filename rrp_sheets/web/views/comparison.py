@@ -20,14 +20,15 @@ from markupsafe import Markup
 
 from rrp_sheets.compare.as_html import as_part, render
 from rrp_sheets.documents import Refused
-from rrp_sheets.documents.journal import Version
+from rrp_sheets.documents.workfile import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.web.models import both, said, show
-from rrp_sheets.web.requests import author_name, confirm_download, page_language, workbook_or_404
+from rrp_sheets.web.requests import confirm_download, page_language, workbook_or_404
 from rrp_sheets.web.runs.run_store import line_of, when
+from rrp_sheets.web.security import author_name
 from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.workbook_repository import refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession
@@ -120,8 +121,9 @@ def drawn_changes() -> str:
     """Show the changes as diagrams, for a separate request, or a message why they cannot be drawn."""
     with tempfile.TemporaryDirectory() as folder:
         try:
-            paths = [path_of(services(), ref, Path(folder) / str(n)) for n, ref in enumerate(_refs())]
-            return Markup(services().drawer.drawn(*paths))  # of our own making, everything in it is escaped
+            first, second = (path_of(services(), ref, Path(folder) / str(n)) for n, ref in enumerate(_refs()))
+            drawn = services().drawer.drawn(first, second, page_language())
+            return Markup(drawn)  # of our own making, everything in it is escaped
         except SheetsError as error:
             return render("trouble.html", language=page_language(), message=error.message, remedy=error.remedy)
 
@@ -150,8 +152,8 @@ def act(name: str, action: str) -> str:
 def version_file(name: str, number: int) -> Response:
     """Send a kept version."""
     document = workbook_or_404(name).document
-    found = next((v for v in document.versions() if v.id == number), None)
-    content = document.version_content(number) if found else None
+    found = next((v for v in document.file.versions() if v.id == number), None)
+    content = document.file.version_content(number) if found else None
     if found is None or content is None:
         abort(404)
     file = file_name(name, found)  # in any script: a header alone holds no Japanese letters
@@ -187,7 +189,7 @@ def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, t
 
 def kept_versions(book: str) -> tuple[str, tuple[Choice, ...]]:
     """Return the kept versions of a workbook as a group of choices, with its title."""
-    kept = services().open_workbooks.session(services().repository.path(book)).document.versions()
+    kept = services().open_workbooks.session(services().repository.path(book)).document.file.versions()
     kept_as = (Choice(f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
     return N_("Kept versions of {book}", book=book), tuple(kept_as)
 
@@ -234,7 +236,7 @@ def path_of(shared: Services, ref: str, folder: Path) -> Path:
     if kind != "version" or not number.isdecimal():
         raise SheetsError(N_("This cannot be compared."), _GONE)
     session = shared.open_workbooks.session(shared.repository.path(book))
-    content = session.document.version_content(int(number[:15]))
+    content = session.document.file.version_content(int(number[:15]))
     if content is None:
         raise SheetsError(N_("There is no such version any more."), _GONE)
     folder.mkdir()
@@ -253,8 +255,8 @@ def moment(version: Version) -> str:
 
 def versions_page(session: WorkbookSession, name: str, notice: str = "", *, failed: bool = False) -> VersionsPage:
     """Build the list, with the result of the last action or the reason why it failed."""
-    kept = session.document.versions()
-    now = "" if session.document.read_only else session.document.reading.digest
+    kept = session.document.file.versions()
+    now = "" if session.document.file.read_only else session.document.reading.digest
     lines = tuple(VersionLine(v.id, v.name, moment(v), v.author, v.digest == now) for v in kept)
     return VersionsPage(name, lines, session.document.why, notice, failed)
 
@@ -276,7 +278,7 @@ def _keep(session: WorkbookSession, name: str) -> VersionsPage:
 def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     """Restore a version; refused while a cell is being edited, whose text would be lost."""
     number = request.form.get("version", "")
-    found = next((v for v in session.document.versions() if str(v.id) == number), None)
+    found = next((v for v in session.document.file.versions() if str(v.id) == number), None)
     try:
         if found is None:
             raise Refused(N_("There is no such version any more."), N_("Look at the list again."))

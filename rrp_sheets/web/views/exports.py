@@ -11,9 +11,10 @@ from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
-from rrp_sheets.texts import N_, told
+from rrp_sheets.recording.exporting import kind_of
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404, seconds_of
-from rrp_sheets.web.runs.run_store import XLSX, made
+from rrp_sheets.web.runs.run_store import made
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 
@@ -23,10 +24,6 @@ MOST_RUNS = 500  # in one table
 _MOST_BUNDLED = 20  # runs in one bundle
 _MOST_ZIP = 2_000_000_000  # bytes
 _SHOWN = ("image/png", "image/gif", "audio/wav")
-_TYPES = {
-    ".svg": "image/svg+xml", ".png": "image/png", ".pdf": "application/pdf", ".csv": "text/csv",
-    ".xlsx": XLSX, ".zip": "application/zip",
-}  # fmt: skip
 
 
 @blueprint.get("/runs/<run>/file/<file>")
@@ -38,13 +35,6 @@ def file(run: str, file: str) -> Response:
     path, kind = found
     attachment = take or kind not in _SHOWN
     return send_file(path, mimetype=kind, as_attachment=attachment, download_name=f"{run}-{file}" if take else file)
-
-
-@blueprint.get("/runs/<run>/trace.csv")
-def trace_csv(run: str) -> Response:
-    """Send the events of a run as CSV."""
-    place = services().runs.place(run_or_404(run))
-    return _send(".csv", run, lambda target: _export([place], target))
 
 
 @blueprint.get("/runs/<run>/everything.zip")
@@ -66,17 +56,20 @@ def everything(run: str) -> Response:
                 whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
                 language = services().runs.facts([run])[0].language
-                why = told(N_("{file} is no whole record of a run.", file=TRACE), language)
+                why = translate(N_("{file} is no whole record of a run.", file=TRACE), language)
                 whole.writestr(f"{run}/trace-could-not-be-read.txt", f"{why}\n")
     packed.seek(0)
     return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")
 
 
-@blueprint.get("/runs/<run>/plots.<any(svg,png,pdf):form>")
-def plots(run: str, form: str) -> Response:
-    """Send the plots of a run as a picture or PDF."""
-    places = [services().runs.place(run_or_404(run))]
-    return _send(f".{form}", f"{run}-plots", lambda target: _export(places, target), take="take" in request.args)
+@blueprint.get("/runs/<run>/<export>.<form>")
+def exported(run: str, export: str, form: str) -> Response:
+    """Send an export of a run; a picture is shown unless `take` asks for the file."""
+    kind, places = kind_of(f".{form}"), [services().runs.place(run_or_404(run))]
+    if kind is None or export != kind.name:
+        abort(404)
+    name, take = (f"{run}-{export}", "take" in request.args) if kind.picture else (run, True)
+    return _send(f".{form}", name, lambda target: _export(places, target), take=take)
 
 
 @blueprint.get("/runs/<run>/marbles.<any(svg,png,pdf):form>")
@@ -89,15 +82,18 @@ def marbles(run: str, form: str) -> Response:
     return _send(f".{form}", f"{run}-marbles", lambda target: exporter.ask(run, "write_marbles", *asked, str(target)))
 
 
-@blueprint.get("/runs/table.<any(csv,xlsx):kind>")
-def table(kind: str) -> Response:
-    """Send a table of the values of some runs."""
+@blueprint.get("/runs/table.<form>")
+def table(form: str) -> Response:
+    """Send one export of some runs."""
+    kind = kind_of(f".{form}")
+    if kind is None or kind.picture:
+        abort(404)
     chosen = request.args.getlist("run")[:MOST_RUNS]
     if not chosen:
         raise SheetsError(N_("No run is chosen."), N_("Tick the runs that the table shall have."))
     places = [services().runs.place(run) for run in dict.fromkeys(chosen)]
     name = places[0].name if len(places) == 1 else "runs"
-    return _send(f".{kind}", name, lambda target: _export(places, target))
+    return _send(f".{form}", name, lambda target: _export(places, target))
 
 
 @blueprint.get("/book/<name>/bundle.zip")
@@ -118,5 +114,6 @@ def _export(places: Sequence[Path], target: Path) -> None:
 
 def _send(suffix: str, name: str, make: Callable[[Path], object], *, take: bool = True) -> Response:
     """Send a temporary file that `make` writes to the path it is given."""
-    file = made(f"made{suffix}", make)
-    return send_file(file, mimetype=_TYPES[suffix], as_attachment=take, download_name=f"{name}{suffix}")
+    file, kind = made(f"made{suffix}", make), kind_of(suffix)
+    mimetype = kind.types[suffix] if kind else "application/zip"
+    return send_file(file, mimetype=mimetype, as_attachment=take, download_name=f"{name}{suffix}")

@@ -11,8 +11,7 @@ from flask import Blueprint, Response, abort, jsonify
 from rrp_sheets.checks.check import robot_of
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents import CellText, Changed, Document, Refused
-from rrp_sheets.documents.grid import Grid
-from rrp_sheets.documents.steps import Cells, RestoreRows
+from rrp_sheets.documents.grid import Cells, Grid, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook

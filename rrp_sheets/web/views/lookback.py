@@ -89,7 +89,7 @@ def page(run: str) -> str:
     sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     line = line_of(facts, set(services().repository.names()))
-    return show(LookbackPage(line, facts.seconds, sheets, script_json(ids), trouble, str(answer["why"])))
+    return show(LookbackPage(line, facts.seconds, sheets, script_json(ids), trouble, answer["why"]))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")

@@ -15,7 +15,7 @@ from typing import ClassVar
 from flask import Blueprint, Response, abort, jsonify, request, send_file
 from markupsafe import Markup
 
-from rrp_sheets.documents.journal import Version
+from rrp_sheets.documents.workfile import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
@@ -82,7 +82,7 @@ class ProtocolPart:
 def page(name: str) -> str:
     """Show the page with the options; it requests the protocol itself when it is shown."""
     book, asked = services().repository.open(_workbook(name)), request.args
-    kept = services().open_workbooks.session(services().repository.path(name)).document.versions()
+    kept = services().open_workbooks.session(services().repository.path(name)).document.file.versions()
     against = asked.get("against", "") or _approved(name, kept)
     groups = choices([name], [against])
     mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
+from rrp_sheets.recording import exporting
 from rrp_sheets.recording.folder import describe
 from rrp_sheets.recording.metadata import RunMetadata, clock, length, newest_first
 from rrp_sheets.texts import N_, listed, sentences
@@ -67,6 +68,11 @@ class RunsPage:
     found: int = 0
     lines_from: int = 1
 
+    @property
+    def tables(self) -> list[str]:
+        """Formats that take several runs."""
+        return [suffix[1:] for kind in exporting.EXPORTS if not kind.picture for suffix in kind.types]
+
 
 @dataclass(frozen=True, slots=True)
 class RecordDetail:
@@ -118,6 +124,7 @@ class RecordPage:
         others: further runs of the same workbook.
         same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
         pictures: the names of the existing pictures.
+        exports: the kinds of files that can be made of the run.
         edits: the first rows that were changed, `more_edits` the number of the others.
         trouble: why the events cannot be read.
         writing: its last files are still being written.
@@ -131,6 +138,7 @@ class RecordPage:
     facts: tuple[RecordDetail, ...]
     same: str
     pictures: frozenset[str]
+    exports: tuple[exporting.ExportKind, ...]
     downloads: tuple[Download, ...]
     log: tuple[LogLine, ...]
     left_out: int
@@ -289,16 +297,18 @@ def record(run: str) -> str:
     left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
     edits = _edits(answer.get("lines", ()))
     spoken = {line.sound for line in log}
+    curves = len(answer.get("curves", ()))
     return show(RecordPage(
         line=_with_length(line_of(facts, books), seconds),
         others=tuple(line_of(f, books) for f in others[:_BESIDE]),
         facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
+        exports=tuple(kind for kind in exporting.EXPORTS if (curves if kind.picture else not trouble)),
         downloads=_downloads(files), log=log, left_out=left_out,
         sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
         errors=facts.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
         trouble=trouble, writing=writing, events=f"{answer.get('count', 0):,}",
-        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=len(answer.get("curves", ())),
+        window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=curves,
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
         participant=facts.participant, reading=reading,
     ))  # fmt: skip

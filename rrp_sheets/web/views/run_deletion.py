@@ -208,7 +208,7 @@ def _stays(participant: str, answer: Mapping[str, Any], below: list[Mapping[str,
     if answer["faces_kept"]:
         stays.append(N_("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME"))
     if answer["faces_unreadable"]:
-        stays.append(str(answer["faces_unreadable"]))
+        stays.append(answer["faces_unreadable"])
     stays += [
         N_("The runs of “{code}”, which is spelled nearly the same.", code=code) for code in answer["similar_codes"]
     ]

@@ -16,8 +16,7 @@ from werkzeug.wrappers import Response as BaseResponse
 from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.diagnostics.fix import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
-from rrp_sheets.documents.grid import Grid, GridColumn
-from rrp_sheets.documents.steps import Cells, RestoreRows
+from rrp_sheets.documents.grid import Cells, Grid, GridColumn, RestoreRows
 from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
@@ -29,18 +28,17 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.collab.broadcaster import stream
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, said, script_json, show, words_of
-from rrp_sheets.web.requests import Asked, author_name, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
+from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run.run_session import LONGEST_TEXTS
-from rrp_sheets.web.security import visitor
+from rrp_sheets.web.security import author_name, visitor
 from rrp_sheets.web.services import services
-from rrp_sheets.web.tests_panel import TestsPanel, panel_of
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
-from rrp_sheets.web.workbook_session import WorkbookSession
+from rrp_sheets.web.workbook_session import WorkbookSession, stream
+from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000

@@ -153,7 +153,7 @@ def sheet_tabs(document: Document, name: str, sheet: str, *, live: bool = False)
     """Build the row of tabs, with one sheet selected."""
     kinds = {n: g.kind for n, g in document.grids.items()} | dict.fromkeys(document.own, "")
     sheet = document.current(sheet)
-    addable = () if live or document.read_only else tuple(_addable(kinds))
+    addable = () if live or document.file.read_only else tuple(_addable(kinds))
     return SheetTabs(name, sheet, tuple(Tab(n, kind, n == sheet) for n, kind in kinds.items()), addable, live)
 
 

@@ -30,7 +30,6 @@ from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
     MOST_FILES,
-    SUFFIXES,
     CheckedWorkbook,
     WorkbookRepository,
     addressable,
@@ -39,6 +38,7 @@ from rrp_sheets.web.workbook_repository import (
 )
 from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.limits import FILE_BYTES
+from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
 
 blueprint = Blueprint("workbooks", __name__)
 SORTS = ("recent", "name", "run")
@@ -135,7 +135,7 @@ def templates() -> tuple[tuple[str, str], ...]:
 def archived(repository: WorkbookRepository) -> tuple[str, ...]:
     """Return the names of the workbooks in the archive."""
     try:
-        found = [p.name for p in (repository.folder / ARCHIVE).iterdir() if p.suffix.casefold() in SUFFIXES]
+        found = [p.name for p in (repository.folder / ARCHIVE).iterdir() if p.suffix.casefold() in WORKBOOK_SUFFIXES]
     except OSError:
         return ()
     return tuple(sorted((n for n in found if addressable(n) and n[0] not in ".~"), key=str.casefold)[:MOST_FILES])
@@ -353,7 +353,7 @@ def _numbered(path: Path) -> Path:
 
 def _name(wanted: str, suffix: str = ".xlsx") -> str:
     name = wanted.strip()
-    if name and Path(name).suffix.casefold() not in SUFFIXES:
+    if name and Path(name).suffix.casefold() not in WORKBOOK_SUFFIXES:
         name += suffix
     if (
         not name
@@ -390,7 +390,7 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
         packed.write_bytes(data)
         bundle = unpack(packed, Path(scratch) / "files", _MOST_BYTES)
         book = bundle.workbook
-        if not book.is_file() or book.suffix.casefold() not in SUFFIXES or book.name[0] in ".~":
+        if not book.is_file() or book.suffix.casefold() not in WORKBOOK_SUFFIXES or book.name[0] in ".~":
             message = N_("The workbook in this bundle cannot be shown here.")
             raise SheetsError(message, N_("Use `rrp-sheets run` for it."))
         api.read(book)

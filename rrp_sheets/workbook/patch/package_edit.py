@@ -1,17 +1,35 @@
-"""An .xlsx file being changed: its sheets as they are now, the parts that differ, and the new package."""
+"""An .xlsx file being changed: its sheets as they are now, values put into cells, and the new package.
+
+Excel's own tables (a block of cells with a header, a name and a filter) are kept whole.
+"""
 
 from __future__ import annotations
 
 import io
 import zipfile
+from dataclasses import replace
 from xml.sax.saxutils import escape
 
-from rrp_sheets.workbook.patch.sheet_xml import SheetXml, may_have_formulas
-from rrp_sheets.workbook.patch.xml_part import XmlPart, add, child, local, remove
-from rrp_sheets.workbook.raw import Extent
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.workbook import column_letters
+from rrp_sheets.texts import N_
+from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, Value, shown
+from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, Package, block_of, number
+from rrp_sheets.workbook.patch.xml_parts import (
+    SheetXml,
+    XmlPart,
+    add,
+    block_text,
+    child,
+    is_filled,
+    local,
+    may_have_formulas,
+    remove,
+)
+from rrp_sheets.workbook.raw import Extent, Range
 from rrp_sheets.workbook.schema import Recognised, recognise
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.xlsx import XlsxBook
+from rrp_sheets.workbook.xlsx import SharedStrings, read_sheet
 
 TYPES_PART = "[Content_Types].xml"
 _CALC_CHAIN = "calcchain"
@@ -24,8 +42,7 @@ class PackageEdit:
 
     def __init__(self, data: bytes, name: str) -> None:
         self._data = data
-        self.book = XlsxBook(data, name)
-        self.package = self.book.package
+        self.book = Package(data, name)
         self.dropped: set[str] = set()
         self.added: dict[str, bytes] = {}
         self._changed: dict[str, bytes] = {}
@@ -33,7 +50,16 @@ class PackageEdit:
         self._relations: dict[str, dict[str, tuple[str, str]]] = {}
         self._recognised: dict[int, Recognised] = {}
         self.formulas_moved = False
-        self.reached: dict[int, int] = {}
+        self.ends: dict[int, int] = {}
+
+    def note_end(self, index: int) -> None:
+        """Remember where the filled rows of a sheet end, before it is changed."""
+        if index not in self.ends:
+            self.ends[index] = self.sheet(index).last_filled
+
+    def lengthened(self) -> list[int]:
+        """The sheets whose filled rows end further down than was noted."""
+        return [index for index, end in self.ends.items() if self.sheet(index).last_filled > end]
 
     def index(self, sheet: str) -> int:
         """The number of the sheet of that name; raises SheetsError when there is none."""
@@ -61,7 +87,7 @@ class PackageEdit:
     def recognised(self, index: int) -> Recognised:
         """Return the kind and columns that the sheet had when the file was opened."""
         if index not in self._recognised:
-            self._recognised[index] = recognise(self.book.sheet(index, Extent.HEAD))
+            self._recognised[index] = recognise(read_sheet(self.book, SharedStrings(self.book), index, Extent.HEAD))
         return self._recognised[index]
 
     def read(self, part: str) -> bytes:
@@ -69,7 +95,7 @@ class PackageEdit:
         spelt = part.casefold()
         if spelt in self._parts and self._parts[spelt].touched:
             return self._parts[spelt].to_bytes()
-        return self._changed[spelt] if spelt in self._changed else self.package.read(part)
+        return self._changed[spelt] if spelt in self._changed else self.book.read(part)
 
     def write(self, part: str, data: bytes) -> None:
         """Change a part that is not taken for XML."""
@@ -79,18 +105,18 @@ class PackageEdit:
     def related(self, part: str, kind: str) -> list[str]:
         """The parts that a part refers to, of one kind (the last word of the relation's type, in small letters)."""
         if part not in self._relations:
-            self._relations[part] = self.package.relations(part)
-        return [t for k, t in self._relations[part].values() if k == kind and t in self.package]
+            self._relations[part] = self.book.relations(part)
+        return [t for k, t in self._relations[part].values() if k == kind and t in self.book]
 
     def has_formulas(self, index: int) -> bool:
         """Return whether a sheet may have formulas in its cells."""
         part = self.book.entries[index].part
         sheet = self._parts.get(part.casefold())
-        return sheet.has_formulas if isinstance(sheet, SheetXml) else may_have_formulas(self.package.read(part))
+        return sheet.has_formulas if isinstance(sheet, SheetXml) else may_have_formulas(self.book.read(part))
 
     def mentions(self, index: int, name: str) -> bool:
         """Return whether a sheet's part may mention a sheet of that name."""
-        data = self.package.read(self.book.entries[index].part)
+        data = self.book.read(self.book.entries[index].part)
         return any(escape(spelt).encode() in data for spelt in (name, name.replace("'", "''")))
 
     def to_bytes(self) -> bytes:
@@ -158,3 +184,138 @@ def _without(extra: bytes, kind: int) -> bytes:
             out += extra[at:end]
         at = end
     return out
+
+
+def set_cell(package: PackageEdit, edit: SetCell) -> None:
+    """Write a text, number or truth value to one place of a sheet.
+
+    Raises:
+        SheetsError: where the cell does not exist, cannot hold the value, or belongs to something that would break.
+    """
+    index = package.index(edit.sheet)
+    edit = replace(edit, sheet=package.book.names[index])
+    if not (1 <= edit.row <= LAST_ROW and 1 <= edit.column <= LAST_COLUMN):
+        raise SheetsError(
+            N_("There is no cell {cell}.", cell=edit.place), N_("A sheet has 1,048,576 rows and the columns A to XFD.")
+        )
+    value = edit.checked_value()
+    sheet = package.sheet(index)
+    _refuse_merged(sheet.merged(), edit)
+    for filled in sheet.ranges:
+        if _covers(filled.block, edit) and filled.block.area > 1:
+            block = block_text(filled.block)
+            raise SheetsError(
+                N_("{cell} belongs to {what} that fills {cells}.", cell=edit.place, what=filled.what, cells=block),
+                N_("In Excel, select {cells}, press Delete, and then set the cell.", cells=block),
+            )
+    tables = sheet_tables(package, index)
+    for table in tables:
+        _refuse_table_edges(table, edit)
+    cell = sheet.cell(edit.row, edit.column)
+    formula = child(cell, "f") if cell is not None else None
+    if formula is not None:
+        if formula.get("t") == "shared":
+            sheet.write_out()
+        package.formulas_moved = True
+    package.note_end(index)
+    style = sheet.style(edit.row, edit.column)
+    row = sheet.row(edit.row)
+    was_blank = row is None or not is_filled(row)
+    sheet.set_cell(edit.row, edit.column, _fitting(package, style, value), style)
+    if was_blank and value not in (None, ""):
+        for table in tables:
+            table.append(edit.row, edit.column)
+
+
+def _fitting(package: PackageEdit, style: int, value: Value) -> Value:
+    """A number goes as text into a cell that shows numbers as text, or as dates."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return value
+    styles = package.book.styles
+    return shown(value) if styles.is_text(style) or styles.kind(style) else value
+
+
+def _covers(block: Range, edit: SetCell) -> bool:
+    return block.top <= edit.row <= block.bottom and block.left <= edit.column <= block.right
+
+
+def _refuse_merged(blocks: list[Range], edit: SetCell) -> None:
+    for block in blocks:
+        if _covers(block, edit) and (edit.row, edit.column) != (block.top, block.left):
+            first = f"{column_letters(block.left)}{block.top}"
+            raise SheetsError(
+                N_("{cell} is hidden under {first}: the cells {cells} are merged.",
+                   cell=edit.place, first=first, cells=block_text(block)),
+                N_("Set {first} instead, or unmerge the cells in Excel.", first=first),
+            )  # fmt: skip
+
+
+def _refuse_table_edges(table: SheetTable, edit: SetCell) -> None:
+    if not _covers(table.block, edit):
+        return
+    for row, message in (
+        (table.header, N_("{cell} is in the header of the Excel table “{table}”, which would be damaged.")),
+        (table.totals, N_("{cell} is in the totals row of the Excel table “{table}”, which would be damaged.")),
+    ):
+        if edit.row == row:
+            raise SheetsError(N_(message, cell=edit.place, table=table.name), N_("Change it in Excel or LibreOffice."))
+
+
+class SheetTable:
+    """An Excel table (list object): its part of the package and its range.
+
+    Attributes:
+        name: as the user sees it.
+        block: the cells it covers, with header and totals.
+        header: the row of its header; 0 where it has none.
+        totals: the row of its totals; 0 where it has none.
+    """
+
+    def __init__(self, part: XmlPart, block: Range) -> None:
+        self._part = part
+        attributes = part.root.attrib
+        self.name = attributes.get("displayName") or attributes.get("name", "")
+        self.block = block
+        self.header = block.top if number(attributes.get("headerRowCount"), 1) else 0
+        self.totals = block.bottom if number(attributes.get("totalsRowCount")) else 0
+
+    def append(self, row: int, column: int) -> None:
+        """Take in the row directly below, as Excel does when one types there."""
+        if not self.totals and row == self.block.bottom + 1 and self.block.left <= column <= self.block.right:
+            self._resize(row)
+
+    def fits(self, edit: RowEdit) -> bool:
+        """Return whether an edit of rows leaves the table whole: header and totals in place, its rows inside."""
+        top = self.block.top + (1 if self.header else 0)
+        bottom = self.block.bottom - (1 if self.totals else 0)
+        if isinstance(edit, InsertRows):
+            return edit.before > self.block.bottom or (top <= edit.before <= bottom and not self.totals)
+        if isinstance(edit, DeleteRows):
+            last = edit.first + edit.count - 1
+            inside = top <= edit.first and last <= bottom and edit.count < bottom - top + 1 and not self.totals
+            return edit.first > self.block.bottom or inside
+        rows = [r for r in range(self.block.top, self.block.bottom + 1) if edit.mapped(r) != r]
+        low, high = edit.start, max(edit.before - 1, edit.first + edit.count - 1)
+        return not rows or (top <= low and high <= bottom)
+
+    def follow(self, edit: RowEdit) -> None:
+        """Grow or shrink with rows that are inserted or deleted inside."""
+        if isinstance(edit, InsertRows) and edit.before <= self.block.bottom:
+            self._resize(self.block.bottom + edit.count)
+        if isinstance(edit, DeleteRows) and edit.first <= self.block.bottom:
+            self._resize(self.block.bottom - edit.count)
+
+    def _resize(self, bottom: int) -> None:
+        old = block_text(self.block)
+        self.block = Range(self.block.top, self.block.left, bottom, self.block.right)
+        for element in (self._part.root, child(self._part.root, "autoFilter")):
+            if element is not None and element.get("ref") == old:
+                element.set("ref", block_text(self.block))
+                self._part.touch()
+
+
+def sheet_tables(package: PackageEdit, index: int) -> list[SheetTable]:
+    """The tables of a sheet as they are now."""
+    parts = map(package.part, package.related(package.book.entries[index].part, "table"))
+    found = ((part, block_of(part.root.get("ref", ""))) for part in parts if local(part.root) == "table")
+    return [SheetTable(part, block) for part, block in found if block]

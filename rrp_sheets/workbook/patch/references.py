@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
+from rrp_sheets.workbook.package import block_of, number
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.sheet_xml import block_of, block_text, may_refer
-from rrp_sheets.workbook.patch.xml_part import add, local, set_text, text_of
+from rrp_sheets.workbook.patch.xml_parts import add, block_text, local, may_refer, set_text, text_of
 from rrp_sheets.workbook.schema import LIST_PREFIX
-from rrp_sheets.workbook.xlsx import number
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
 _ROWS = r"(?<![\w.$:])(?P<c>\$?)(?P<from>[1-9]\d{0,6}):\$?(?P<to>[1-9]\d{0,6})"
@@ -128,16 +127,10 @@ def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
     return "".join([*out, formula[at:]])
 
 
-def note(package: PackageEdit, index: int) -> None:
-    """Remember how far a sheet's table reaches, before it is changed."""
-    if index not in package.reached:
-        package.reached[index] = package.sheet(index).last_filled
-
-
 def grow(package: PackageEdit, index: int) -> None:
-    """Let everything that covered a sheet's table before cover it again, where it has become longer since `note`."""
-    before, now = package.reached[index], package.sheet(index).last_filled
-    package.reached[index] = now
+    """Let everything that covered a sheet's table before cover it again, where it has become longer."""
+    before, now = package.ends[index], package.sheet(index).last_filled
+    package.ends[index] = now
     if now <= before or not package.recognised(index).kind:
         return
     top = package.recognised(index).row + 1
@@ -343,7 +336,7 @@ def put_back(package: PackageEdit, part: str, old: dict[str, str]) -> None:
 
 def formula_parts(package: PackageEdit) -> Iterator[str]:
     """The parts that may hold formulas, but the list of sheets itself."""
-    for part in package.package.parts:
+    for part in package.book.parts:
         folders = ("/worksheets/", "/charts/", "/drawings/", "/ctrlprops/", "/tables/")
         if any(f in f"/{part}" for f in folders) and "/_rels/" not in part and part.endswith((".xml", ".vml")):
             yield part
@@ -351,8 +344,8 @@ def formula_parts(package: PackageEdit) -> Iterator[str]:
 
 def titles_part(package: PackageEdit) -> str:
     """The part with the list; empty where there is none."""
-    related = package.package.relations("").values()
-    return next((t for kind, t in related if kind == "extended-properties" and t in package.package), "")
+    related = package.book.relations("").values()
+    return next((t for kind, t in related if kind == "extended-properties" and t in package.book), "")
 
 
 def keep_titles(

@@ -14,8 +14,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, capital
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.patch.cell_edits import sheet_tables
-from rrp_sheets.workbook.patch.package_edit import PackageEdit
+from rrp_sheets.workbook.package import LAST_ROW, block_of, place
+from rrp_sheets.workbook.patch.package_edit import PackageEdit, sheet_tables
 from rrp_sheets.workbook.patch.references import (
     Moves,
     ReferenceConflict,
@@ -23,25 +23,25 @@ from rrp_sheets.workbook.patch.references import (
     check,
     follows,
     grow,
-    note,
     references,
 )
-from rrp_sheets.workbook.patch.sheet_xml import (
+from rrp_sheets.workbook.patch.xml_parts import (
     DATA_TABLE,
     SheetXml,
     blank_like,
-    block_of,
     block_text,
     cells,
+    child,
     is_filled,
     may_refer,
+    remove,
     renumber,
+    set_text,
+    text_of,
 )
-from rrp_sheets.workbook.patch.xml_part import child, remove, set_text, text_of
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.sheet_names import header_row
-from rrp_sheets.workbook.xlsx import LAST_ROW, place
 
 _MOST = 100_000
 _ELSEWHERE = N_("Do it in Excel or LibreOffice.")
@@ -82,7 +82,7 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
                 _ELSEWHERE,
             )  # fmt: skip
     sheet.write_out()
-    note(package, index)
+    package.note_end(index)
     moves = [
         (n, new)
         for block in sheet.walk(edit.start)
@@ -317,7 +317,7 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
     """
     names = package.book.names
     for i, name in enumerate(names):
-        if i != index and not may_refer(package.package.read(package.book.entries[i].part)):
+        if i != index and not may_refer(package.book.read(package.book.entries[i].part)):
             continue
         sheet = package.sheet(i)
         for e in sheet.elements("formula", "formula1", "formula2", "f"):
@@ -342,7 +342,7 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
 
 
 def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str, str, bool]]:
-    for part in package.package.parts:
+    for part in package.book.parts:
         if "/charts/" in part and part.endswith(".xml") and "_rels" not in part:
             yield from ((text_of(e), "", N_("a chart"), False) for _, e in package.part(part).find("f"))
         elif "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):

@@ -10,8 +10,9 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
+from rrp_sheets.workbook.package import number, truth
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
-from rrp_sheets.workbook.patch.xml_part import (
+from rrp_sheets.workbook.patch.xml_parts import (
     add,
     broken,
     child,
@@ -23,7 +24,6 @@ from rrp_sheets.workbook.patch.xml_part import (
     set_text,
     text_of,
 )
-from rrp_sheets.workbook.xlsx import number, truth
 
 _SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 _RELATIONS_SPACE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
@@ -274,7 +274,7 @@ def target(package: PackageEdit, part: str) -> str:
 def free_part(package: PackageEdit) -> str:
     """The name of a new sheet's part."""
     folder = posixpath.dirname(package.book.entries[0].part)
-    taken = {*package.package.parts, *(p.casefold() for p in package.added)}
+    taken = {*package.book.parts, *(p.casefold() for p in package.added)}
     n = 1
     while f"{folder}/sheet{n}.xml".casefold() in taken:
         n += 1

@@ -20,7 +20,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
-from rrp_sheets.workbook.package import packed
+from rrp_sheets.workbook.maker import packed
+from rrp_sheets.workbook.package import number
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
 from rrp_sheets.workbook.patch.references import (
@@ -36,11 +37,10 @@ from rrp_sheets.workbook.patch.references import (
     without,
 )
 from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, Piece, change, cut, paste
-from rrp_sheets.workbook.patch.xml_part import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
+from rrp_sheets.workbook.patch.xml_parts import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles, recognise
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
-from rrp_sheets.workbook.xlsx import number
 
 _BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
 _STYLED = ("c", "row", "col")
@@ -102,7 +102,7 @@ def _rename(package: PackageEdit, edit: RenameSheet) -> None:
     for part in formula_parts(package):
         rewrite(package, part, lambda formula: renamed(formula, old, new))
     listed.rewrite_names(package, lambda formula: renamed(formula, old, new))
-    for part in package.package.parts:
+    for part in package.book.parts:
         if "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):
             source = ("pivotCacheDefinition", "cacheSource")
             change(package, part, source, lambda e: {"sheet": new} if e.get("sheet") == old else {})
@@ -256,7 +256,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     titles, views = titles_part(package), listed.views(package)
     old_titles = package.read(titles) if titles else b""
     kept: dict[str, Any] = {
-        "sheet": name, "place": at, "part": package.package.parts[entry.part.casefold()].filename,
+        "sheet": name, "place": at, "part": package.book.parts[entry.part.casefold()].filename,
         "ground": _style_digest(package, counts := _counts(package)),
         "counts": counts, "parts": {spelt: _packed(package.read(spelt)) for spelt in gone},
         "formulas": {
@@ -267,7 +267,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     own = cut(package, package.book.part, NAMES, lambda e: e.get("localSheetId") == str(at))
     listed.drop_empty_names(package)
     kept["names"] = listed.rewrite_names(package, lambda f: without(f, name))
-    relation = next(i for i, (_, t) in package.package.relations(package.book.part).items() if t == entry.part)
+    relation = next(i for i, (_, t) in package.book.relations(package.book.part).items() if t == entry.part)
     removed = {f"/{spelt}".casefold() for spelt in gone}
     found = [
         *cut(package, TYPES_PART, TYPES, lambda e: e.get("PartName", "").casefold() in removed),
@@ -319,7 +319,7 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
         paste(package, piece)
     listed.put_names_back(package, kept["names"])
     for part, old in kept["formulas"].items():
-        if part in package.package:
+        if part in package.book:
             put_back(package, part, old)
     titles = titles_part(package)
     if titles and kept["titles"] and _digest(package.read(titles)) == kept["titles"][0]:
@@ -330,7 +330,7 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
 
 def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
     """The name of the sheet's part: its own, or a free one where that is taken; raises where it would not fit."""
-    there = package.package.parts
+    there = package.book.parts
     rels = _rels(kept["part"])
     taken = [p for p in kept["parts"] if p.casefold() in there and p not in (kept["part"], rels)]
     if taken or _style_digest(package, kept["counts"]) != kept["ground"]:
@@ -363,14 +363,14 @@ def _in_front(left: list[etree._Element], at: int) -> int:
 
 def own_parts(package: PackageEdit, sheet: str) -> list[str]:
     """The sheet's part and those that only it leads to (comments, drawings, tables), as they are spelt."""
-    parts = package.package.parts
+    parts = package.book.parts
 
     def reached(leave_out: str) -> set[str]:
         found: set[str] = set()
         waiting = [""]
         while waiting:
             part = waiting.pop()
-            for _, target in package.package.relations(part).values():
+            for _, target in package.book.relations(part).values():
                 spelt = target.casefold()
                 if spelt in parts and spelt not in found and spelt != leave_out:
                     found.add(spelt)

@@ -35,7 +35,7 @@ const bar = document.getElementById("runbar");
 export const panel = bar?.dataset.url ?? "";
 
 /** Send a request: a GET, or a POST of a `body` (an object, or its JSON). It never fails: it gives `ok`, the `status` (0 when
- *  no answer came in time, or JSON that cannot be read), the `text` of the answer, its `json` (null when it is none) and its `etag`. */
+ *  no answer came in time), the `text` of the answer, its `json` (null when it is none; then not `ok` if it should be) and its `etag`. */
 export async function request(url, { body, patience = ANSWER_WITHIN_MS, keepalive = false } = {}) {
   const post = body && { method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: typeof body === "string" ? body : JSON.stringify(body) };
   const signal = keepalive ? null : AbortSignal.timeout(patience);
@@ -43,20 +43,29 @@ export async function request(url, { body, patience = ANSWER_WITHIN_MS, keepaliv
     const response = await fetch(url, { ...post, keepalive, signal });
     const { ok, status, headers } = response;
     const text = await response.text();
-    const json = headers.get("Content-Type")?.startsWith("application/json") ? JSON.parse(text) : null;
-    return { ok, status, text, json, etag: headers.get("ETag") };
-  } catch (error) {
-    if (error instanceof SyntaxError) console.warn(error);
+    const json = headers.get("Content-Type")?.startsWith("application/json") ? parsed(text) : null;
+    return { ok: ok && json !== undefined, status, text, json: json ?? null, etag: headers.get("ETag") };
+  } catch {
     return { ok: false, status: 0, text: "", json: null, etag: null };
+  }
+}
+
+/** The value of a JSON text; undefined when it cannot be read, such as one that was cut off. */
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch (error) {
+    console.warn(error);
+    return undefined;
   }
 }
 
 /** Send the JSON of an edit once: its answer, or the status of a server that takes nothing from this page now; 0 when there
  *  is none. */
 export async function once(url, text) {
-  const { status, json } = await request(url, { body: text });
+  const { ok, status, json } = await request(url, { body: text });
   if (json) return { answer: json };
-  if (AWAY.has(status)) return { status: 0 };
+  if (AWAY.has(status) || (!ok && status < 400)) return { status: 0 }; // away, or an answer that cannot be read
   if (status in STOPPED) return { status };
   return { answer: { message: status === 413 ? TOO_MUCH : refusal(status), refused: true } };
 }
@@ -98,6 +107,7 @@ function until(milliseconds) {
 
 /** The message about an action that was not done. */
 export function refusal(status) {
+  if (status && status < 400) return t("The answer could not be shown. Load the page again.");
   return status ? t("The server refused this ({status}). Reload the page.", { status }) : t("The server cannot be reached.");
 }
 
@@ -182,10 +192,18 @@ export const settings = {
   keep: (wish) => localStorage.setItem(settings.key, JSON.stringify(wish)),
 };
 
+const UNNAMED = "Somebody"; // in requests and events, who has no name
+
+/** True when a person has given a name. */
+export const isNamed = (name) => Boolean(name) && name !== UNNAMED;
+
+/** A person's name in the words of the page. */
+export const shownName = (name) => (isNamed(name) ? name : t("Somebody"));
+
 /** One's own name as the others see it; on the run panel who has none is the operator that was named in the dialog. */
 export function ownName(operates = true) {
-  const name = document.documentElement.dataset.visitor || localStorage.getItem("name") || "Somebody";
-  return name === "Somebody" && operates ? settings.kept().operator || name : name;
+  const name = document.documentElement.dataset.visitor || localStorage.getItem("name") || UNNAMED;
+  return operates && !isNamed(name) ? settings.kept().operator || name : name;
 }
 
 /** The phases of a run that Stop ends. */
@@ -195,16 +213,23 @@ export const canBeStopped = (phase) => ["starting", "running", "paused"].include
 export const takesActions = (phase) => ["running", "paused"].includes(phase);
 
 /** Do an action; gives the server's answer, with a `message` and the `status` when it was refused or could not be reached. */
-export async function ask(action, body = {}, url = panel) {
-  const { ok, status, json } = await request(`${url}/${action}`, { body: { ...body, name: ownName() } });
-  return ok ? json ?? {} : { message: refusal(status), ...json, status };
+export async function ask(action, body = {}) {
+  return answered(await request(`${panel}/${action}`, { body: { ...body, name: ownName() } }));
 }
+
+const answered = ({ ok, status, json }) => ok ? json ?? {} : { message: refusal(status), ...json, status };
 
 /** The same, and a refusal is told in the line below the run bar. */
 export async function act(action, body) {
   const answer = await ask(action, body);
   if (answer.message) document.dispatchEvent(new CustomEvent("rrp:refused", { detail: answer }));
   return answer;
+}
+
+/** Stop the run of whichever workbook, also one that this page has not heard of yet; `rrp:stop` tells the answer. */
+export async function stop() {
+  const answer = answered(await request(`/run/stop?${new URLSearchParams({ name: ownName() })}`, { body: {} }));
+  document.dispatchEvent(new CustomEvent("rrp:stop", { detail: answer }));
 }
 
 // The line on which the page is told what happens: says so when it is missing (and tells `rrp:line`), and tries again for some

@@ -1,5 +1,6 @@
 // Other people: who is here, and where; one's own name, which the browser keeps; two who have edited the same cell.
 
+import { isNamed, shownName } from "../api.js";
 import { button, make, open } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
 
@@ -8,7 +9,7 @@ export function people(grid, listen) {
   const own = document.querySelector("[data-do=name]");
   let others = [];
 
-  own.querySelector("span").textContent = grid.server.name;
+  own.querySelector("span").textContent = shownName(grid.server.name);
   own.hidden = "visitor" in document.documentElement.dataset; // who has logged in has said it there
   listen.addEventListener("people", (event) => {
     others = JSON.parse(event.detail.data).people.filter((p) => !grid.spoken.own(p.client));
@@ -43,14 +44,14 @@ export function people(grid, listen) {
     const label = make("label", {}, t("Your name, as the others see it"), " ");
     label.className = "field";
     const field = make("input");
-    field.value = grid.server.name === "Somebody" ? "" : grid.server.name;
+    field.value = isNamed(grid.server.name) ? grid.server.name : "";
     field.maxLength = 40;
     field.autocomplete = "given-name";
     label.append(field);
     const dialog = open(t("Who are you?"), [label]);
     const keep = () => {
-      localStorage.setItem("name", field.value.trim() || "Somebody");
-      own.querySelector("span").textContent = grid.server.name;
+      localStorage.setItem("name", field.value.trim());
+      own.querySelector("span").textContent = shownName(grid.server.name);
       if (grid.selection.head) grid.server.stand(grid.selection.head.row, grid.selection.head.k);
       dialog.close();
     };
@@ -74,8 +75,8 @@ export function conflict(grid, clashes) {
     const k = grid.table.placeOf(clash.column);
     const place = row && k >= 0 ? `${grid.table.headers[k].dataset.letter}${row.cells[0].textContent}` : t("a deleted row");
     const part = make("section");
-    const who = clash.by || "Somebody";
-    part.append(make("h3", t("{cell}: {name} has changed this cell", { cell: place, name: who })), pair(t("Yours"), clash.mine), pair(who === "Somebody" ? t("Theirs") : t("{name}’s", { name: who }), clash.theirs));
+    const who = shownName(clash.by);
+    part.append(make("h3", t("{cell}: {name} has changed this cell", { cell: place, name: who })), pair(t("Yours"), clash.mine), pair(isNamed(clash.by) ? t("{name}’s", { name: who }) : t("Theirs"), clash.theirs));
     const ways = [[t("Keep mine"), "mine"], [t("Keep theirs"), "theirs"]];
     if (noteOf(clash)) ways.push([noteOf(clash).same ? t("Keep both") : t("Keep both: mine as a note"), "both"]);
     part.append(...ways.map(([text, choice]) => button(text, () => settle(clash, choice, part))));

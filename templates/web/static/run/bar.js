@@ -1,6 +1,6 @@
 // The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
 
-import { act, ask, canBeStopped, ownName, panel, settings, takesActions } from "../api.js";
+import { act, ask, canBeStopped, isNamed, ownName, panel, settings, stop, takesActions } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
 import { clock, now } from "./time.js";
@@ -11,6 +11,7 @@ const words = {
 };
 const UNKNOWN = t("This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.");
 const SHOWN = 12000; // ms that a refusal is told
+const NO_RUN = 409; // status of the answer to a Stop when no run is going
 const SMALL = "button small"; // class of the buttons in lines of text
 const modes = { simulated: t("Simulated"), pilot: t("Pilot rehearsal"), real: t("Real robot") };
 
@@ -36,7 +37,7 @@ export function bar(root) {
     if (errors) goToFirstError();
     else if (buttons.start.ariaDisabled !== "true") openDialog(speed.value);
   });
-  buttons.stop.addEventListener("click", () => act("stop"));
+  buttons.stop.addEventListener("click", stop);
   buttons.pause.addEventListener("click", () => act(state.phase === "paused" ? "resume" : "pause"));
   buttons.step.addEventListener("click", () => act("step"));
   speed.addEventListener("change", () => {
@@ -62,6 +63,9 @@ export function bar(root) {
     show();
   });
   document.addEventListener("rrp:refused", ({ detail }) => refused(detail.message));
+  document.addEventListener("rrp:stop", ({ detail: { message, status } }) => {
+    if (message && (status !== NO_RUN || canBeStopped(state.phase))) refused(message); // that there is none is no news
+  });
   document.addEventListener("rrp:log", ({ detail }) => {
     const line = detail.lines.findLast((l) => l.kind === "refused");
     if (!line || now() - line.t >= 5) return;
@@ -220,7 +224,7 @@ function dialog(root) {
     const before = settings.kept();
     form.elements.participant.value = "";
     for (const name of kept) if (before[name]) form.elements[name].value = before[name];
-    if (!form.elements.operator.value && ownName() !== "Somebody") form.elements.operator.value = ownName();
+    if (!form.elements.operator.value && isNamed(ownName())) form.elements.operator.value = ownName();
     box.showModal();
     form.elements.participant.focus();
   };

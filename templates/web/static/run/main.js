@@ -2,8 +2,6 @@
 // part of the page listens to: `rrp:run` (phase and settings), `rrp:live` (values), `rrp:log` (new lines),
 // `rrp:elsewhere` (a run of another workbook).
 
-import { ask, canBeStopped } from "../api.js";
-import { pressTwice } from "../commands.js";
 import { bar } from "./bar.js";
 import { log } from "./log.js";
 import { robot } from "./robot.js";
@@ -13,12 +11,10 @@ import { follow, values } from "./values.js";
 const book = document.getElementById("runbar").dataset.book;
 const listen = document.getElementById("listen");
 const none = { phase: "none", book: "" };
-const NO_RUN = 409; // status of the answer to a Stop when no run is going
 let state = none;
 let last = 0; // the newest line of the log that is shown
 
 bar(document.getElementById("runbar"));
-pressTwice("anywhere", stop);
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 if (grid) follow(grid, document.getElementById("run-follow"));
@@ -34,13 +30,6 @@ view("robot3d", "robot").then(() => {
   tell("rrp:run", state);
   if (lately) tell("rrp:live", lately);
 });
-
-/** Stop the run, also one that this page has not heard of yet; that there is none is then no news. */
-async function stop() {
-  const mine = canBeStopped(state.phase);
-  const answer = await ask("stop");
-  if (answer.message && (mine || answer.status !== NO_RUN)) tell("rrp:refused", answer);
-}
 
 async function view(name, file = name) {
   const root = document.getElementById(name);

@@ -1,6 +1,6 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { ask, canBeStopped, request, why } from "../api.js";
+import { canBeStopped, request, stop, why } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { put } from "../elements.js";
 import { t, tn } from "../texts.js";
@@ -17,11 +17,8 @@ let vanishing = 0;
 function show(now) {
   run = now;
   unknown = "";
-  strip.hidden = now.phase === "none";
-  if (now.phase === "none") {
-    refused("");
-    return;
-  }
+  strip.hidden = now.phase === "none" && !refusal;
+  if (now.phase === "none") return;
   strip.dataset.mode = now.mode;
   strip.querySelector(".badge").textContent = now.mode === "pilot" ? t("Pilot rehearsal") : t("Simulated");
   put(what, words());
@@ -38,13 +35,12 @@ function words() {
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);
-pressTwice("anywhere", () => run.phase !== "none" && stop());
-
-async function stop() {
-  const { message = "" } = await ask("stop", {}, `/book/${encodeURIComponent(run.book)}/run`);
+pressTwice("anywhere", stop);
+document.addEventListener("rrp:stop", ({ detail: { message = "" } }) => {
+  if (run.phase === "none") return;
   refused(message);
-  if (!message && !document.getElementById("listen")) await look();
-}
+  if (!message && !document.getElementById("listen")) look();
+});
 
 /** Show for a while why Stop did nothing; an empty text shows the run again. */
 function refused(message) {
@@ -56,6 +52,7 @@ function refused(message) {
     vanishing = setTimeout(refused, REFUSAL_SHOWN, "");
   }
   if (run.phase !== "none") put(what, words());
+  else if (!message) strip.hidden = true;
 }
 
 async function look() {

@@ -82,18 +82,18 @@ export function values(grid) {
     const entry = known.get(row.id);
     const isOff = off || row.classList.contains("off");
     const blank = !row.querySelector(".connector .word");
-    const years = entry?.at == null ? null : now() - entry.at;
+    const seconds = entry?.at == null ? null : now() - entry.at;
     put(parts.value, isOff ? (blank ? "" : t("off")) : entry?.e || entry?.v || (blank ? "" : t("none yet")));
     const renewed = entry?.from !== undefined && now() - entry.from < RENEWED;
-    put(parts.age, renewed ? t("from {time}", { time: clock(entry.from) }) : isOff || years === null || blank ? "" : age(years));
-    parts.box.className = `live${isOff || !entry ? " none" : ""}${entry?.e ? " is-error" : ""}${years > OLD ? " old" : ""}`;
+    put(parts.age, renewed ? t("from {time}", { time: clock(entry.from) }) : isOff || seconds === null || blank ? "" : age(seconds));
+    parts.box.className = `live${isOff || !entry ? " none" : ""}${entry?.e ? " is-error" : ""}${seconds > OLD ? " old" : ""}`;
     put(parts.error, entry?.e ? t("Row {row}: {error}", { row: row.cells[0].textContent, error: entry.e }) : "");
     parts.error.hidden = !entry?.e || isOff;
     cell.title = [entry?.e || entry?.v, entry?.from === undefined ? "" : t("used from {time} on", { time: clock(entry.from) })].filter(Boolean).join("\n");
-    const share = isOff || years === null || blank ? 0 : 1 / (1 + Math.max(years, 0) / 1.5);
+    const share = isOff || seconds === null || blank ? 0 : 1 / (1 + Math.max(seconds, 0) / 1.5);
     const width = `${Math.round(share * 100)}%`;
     if (parts.bar.style.width !== width) parts.bar.style.width = width;
-    row.classList.toggle("lit", !isOff && years !== null && years < LIT && state.phase !== "ended");
+    row.classList.toggle("lit", !isOff && seconds !== null && seconds < LIT && state.phase !== "ended");
   }
 
   function build(row, cell) {

@@ -1,0 +1,33 @@
+"""Processes of the program, as Linux shows them."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+
+def descendants(pid: int) -> Iterator[int]:
+    """The processes that a process has started, and those that these have started."""
+    with suppress(OSError):
+        for task in Path(f"/proc/{pid}/task").iterdir():
+            for child in map(int, (task / "children").read_text().split()):
+                yield child
+                yield from descendants(child)
+
+
+def workers(pid: int, module: str) -> set[int]:
+    """The worker processes below a process whose task is in a module; not their guards, which are called so too."""
+    named = {d for d in descendants(pid) if Path(f"/proc/{d}/comm").read_text().strip() == module}
+    return {d for d in named if int(Path(f"/proc/{d}/stat").read_text().rsplit(")", 1)[1].split()[1]) not in named}
+
+
+def killed(pid: int) -> None:
+    """Kill a process, and wait until it is gone."""
+    end = os.pidfd_open(pid)
+    os.kill(pid, signal.SIGKILL)
+    assert select.select([end], [], [], 60)[0]
+    os.close(end)
