@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
+import resource
 import signal
 import socket
 import tempfile
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
 
@@ -24,7 +27,7 @@ from rrp_sheets.sim.process import Spec
 from rrp_sheets.web.services import WORKER_MODULES
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
-from rrp_sheets.workers.worker_loop import named
+from rrp_sheets.workers.worker_loop import MOST_MEMORY, named
 from rrp_sheets.workers.worker_process import (
     ForkedProcess,
     ForkServer,
@@ -32,6 +35,7 @@ from rrp_sheets.workers.worker_process import (
     Task,
     WorkerError,
     WorkerProcess,
+    fork_workers,
 )
 
 PACKAGE = Path(rrp_sheets.__file__).parent
@@ -51,6 +55,11 @@ def tasks() -> list[str]:
 @pytest.mark.parametrize("name", sorted(set(tasks()) - set(WORKER_MODULES)))
 def test_task_is_a_function(name: str) -> None:
     assert callable(named(name))
+
+
+@pytest.mark.parametrize("name", WORKER_MODULES)
+def test_module_of_the_fork_server_exists(name: str) -> None:
+    assert find_spec(name) is not None
 
 
 # ---- forked
@@ -96,6 +105,85 @@ def test_end_of_a_forked_worker_is_told(fork_server: ForkServer) -> None:
     assert failing.receive(60) is None and "AttributeError" in failing.exit_summary()
     for each in (worker, killed, slow, failing):
         each.close()
+
+
+def test_process_that_ends_at_once_is_not_begun_twice(fork_server: ForkServer) -> None:
+    worker = WorkerProcess(Task("os.nothing"))
+    assert forked(worker) and WorkerProcess.fork_server is fork_server
+    worker.close(60)
+
+
+def test_exit_code_that_nobody_tells_is_not_called_a_signal(fork_server: ForkServer) -> None:
+    worker = WorkerProcess()
+    os.kill(fork_server.pid, signal.SIGKILL)
+    with pytest.raises(WorkerError) as error:
+        worker.ask(["os._exit", 7], 60)
+    assert "signal" not in str(error.value) and worker.ended
+    worker.close()
+
+
+def test_worker_begins_in_a_folder_that_was_deleted(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    worker = WorkerProcess()
+    assert forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    worker.close()
+
+
+def test_worker_with_a_large_environment_is_started(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number in range(3):
+        monkeypatch.setenv(f"RRP_LONG_{number}", "x" * 60_000)
+    started = WorkerProcess()
+    assert not forked(started) and started.ask(["os.getpid"], 60) == started.pid
+    monkeypatch.undo()
+    monkeypatch.setattr(WorkerProcess, "fork_server", fork_server)
+    worker = WorkerProcess()
+    assert forked(worker)
+    for each in (worker, started):
+        each.close()
+
+
+def test_request_that_cannot_be_granted_leaves_the_fork_server(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open(os.devnull) as no_folder:
+        monkeypatch.setattr("os.open", lambda *_: os.dup(no_folder.fileno()))
+        worker = WorkerProcess()
+    monkeypatch.undo()
+    monkeypatch.setattr(WorkerProcess, "fork_server", fork_server)
+    again = WorkerProcess()
+    assert not forked(worker) and forked(again)
+    for each in (worker, again):
+        each.close()
+
+
+def test_libraries_of_the_fork_server_take_no_memory_from_formulas(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = ForkServer(["cv2"])
+    monkeypatch.setattr(WorkerProcess, "fork_server", made)
+    worker = WorkerProcess()
+    limit, taken = worker.ask(["resource.getrlimit", resource.RLIMIT_AS], 60)[0], address_space(worker.pid)
+    assert forked(worker) and limit - taken > 0.95 * MOST_MEMORY and taken > 100_000_000
+    worker.close()
+    made.close()
+
+
+def address_space(pid: int) -> int:
+    """The bytes of address space that a process has taken."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def test_without_pidfds_workers_are_started(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: int) -> int:
+        raise OSError(errno.ENOSYS, "not here")
+
+    monkeypatch.setattr(WorkerProcess, "fork_server", None)
+    monkeypatch.setattr("os.pidfd_open", refuse)
+    fork_workers(["fractions"])
+    assert WorkerProcess.fork_server is None
 
 
 def test_without_its_fork_server_a_worker_is_started(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 _PLAIN = json.JSONEncoder(separators=(",", ":"))
+MOST_REQUEST = 1 << 17  # bytes, to a fork server
 _BYTES = "bytes"  # the only key of an object that has the place of bytes among those that follow
 
 

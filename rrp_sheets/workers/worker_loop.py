@@ -20,7 +20,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack
 from rrp_sheets.workers.liveness import Liveness, cpu_clock
-from rrp_sheets.workers.transport import MessageReader, encode
+from rrp_sheets.workers.transport import MOST_REQUEST, MessageReader, encode
 
 try:
     import resource
@@ -97,11 +97,22 @@ def _call(name: str, arguments: Sequence[Any], report: Callable[[float], None]) 
 def limit_memory() -> None:
     """Limit the memory of this process and of those that it starts; exceeding it raises a MemoryError.
 
-    macOS accepts the limit but does not enforce it.
+    Libraries that a forked process has from its fork server do not count. macOS accepts the limit but does not enforce
+    it.
     """
     if resource is not None:
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY if hard < 0 else min(MOST_MEMORY, hard), hard))
+        most = MOST_MEMORY + _address_space()
+        resource.setrlimit(resource.RLIMIT_AS, (most if hard < 0 else min(most, hard), hard))
+
+
+def _address_space() -> int:
+    """Return the bytes of address space that this process has taken; 0 where the system does not tell."""
+    try:
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[0]) * resource.getpagesize()
+    except OSError:
+        return 0
 
 
 def lift_limit() -> None:
@@ -166,7 +177,6 @@ def _close_files(kept: set[int]) -> None:
 
 
 # ---- a process from which the others are forked
-MOST_REQUEST = 1 << 17  # bytes
 _LIBRARIES = ("OMP", "OPENBLAS", "MKL")
 
 
@@ -178,8 +188,9 @@ def limit_threads() -> None:
 def serve_forks(link: socket.socket, requests: int) -> None:
     """Fork a worker process for each request, until the connection closes; see `ForkServer`.
 
-    The first request names modules to import. Each other one comes with the files of its process: where this writes its
-    ID and later its exit code, its standard error, its connection, and those that it shares.
+    The first request names modules to import. Each other one comes with the files of its process: where its ID with a
+    pidfd and later its exit code are told, its folder, its standard error, its connection, and those that it shares. A
+    request that cannot be granted gets no answer but the end of the first file.
     """
     channel = socket.socket(fileno=requests)
     limit_threads()
@@ -189,37 +200,44 @@ def serve_forks(link: socket.socket, requests: int) -> None:
     gc.freeze()  # what is not looked through for garbage stays in memory that the forked processes share
     poll = select.poll()
     poll.register(channel, select.POLLIN)
-    running: dict[int, tuple[int, int]] = {}  # process IDs, and where their exit codes are written, by pidfd
+    running: dict[int, tuple[int, socket.socket]] = {}  # IDs, and where their exit codes are told, by pidfd
     while True:
         for number, _ in poll.poll():
             if number in running:
                 pid, status = running.pop(number)
                 poll.unregister(number)
-                _tell(status, os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))
-                os.close(status)
                 os.close(number)
+                with status, suppress(OSError):  # its starter may have gone
+                    status.send(str(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])).encode())
                 continue
             request, files, _, _ = socket.recv_fds(channel, MOST_REQUEST, 16)
             if not request:
                 return
-            status = files[0]
-            if not (pid := os.fork()):
-                _tell(status, os.getpid())
-                channel.detach()
-                link.detach()
-                _run_forked(json.loads(request), files[1:])
+            status = socket.socket(fileno=files[0])
+            try:
+                os.fchdir(files[1])
+                if not (pid := os.fork()):
+                    for each in (channel, link, status, *(s for _, s in running.values())):
+                        each.detach()  # their numbers will be those of other files
+                    _run_forked(json.loads(request), files[2:])
+                pidfd = _open_pidfd(pid)
+                running[pidfd] = pid, status
+                poll.register(pidfd, select.POLLIN)
+                socket.send_fds(status, [str(pid).encode()], [pidfd])
+            except OSError:
+                status.close()
             for file in files[1:]:
                 os.close(file)
-            pidfd = os.pidfd_open(pid)
-            running[pidfd] = pid, status
-            poll.register(pidfd, select.POLLIN)
 
 
-def _tell(status: int, number: int) -> None:
+def _open_pidfd(pid: int) -> int:
+    """Open the pidfd of a child; one that cannot be watched is ended."""
     try:
-        os.write(status, f"{number}\n".encode())
-    except OSError:  # its starter does not want to know any more
-        return
+        return os.pidfd_open(pid)
+    except OSError:
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        raise
 
 
 def _run_forked(request: dict[str, Any], files: list[int]) -> None:
@@ -231,7 +249,6 @@ def _run_forked(request: dict[str, Any], files: list[int]) -> None:
     os.setpgid(0, 0)
     os.environ.clear()
     os.environ.update(request["environment"])
-    os.chdir(request["folder"])
     tempfile.tempdir = None
     do_task(request["task"], request["limits"], *rest)
     sys.exit()

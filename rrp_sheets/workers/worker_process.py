@@ -22,11 +22,13 @@ from typing import IO, Any, ClassVar
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import unpack
-from rrp_sheets.workers.transport import MessageReader, encode, ready
+from rrp_sheets.workers.transport import MOST_REQUEST, MessageReader, encode, ready
 
 _TELL_EVERY = 0.25  # s
 _FORK_WITHIN = 20.0  # s, for the fork server to import its modules and fork a process
 _CODE_WITHIN = 2.0  # s, for the fork server to tell the exit code of a process that has ended
+_LOOK_EVERY = 0.25  # s, while the end of a forked process is waited for
+_UNKNOWN_CODE = 256  # of a process whose fork server has not told its exit code; exit codes are lower
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class WorkerProcess:
         with theirs:
             files = (theirs.fileno(), *shared)
             given = task, environment, self._log, files
-            self._process = _forked(*given) or _started(*given)
+            self._process = _fork_process(*given) or _start_process(*given)
 
     @property
     def pid(self) -> int:
@@ -205,7 +207,7 @@ class WorkerProcess:
             self._scratch.cleanup()
 
     def exit_summary(self) -> str:
-        """Return its exit code and the last line it wrote; empty while it goes on."""
+        """Return its exit code and the last line it wrote, as far as they are known; empty while it goes on."""
         try:
             code = self._process.wait(2.0)
         except subprocess.TimeoutExpired:
@@ -214,12 +216,16 @@ class WorkerProcess:
         lines = self._log.read().decode(errors="replace").strip().splitlines()
         if code < 0:  # killed from outside: it had no last words, only what it printed at its start
             return N_(" (signal {number})", number=-code)
+        if code == _UNKNOWN_CODE:
+            return f" ({lines[-1][:200]})" if lines else ""
         if lines:
             return N_(" (exit code {code}: {line})", code=code, line=lines[-1][:200])
         return N_(" (exit code {code})", code=code)
 
 
-def _started(task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]) -> subprocess.Popen[bytes]:
+def _start_process(
+    task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]
+) -> subprocess.Popen[bytes]:
     """Start a process with a new interpreter."""
     package = str(Path(__file__).parents[2])
     environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
@@ -234,8 +240,6 @@ def _started(task: Task, environment: dict[str, str], log: IO[bytes], files: Seq
 
 class ForkServer:
     """Process that has modules imported, from which this program forks its workers: they begin at once.
-
-    Linux only: elsewhere a process cannot be forked safely, or not be waited for.
 
     Args:
         modules: dotted names of the modules.
@@ -254,20 +258,24 @@ class ForkServer:
         """Process ID of the fork server."""
         return self._process.pid
 
+    @property
+    def ended(self) -> bool:
+        """True when the fork server has ended, or was ended."""
+        return self._process.ended
+
     def fork(self, request: bytes, files: Sequence[int]) -> ForkedProcess | None:
-        """Fork a process that inherits some files; None when there is no fork server any more."""
-        told, status = os.pipe()
-        try:
-            with self._lock:
-                socket.send_fds(self._requests, [request], [status, *files])
-        except OSError:
-            os.close(told)
-            return None
-        finally:
-            os.close(status)
-        if not ready(told, _FORK_WITHIN):
+        """Fork a process that inherits some files; None when that is refused, or there is no fork server any more."""
+        status, theirs = socket.socketpair()
+        with theirs, suppress(OSError), self._lock:
+            socket.send_fds(self._requests, [request], [theirs.fileno(), *files])
+        if not ready(status.fileno(), _FORK_WITHIN):
             self._process.kill()  # so that the process does not begin later, beside one that is started instead
-        return ForkedProcess.of(told)
+        with suppress(OSError):  # the fork server was killed
+            pid, pidfds, _, _ = socket.recv_fds(status, 16, 1)
+            if pidfds:
+                return ForkedProcess(int(pid), pidfds[0], status)
+        status.close()
+        return None
 
     def close(self) -> None:
         """End the fork server; the processes that it has forked go on until their connections close."""
@@ -280,33 +288,27 @@ class ForkedProcess:
 
     Args:
         pid: its ID.
-        told: the pipe with the exit code.
+        pidfd: its file, which can be read when the process has ended, and never means another one.
+        status: where the exit code comes.
     """
 
-    def __init__(self, pid: int, told: int) -> None:
+    def __init__(self, pid: int, pidfd: int, status: socket.socket) -> None:
         self.pid = pid
         self.returncode: int | None = None
-        self._told = told
-        self._end = os.pidfd_open(pid)  # can be read when the process has ended, and never means another one
+        self._pidfd = pidfd
+        self._status = status
         self._lock = threading.Lock()
-
-    @classmethod
-    def of(cls, told: int) -> ForkedProcess | None:
-        """Return the process whose ID comes on a pipe; None when none comes, or it has already gone."""
-        try:
-            return cls(int(_line(told)), told)
-        except (ValueError, ProcessLookupError):
-            os.close(told)
-            return None
 
     def poll(self) -> int | None:
         """Return the exit code; None while the process goes on."""
         with self._lock:
-            if self.returncode is None and ready(self._end, 0):
-                code = _line(self._told) if ready(self._told, _CODE_WITHIN) else b""
-                self.returncode = int(code) if code else -signal.SIGKILL  # none when the fork server was killed
-                os.close(self._told)
-                os.close(self._end)
+            if self.returncode is None and ready(self._pidfd, 0):
+                code = b""
+                with suppress(OSError):
+                    code = self._status.recv(16) if ready(self._status.fileno(), _CODE_WITHIN) else b""
+                self.returncode = int(code) if code else _UNKNOWN_CODE
+                self._status.close()
+                os.close(self._pidfd)
             return self.returncode
 
     def wait(self, timeout: float | None = None) -> int:
@@ -317,7 +319,7 @@ class ForkedProcess:
             if left <= 0:
                 raise subprocess.TimeoutExpired("worker", timeout or 0.0)
             with suppress(OSError, ValueError):  # another thread has seen the end
-                ready(self._end, min(left, _TELL_EVERY))
+                ready(self._pidfd, min(left, _LOOK_EVERY))
         return code
 
     def kill(self) -> None:
@@ -325,15 +327,7 @@ class ForkedProcess:
         with self._lock:
             if self.returncode is None:
                 with suppress(ProcessLookupError):
-                    signal.pidfd_send_signal(self._end, signal.SIGKILL)
-
-
-def _line(file: int) -> bytes:
-    """Read a line byte by byte, so that nothing of the next one is taken; empty when there is none."""
-    line = b""
-    while (byte := os.read(file, 1)) not in (b"", b"\n"):
-        line += byte
-    return line
+                    signal.pidfd_send_signal(self._pidfd, signal.SIGKILL)
 
 
 def _interpreter(environment: Mapping[str, str]) -> dict[str, str]:
@@ -345,20 +339,37 @@ FORK_SERVER = Task("rrp_sheets.workers.worker_loop.serve_forks", memory=True)
 
 
 def fork_workers(modules: Sequence[str]) -> None:
-    """Have this program fork its workers from a process that has these modules imported, where that can be done."""
+    """Have this program fork its workers from a process that has these modules imported, where that can be done.
+
+    That is on Linux: macOS forks unsafely, and only Linux has pidfds. Without a fork server, and when it has ended,
+    workers are started.
+    """
     if WorkerProcess.fork_server is None and sys.platform == "linux":
-        WorkerProcess.fork_server = ForkServer(modules)
+        with suppress(AttributeError, OSError):  # an old kernel, or one that refuses pidfds
+            os.close(os.pidfd_open(os.getpid()))
+            WorkerProcess.fork_server = ForkServer(modules)
 
 
-def _forked(task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]) -> ForkedProcess | None:
-    """Fork a process from the fork server; None when there is none, or its interpreter was started in another way."""
+def _fork_process(
+    task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]
+) -> ForkedProcess | None:
+    """Fork a process from the fork server; None when there is none, or the process must or can be started only."""
     server = WorkerProcess.fork_server
     if server is None or task is FORK_SERVER or server.interpreter != _interpreter(environment):
         return None
-    request = {"task": task.name, "limits": task.limits, "environment": environment, "folder": os.getcwd()}
-    process = server.fork(json.dumps(request).encode(), [log.fileno(), *files])
-    if process is None:
+    request = json.dumps({"task": task.name, "limits": task.limits, "environment": environment}).encode()
+    try:
+        folder = os.open(".", os.O_PATH)
+    except OSError:
+        return None
+    try:
+        fits = len(request) <= MOST_REQUEST
+        process = server.fork(request, [folder, log.fileno(), *files]) if fits else None
+    finally:
+        os.close(folder)
+    if server.ended:
         WorkerProcess.fork_server = None
+        server.close()
     return process
 
 
