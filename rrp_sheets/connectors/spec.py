@@ -59,7 +59,8 @@ class Connector:
             `{onto}` and `{as}`, which are empty for an output without name; `{Input}` begins a sentence. For what the
             formula says there are `{work}`, after the `{event}` that triggers it, or `{condition}`.
         variants: its sentences for rows with (`formula`) or without (`no_formula`) a formula, with `several` inputs or
-            `one`, or with both: `formula_several`.
+            `one`, or with both: `formula_several`; `filter` has one for an input that is a `sensor`, `subscribe` one
+            for a formula that gives `words` to say, where `{does}` is what the actuator does.
         sentences: the sentence in other languages, by their codes; the program's own connectors have theirs in its
             catalogues.
         legend: a few words for the legend of diagrams; without them it leaves the connector out.
@@ -174,7 +175,7 @@ def batch_per_instant(
 
 
 def of_first(wiring: ConnectorContext, make: Callable[[Taker], Taker]) -> ValueStream:
-    """Return an observable whose first input is taken by what `make` makes of the function to emit with."""
+    """Return an observable that subscribes `make(emit)` to the first input."""
     from reactivex import Observable
 
     def subscribe(observer: ObserverBase[Value], scheduler: SchedulerBase | None = None) -> DisposableBase:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Passing, Taker
+from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, Passing, Taker, ValueStream
 from rrp_sheets.model.values import Value
 
 if TYPE_CHECKING:
-    from reactivex import Observable
     from reactivex.abc import DisposableBase, ObserverBase, SchedulerBase
 
 
-def build(wiring: ConnectorContext) -> Observable[Value]:
+def build(wiring: ConnectorContext) -> ValueStream:
     """Return an observable of the first input's last value after the period, unless another input cancels it.
 
     A newer value restarts the period. In one instant the order is: cancel, start, emit; so a value that comes at the

@@ -22,7 +22,7 @@ from reactivex.typing import AbsoluteTime, RelativeTime
 from rrp_sheets.connectors.spec import ConnectorContext
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
 from rrp_sheets.engine.plan import Plan
-from rrp_sheets.engine.ports import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat, new_cell
+from rrp_sheets.engine.ports import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat, new_heartbeat
 from rrp_sheets.engine.run_events import FormulaFailure, RunObserver, StreamEvent
 from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.errors import RunBroken
@@ -46,6 +46,105 @@ _State = TypeVar("_State")
 Entry = tuple[int, int, int, Callable[[], None]]
 
 
+class FrameClock(PeriodicScheduler):
+    """The run's clock, a reactivex scheduler of virtual time in whole µs (`us`); `heartbeat` tells the row at work.
+
+    Within a frame actions are ordered by (rank, due time, sequence): the graph settles in topological order, and a
+    timer that is due acts at its connector's place, after the values of its own instant have reached it. From frame to
+    frame timers keep their absolute due times and act in the first frame at or after them.
+    """
+
+    def __init__(self, heartbeat: Heartbeat | None = None) -> None:
+        super().__init__()
+        self.us = 0
+        self.heartbeat = heartbeat if heartbeat is not None else new_heartbeat()
+        self.came = 0  # values on streams since the frame began
+        self.most = MOST_AT_ONCE  # how many those may be
+        self._timers: list[Entry] = []  # (due, rank, sequence, action): after this frame
+        self._frame: list[Entry] = []  # (rank, due, sequence, action): in this frame
+        self._sequence = 0
+
+    @property
+    def now(self) -> datetime:
+        """The time as reactivex's operators want it."""
+        return _EPOCH + timedelta(microseconds=self.us)
+
+    def push(self, due_us: int, rank: int, action: Callable[[], None]) -> None:
+        """Do something in the first frame at or after `due_us`, at `rank` in its order."""
+        self._sequence += 1
+        if due_us <= self.us:
+            heapq.heappush(self._frame, (rank, due_us, self._sequence, action))
+        else:
+            heapq.heappush(self._timers, (due_us, rank, self._sequence, action))
+
+    def begin(self, us: int) -> None:
+        """Go on to a later time; what is due by then waits for its turn in this frame."""
+        self.us = us
+        self.came = 0
+        timers = self._timers
+        while timers and timers[0][0] <= us:
+            due, rank, sequence, action = heapq.heappop(timers)
+            heapq.heappush(self._frame, (rank, due, sequence, action))
+
+    def drain(self) -> None:
+        """Do everything that belongs to this frame, in order."""
+        frame, heartbeat = self._frame, self.heartbeat
+        while frame:
+            rank, _, _, action = heapq.heappop(frame)
+            heartbeat[RANK] = rank
+            action()
+        heartbeat[RANK] = NO_ROW
+
+    @property
+    def next_due(self) -> int | None:
+        """Time of the next action; None when nothing waits."""
+        if self._frame:
+            return self.us
+        return self._timers[0][0] if self._timers else None
+
+    def forget(self, ranks: Collection[int]) -> None:
+        """Forget what rows have put on the agenda: their behaviour was switched off. Between frames only."""
+        self._timers = [entry for entry in self._timers if entry[1] not in ranks]
+        heapq.heapify(self._timers)
+
+    def clear(self) -> None:
+        """Forget the whole agenda: the run is over."""
+        self._timers.clear()
+        self._frame.clear()
+
+    # ---- reactivex's scheduler interface, for connectors made of its operators
+    def schedule(self, action: ScheduledAction[_State], state: _State | None = None) -> DisposableBase:
+        """Do something in this frame."""
+        return self._schedule(self.us, action, state)
+
+    def schedule_relative(
+        self, duetime: RelativeTime, action: ScheduledAction[_State], state: _State | None = None
+    ) -> DisposableBase:
+        """Do something after a time."""
+        return self._schedule(self.us + round(self.to_seconds(duetime) * 1e6), action, state)
+
+    def schedule_absolute(
+        self, duetime: AbsoluteTime, action: ScheduledAction[_State], state: _State | None = None
+    ) -> DisposableBase:
+        """Do something at a time."""
+        return self._schedule(round((self.to_datetime(duetime) - _EPOCH).total_seconds() * 1e6), action, state)
+
+    def _schedule(self, due: int, action: ScheduledAction[Any], state: Any) -> DisposableBase:
+        cancelled = [False]
+        inner = SingleAssignmentDisposable()
+
+        def act() -> None:
+            if not cancelled[0]:
+                inner.disposable = action(self, state) or Disposable()
+
+        def cancel() -> None:
+            cancelled[0] = True
+            inner.dispose()
+
+        self.push(due, _LAST, act)
+        return Disposable(cancel)
+
+
 class Engine(ABC):
     """The rows of a plan, wired. Subclasses say at which instants they settle.
 
@@ -59,11 +158,11 @@ class Engine(ABC):
     """
 
     def __init__(
-        self, plan: Plan, observer: RunObserver | None = None, seed: int = 0, cell: Heartbeat | None = None
+        self, plan: Plan, observer: RunObserver | None = None, seed: int = 0, heartbeat: Heartbeat | None = None
     ) -> None:
         self.plan = plan
         self.seed = seed
-        self.clock = FrameClock(cell)
+        self.clock = FrameClock(heartbeat)
         self.clock.most = max(self.clock.most, _VALUES_PER_ROW * len(plan.steps))
         self.errors: dict[str, int] = {}
         self.streams = {s.id: LiveStream(s.id, self.clock) for s in plan.streams}
@@ -97,7 +196,7 @@ class Engine(ABC):
     @property
     def row(self) -> str:
         """The row that is being worked out, or was when something went wrong; empty when it is none."""
-        return self.plan.rows_by_rank().get(self.clock.cell[RANK], "")
+        return self.plan.rows_by_rank().get(self.clock.heartbeat[RANK], "")
 
     @abstractmethod
     def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
@@ -128,9 +227,9 @@ class Engine(ABC):
     # ---- what subclasses settle with
     def _instant(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
         """One instant: values enter, the graph settles, the engine's own devices act, the world's commands come out."""
-        cell = self.clock.cell
-        cell[INSTANT] += 1
-        cell[SETTLING] = 1
+        heartbeat = self.clock.heartbeat
+        heartbeat[INSTANT] += 1
+        heartbeat[SETTLING] = 1
         try:
             self.clock.begin(now_us)
             streams = self.streams
@@ -143,7 +242,7 @@ class Engine(ABC):
             commands, self._commands = self._commands, []
             return self._carry_out(commands) if commands and self.plan.own else commands
         finally:
-            cell[SETTLING] = 0
+            heartbeat[SETTLING] = 0
 
     def _enter_sent(self) -> None:
         """Let the values that people have sent enter after those of the world, as they are the newest."""
@@ -215,12 +314,12 @@ class Engine(ABC):
     def _switch_on(self, behaviour: str) -> None:
         """Wire the rows of a behaviour anew: no total, no latest value and no timer of before is left."""
         self.on.add(behaviour)
-        cell = self.clock.cell
+        heartbeat = self.clock.heartbeat
         wired = self._wired[behaviour] = CompositeDisposable()
         for step in self.plan.behaviours[behaviour]:
-            cell[RANK] = step.rank
+            heartbeat[RANK] = step.rank
             self._connect(step, wired)
-        cell[RANK] = NO_ROW
+        heartbeat[RANK] = NO_ROW
 
     def _switch_off(self, behaviour: str) -> None:
         """Take the rows of a behaviour apart, and stop what it has its actuators do."""
@@ -381,105 +480,6 @@ class EventEngine(Engine):
             commands += self._instant(due, ())
 
 
-class FrameClock(PeriodicScheduler):
-    """The run's clock, a reactivex scheduler of virtual time in whole µs (`us`); `cell` tells which row is at work.
-
-    Within a frame actions are ordered by (rank, due time, sequence): the graph settles in topological order, and a
-    timer that is due acts at its connector's place, after the values of its own instant have reached it. From frame to
-    frame timers keep their absolute due times and act in the first frame at or after them.
-    """
-
-    def __init__(self, cell: Heartbeat | None = None) -> None:
-        super().__init__()
-        self.us = 0
-        self.cell = cell if cell is not None else new_cell()
-        self.came = 0  # values on streams since the frame began
-        self.most = MOST_AT_ONCE  # how many those may be
-        self._timers: list[Entry] = []  # (due, rank, sequence, action): after this frame
-        self._frame: list[Entry] = []  # (rank, due, sequence, action): in this frame
-        self._sequence = 0
-
-    @property
-    def now(self) -> datetime:
-        """The time as reactivex's operators want it."""
-        return _EPOCH + timedelta(microseconds=self.us)
-
-    def push(self, due_us: int, rank: int, action: Callable[[], None]) -> None:
-        """Do something in the first frame at or after `due_us`, at `rank` in its order."""
-        self._sequence += 1
-        if due_us <= self.us:
-            heapq.heappush(self._frame, (rank, due_us, self._sequence, action))
-        else:
-            heapq.heappush(self._timers, (due_us, rank, self._sequence, action))
-
-    def begin(self, us: int) -> None:
-        """Go on to a later time; what is due by then waits for its turn in this frame."""
-        self.us = us
-        self.came = 0
-        timers = self._timers
-        while timers and timers[0][0] <= us:
-            due, rank, sequence, action = heapq.heappop(timers)
-            heapq.heappush(self._frame, (rank, due, sequence, action))
-
-    def drain(self) -> None:
-        """Do everything that belongs to this frame, in order."""
-        frame, cell = self._frame, self.cell
-        while frame:
-            rank, _, _, action = heapq.heappop(frame)
-            cell[RANK] = rank
-            action()
-        cell[RANK] = NO_ROW
-
-    @property
-    def next_due(self) -> int | None:
-        """Time of the next action; None when nothing waits."""
-        if self._frame:
-            return self.us
-        return self._timers[0][0] if self._timers else None
-
-    def forget(self, ranks: Collection[int]) -> None:
-        """Forget what rows have put on the agenda: their behaviour was switched off. Between frames only."""
-        self._timers = [entry for entry in self._timers if entry[1] not in ranks]
-        heapq.heapify(self._timers)
-
-    def clear(self) -> None:
-        """Forget the whole agenda: the run is over."""
-        self._timers.clear()
-        self._frame.clear()
-
-    # ---- reactivex's scheduler interface, for connectors made of its operators
-    def schedule(self, action: ScheduledAction[_State], state: _State | None = None) -> DisposableBase:
-        """Do something in this frame."""
-        return self._schedule(self.us, action, state)
-
-    def schedule_relative(
-        self, duetime: RelativeTime, action: ScheduledAction[_State], state: _State | None = None
-    ) -> DisposableBase:
-        """Do something after a time."""
-        return self._schedule(self.us + round(self.to_seconds(duetime) * 1e6), action, state)
-
-    def schedule_absolute(
-        self, duetime: AbsoluteTime, action: ScheduledAction[_State], state: _State | None = None
-    ) -> DisposableBase:
-        """Do something at a time."""
-        return self._schedule(round((self.to_datetime(duetime) - _EPOCH).total_seconds() * 1e6), action, state)
-
-    def _schedule(self, due: int, action: ScheduledAction[Any], state: Any) -> DisposableBase:
-        cancelled = [False]
-        inner = SingleAssignmentDisposable()
-
-        def act() -> None:
-            if not cancelled[0]:
-                inner.disposable = action(self, state) or Disposable()
-
-        def cancel() -> None:
-            cancelled[0] = True
-            inner.dispose()
-
-        self.push(due, _LAST, act)
-        return Disposable(cancel)
-
-
 class LiveStream(Observable[Value]):
     """Passes values on in the order of subscription, and keeps the latest one and its time for the display.
 
@@ -497,7 +497,7 @@ class LiveStream(Observable[Value]):
         self.at_us = -1
         self.arrived = 0
         self._clock = clock
-        self._cell = clock.cell
+        self._heartbeat = clock.heartbeat
         self._sinks: tuple[tuple[int, Callable[[Value], Any]], ...] = ()  # each with the rank of its row
 
     def on_next(self, value: Value) -> None:
@@ -519,9 +519,9 @@ class LiveStream(Observable[Value]):
         self.latest = value
         self.at_us = clock.us
         self.arrived += 1
-        cell = self._cell
+        heartbeat = self._heartbeat
         for rank, sink in self._sinks:
-            cell[RANK] = rank
+            heartbeat[RANK] = rank
             sink(value)
 
     def subscribe(
@@ -536,7 +536,7 @@ class LiveStream(Observable[Value]):
         sink = on_next.on_next if isinstance(on_next, ObserverBase) else on_next
         if sink is None:
             return Disposable()
-        mine = (self._cell[RANK], sink)  # the row that is being wired, or worked out
+        mine = (self._heartbeat[RANK], sink)  # the row that is being wired, or worked out
         self._sinks = (*self._sinks, mine)
 
         def leave() -> None:

@@ -1,4 +1,4 @@
-"""Interfaces of the engines: to a world (a simulator, a test, or a robot), and the heartbeat that a watchdog reads."""
+"""Interfaces between engines and worlds (a simulator, a test, or a robot), and the heartbeat that a watchdog reads."""
 
 from __future__ import annotations
 
@@ -140,6 +140,6 @@ class Heartbeat(Protocol):
     def __setitem__(self, place: int, number: int, /) -> None: ...
 
 
-def new_cell() -> Heartbeat:
-    """A cell that nobody watches."""
+def new_heartbeat() -> Heartbeat:
+    """Return a heartbeat for a run without a watchdog."""
     return [0, 0, NO_ROW]

@@ -229,7 +229,7 @@ _FALSE = """
 
 
 def _folded(text: str) -> str:
-    """A cell's text as it is compared; `isOff` of the grid.js does the same."""
+    """A cell's text as it is compared; `isOff` in grid.js does the same."""
     return _INVISIBLE.sub("", unicodedata.normalize("NFKC", text)).strip().removeprefix("'").strip().casefold()
 
 

@@ -119,12 +119,12 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
     """Report angles that a joint cannot take, and keyframes that come too soon after the one before."""
     start = {j.name: 0.0 for j in robot.joints.values()} | robot.data["postures"][robot.data["robot"]["start_posture"]]
     plan = Planner(robot, start, start).plan([Keyframe(line.at, line.angles) for line in lines])
-    yaw = start.get("HeadYaw", 0.0)
+    yaw, limits = start.get("HeadYaw", 0.0), JointLimits(robot)
     yaws = [yaw := line.angles.get("HeadYaw", yaw) for line in lines]
     for c in plan.clamped:
         cell = lines[c.frame].cells.get(c.joint)
         if cell is not None and abs(c.wanted - c.given) > NEARLY:
-            low, high = JointLimits(robot).of(c.joint, yaws[c.frame])
+            low, high = limits.of(c.joint, yaws[c.frame])
             unit, turned = robot.joints[key(c.joint)].unit, c.joint == "HeadPitch" and yaws[c.frame]
             report.add(
                 "GEST005", cell.address, text=cell.text, joint=c.joint, low=_shown(low, unit), high=_shown(high, unit),

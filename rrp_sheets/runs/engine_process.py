@@ -87,9 +87,9 @@ class _Reporter(RunEventSender):
 
 
 class _Engine:
-    def __init__(self, link: socket.socket, cell: SharedCell, simulator: socket.socket) -> None:
+    def __init__(self, link: socket.socket, heartbeat: SharedCell, simulator: socket.socket) -> None:
         self._messages = MessageReader(link)
-        self._cell = cell
+        self._heartbeat = heartbeat
         self._simulator = simulator
         self._ending: SimpleQueue[str] = SimpleQueue()  # why the simulator has ended
         self._box = NonBlockingWriter(link)
@@ -139,7 +139,7 @@ class _Engine:
         self._box.flush()
         self._running.set()
         result = run(
-            reading, checked, settings, self._reporter, cell=self._cell.numbers, control=self._control,
+            reading, checked, settings, self._reporter, heartbeat=self._heartbeat.numbers, control=self._control,
             simulator=self._simulator, ending=self._told_ending,
         )  # fmt: skip
         self._running.clear()
@@ -152,7 +152,7 @@ class _Engine:
         return ""
 
 
-def serve(link: socket.socket, cell: int, simulator: int) -> None:
-    """Check and run one workbook; with `cell` as its heartbeat, and `simulator` as the connection to the simulator."""
+def serve(link: socket.socket, heartbeat: int, simulator: int) -> None:
+    """Check and run one workbook; `heartbeat` and `simulator` are the files of the heartbeat and of the simulator."""
     only_for_this_user()
-    _Engine(link, SharedCell(PLACES, cell), socket.socket(fileno=simulator)).serve()
+    _Engine(link, SharedCell(PLACES, heartbeat), socket.socket(fileno=simulator)).serve()

@@ -83,14 +83,14 @@ class EngineProcess(WorkerProcess):
         simulator: the number of the connection to the simulator that it runs them on; it inherits it.
 
     Attributes:
-        cell: its heartbeat.
+        heartbeat: of the engine.
         cpu: its processor time in seconds.
     """
 
     def __init__(self, simulator: int) -> None:
         self._shared = SharedCell(PLACES)
-        self.cell = self._shared.numbers
-        self.cell[RANK] = NO_ROW
+        self.heartbeat = self._shared.numbers
+        self.heartbeat[RANK] = NO_ROW
         super().__init__(ENGINE, self._shared.fd, simulator)
         self.cpu = cpu_clock(self.pid)
 
@@ -116,7 +116,7 @@ class RunProcess:
         self._simulator = Simulator()
         self._worker = EngineProcess(self._simulator.requests.fileno())
         self._simulator.requests.close()  # else it would not be told when the engine has gone
-        self._watchdog = Watchdog(self._worker.cell, self._worker.cpu)
+        self._watchdog = Watchdog(self._worker.heartbeat, self._worker.cpu)
         self._sending = threading.Lock()
         self._asked: float | None = None  # when it was to stop
         self._stopped_by = ""
@@ -254,7 +254,7 @@ class RunProcess:
 
     def _row(self) -> str:
         """Return the name of the row that is being evaluated; empty when there is none."""
-        return self._started.rows.get(self._worker.cell[RANK], "") if self._started else ""
+        return self._started.rows.get(self._worker.heartbeat[RANK], "") if self._started else ""
 
     def _tell_finishing(self, view: RunObserver) -> None:
         """Tell the view once that the robot is brought to rest: as the simulator reports it, not as the engine asks."""
@@ -405,13 +405,15 @@ class Watchdog:
     A paced wait is no stall: only an engine that is settling, at the same instant as before, is slow or stuck.
 
     Args:
-        cell: the engine's heartbeat: instant, row, and whether rows are being evaluated.
+        heartbeat: the engine's heartbeat: instant, row, and whether rows are being evaluated.
         cpu: its processor time in seconds.
         now: the wall clock in seconds.
     """
 
-    def __init__(self, cell: Heartbeat, cpu: Callable[[], float], now: Callable[[], float] = time.monotonic) -> None:
-        self._cell = cell
+    def __init__(
+        self, heartbeat: Heartbeat, cpu: Callable[[], float], now: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._heartbeat = heartbeat
         self._row = Liveness(cpu, now)
         self._process = Liveness(cpu, now)
         self._words = 0  # how often something was heard
@@ -432,7 +434,7 @@ class Watchdog:
             waits: whether it waits for the simulator, which is at work.
             rows: the rows' names by rank.
         """
-        instant, settling, rank = self._cell[INSTANT], bool(self._cell[SETTLING]), self._cell[RANK]
+        instant, settling, rank = self._heartbeat[INSTANT], bool(self._heartbeat[SETTLING]), self._heartbeat[RANK]
         self._words += heard
         self._process.look((self._words, instant if settling else 0), has_work=not waits)
         at = (instant, rank) if settling else (instant, self._words, "between")

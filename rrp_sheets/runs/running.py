@@ -54,7 +54,7 @@ def run(
     settings: RunSettings | None = None,
     view: RunObserver | None = None,
     world: WorldMaker | None = None,
-    cell: Heartbeat | None = None,
+    heartbeat: Heartbeat | None = None,
     control: CommandQueue | None = None,
     simulator: socket.socket | None = None,
     ending: Callable[[], str] | None = None,
@@ -67,7 +67,7 @@ def run(
         settings: how to run.
         view: gets everything as it happens; may stop the run.
         world: makes the robot's world; the simulated NAO when None.
-        cell: the engine's heartbeat, for a watchdog in another process.
+        heartbeat: the engine's heartbeat, for a watchdog in another process.
         control: the operators' commands while it goes on.
         simulator: the connection to a simulator that somebody has started and supervises; None starts one here.
         ending: waits for the reason that its supervisor gives for the end of that simulator.
@@ -88,7 +88,7 @@ def run(
     recorder = Recorder(view, control or CommandQueue())
     try:
         live = (world or _simulated(settings, simulator, ending))(plan, scene, seed, folder.path)
-        runner = _begin(plan, live, recorder, seed, settings, cell)
+        runner = _begin(plan, live, recorder, seed, settings, heartbeat)
     except SheetsError:
         folder.drop()
         raise
@@ -139,15 +139,18 @@ def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int
 
 
 def _begin(
-    plan: Plan, world: World, recorder: Recorder, seed: int, settings: RunSettings, cell: Heartbeat | None
+    plan: Plan, world: World, recorder: Recorder, seed: int, settings: RunSettings, heartbeat: Heartbeat | None
 ) -> Runner:
     """Start the devices and wire the rows, for the engine that the Protocol asks for."""
     if plan.checked.run.engine == "frame":
         return FrameRunner(
-            world, lambda: FrameEngine(plan, recorder, seed, cell), paced=not settings.fast, control=recorder.control
+            world,
+            lambda: FrameEngine(plan, recorder, seed, heartbeat),
+            paced=not settings.fast,
+            control=recorder.control,
         )
     pumped = RealtimeAdapter(world, plan.checked.run.frame_rate)
-    return RealtimeRunner(plan, pumped, lambda: EventEngine(plan, recorder, seed, cell), recorder.control)
+    return RealtimeRunner(plan, pumped, lambda: EventEngine(plan, recorder, seed, heartbeat), recorder.control)
 
 
 def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:

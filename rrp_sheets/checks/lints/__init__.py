@@ -10,13 +10,13 @@ from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.checks.lints.deadlock import lint_deadlock
-from rrp_sheets.checks.lints.failing_formulas import lint_formulas
+from rrp_sheets.checks.lints.failing_formulas import lint_failing_formulas
 from rrp_sheets.checks.lints.flooded import lint_flooded
-from rrp_sheets.checks.lints.input_specs import lint_taking
+from rrp_sheets.checks.lints.input_specs import lint_input_specs
 from rrp_sheets.checks.lints.stale import lint_stale
 from rrp_sheets.checks.lints.unmatched import lint_unmatched
-from rrp_sheets.checks.lints.unreachable import lint_never
-from rrp_sheets.checks.lints.unused_helpers import lint_helpers
+from rrp_sheets.checks.lints.unreachable import lint_unreachable
+from rrp_sheets.checks.lints.unused_helpers import lint_unused_helpers
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.graph import Graph
 from rrp_sheets.model.workbook import Workbook
@@ -30,9 +30,9 @@ def lint(
 ) -> None:
     """Report everything that the lints find; `running`: keys of the behaviours that run, or can be switched on."""
     routes = Paths(graph, compiled.formulas, compiled.facts)
-    material = LintContext(workbook, robot, graph, compiled, running, routes, report)
+    context = LintContext(workbook, robot, graph, compiled, running, routes, report)
     for each in (
-        lint_stale, lint_flooded, lint_conflicts, lint_never, lint_formulas, lint_taking, lint_helpers,
-        lint_unmatched, lint_deadlock,
+        lint_stale, lint_flooded, lint_conflicts, lint_unreachable, lint_failing_formulas, lint_input_specs,
+        lint_unused_helpers, lint_unmatched, lint_deadlock,
     ):  # fmt: skip
-        each(material)
+        each(context)

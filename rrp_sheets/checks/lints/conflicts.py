@@ -44,22 +44,22 @@ class _Driver:
         return rate.kind in (CAMERA, CHANGE, TIMER) and rate.hz >= STEADY_HZ
 
 
-def lint_conflicts(material: LintContext) -> None:
+def lint_conflicts(context: LintContext) -> None:
     """Report, at each row, the first row before it with which it conflicts."""
     drivers: list[_Driver] = []
     left = MOST_PAIRS
     told: set[tuple[str, ...]] = set()
-    for driver in _drivers(material):
+    for driver in _drivers(context):
         spoken = False
         for other in drivers:
             left -= 1
             if left < 0:
                 return
             for resource in sorted(driver.uses & other.uses):
-                how = _in_the_way(driver, other, resource, material)
+                how = _in_the_way(driver, other, resource, context)
                 if not how or (driver.behaviour != other.behaviour and not _first(told, driver, other, resource)):
                     continue
-                _tell(driver, other, resource, how, material)
+                _tell(driver, other, resource, how, context)
                 spoken = True
                 break
             if spoken:
@@ -75,30 +75,30 @@ def _first(told: set[tuple[str, ...]], one: _Driver, other: _Driver, resource: s
     return fresh
 
 
-def _tell(driver: _Driver, other: _Driver, resource: str, how: str, material: LintContext) -> None:
+def _tell(driver: _Driver, other: _Driver, resource: str, how: str, context: LintContext) -> None:
     address = driver.step.row.output.address
     where = row_of(other.step, driver.step)
     if resource == VOICE and driver.behaviour == other.behaviour:
-        material.report.add("LINT004", address, other=where)
+        context.report.add("LINT004", address, other=where)
     else:
-        material.report.add("LINT003", address, other=where, resource=N_(resource), how=how)
+        context.report.add("LINT003", address, other=where, resource=N_(resource), how=how)
 
 
-def _drivers(material: LintContext) -> Iterator[_Driver]:
-    for behaviour in material.behaviours():
+def _drivers(context: LintContext) -> Iterator[_Driver]:
+    for behaviour in context.behaviours():
         for step in behaviour.steps:
             if not step.active or not step.connector.is_sink:
                 continue
-            fact = material.fact(step.ref)
-            uses = _uses(step, fact, material)
+            fact = context.fact(step.ref)
+            uses = _uses(step, fact, context)
             if uses and fact.known.kind != BLANK:  # blank alone starts nothing
-                joints = frozenset(material.joints(material.graph.streams[step.output]))
-                yield _Driver(step, behaviour.key, uses, fact, material.routes.of.get(step.ref), joints)
+                joints = frozenset(context.joints(context.graph.streams[step.output]))
+                yield _Driver(step, behaviour.key, uses, fact, context.routes.of.get(step.ref), joints)
 
 
-def _uses(step: Step, fact: Fact, material: LintContext) -> frozenset[str]:
+def _uses(step: Step, fact: Fact, context: LintContext) -> frozenset[str]:
     """Return the resources that a row's actuator uses; for a gesture named by the value, those of all possible ones."""
-    stream = material.graph.streams[step.output]
+    stream = context.graph.streams[step.output]
     if stream.device is None:
         return frozenset()
     kind = stream.device.type
@@ -112,19 +112,19 @@ def _uses(step: Step, fact: Fact, material: LintContext) -> frozenset[str]:
     return uses
 
 
-def _in_the_way(one: _Driver, other: _Driver, resource: str, material: LintContext) -> str:
+def _in_the_way(one: _Driver, other: _Driver, resource: str, context: LintContext) -> str:
     """Return in words why two rows conflict over a resource; empty when they do not."""
     if one.step.row.priority != other.step.row.priority or one.routes is None or other.routes is None:
         return ""
     if one.joints and other.joints and not one.joints & other.joints:
         return ""  # the one turns the head, the other lets it nod
     same_behaviour = one.behaviour == other.behaviour
-    routes = material.routes
+    routes = context.routes
     if routes.together(one.routes, other.routes, same_origin=True):
         if one.step.output == other.step.output and _same_value(one, other):
             return ""
         origin = next(a.origin for a in one.routes for b in other.routes if a.origin == b.origin)
-        return N_("{named} can reach both", named=_named(origin, material))
+        return N_("{named} can reach both", named=_named(origin, context))
     if resource == VOICE and same_behaviour:
         return ""
     steady = one if one.steady else other if other.steady else None
@@ -132,7 +132,7 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, material: LintConte
         return ""
     if not routes.together(one.routes, other.routes, same_origin=False):
         return ""
-    if _follow(one, other, material) or _follow(other, one, material):
+    if _follow(one, other, context) or _follow(other, one, context):
         return ""
     if steady is None:
         return N_("they stand in two behaviours that know nothing of each other")
@@ -144,17 +144,15 @@ def _same_value(one: _Driver, other: _Driver) -> bool:
     return first is not None and first == second and len(first) == 1
 
 
-def _follow(one: _Driver, other: _Driver, material: LintContext) -> bool:
+def _follow(one: _Driver, other: _Driver, context: LintContext) -> bool:
     """Return whether one row acts only when a command of the other has ended."""
     origins = {r.origin for r in one.routes or ()}
-    done = {
-        k for k in origins if k in material.graph.streams and material.graph.streams[k].done_of == other.step.output
-    }
+    done = {k for k in origins if k in context.graph.streams and context.graph.streams[k].done_of == other.step.output}
     return bool(origins) and origins == done
 
 
-def _named(origin: str, material: LintContext) -> str:
-    if origin in material.graph.streams:
-        return N_("one value of “{name}”", name=material.graph.streams[origin].name)
+def _named(origin: str, context: LintContext) -> str:
+    if origin in context.graph.streams:
+        return N_("one value of “{name}”", name=context.graph.streams[origin].name)
     sheet, _, row = origin.removeprefix("clock ").rpartition("!")
     return N_("one value of {sheet} row {row}", sheet=sheet, row=row)

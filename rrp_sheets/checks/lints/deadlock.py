@@ -16,17 +16,17 @@ _ALL = frozenset({"map", "filter", "combineLatest", "timestamp"})
 _MOST_ACTUATORS = 100  # that are looked behind: the check of a long sheet must stay quick
 
 
-def lint_deadlock(material: LintContext) -> None:
+def lint_deadlock(context: LintContext) -> None:
     """Report rows that need a done stream of an actuator which only they can start."""
-    streams = material.graph.streams
-    steps = [s for b in material.graph.behaviours for s in b.steps if s.active and s.inputs]
+    streams = context.graph.streams
+    steps = [s for b in context.graph.behaviours for s in b.steps if s.active and s.inputs]
     makers: dict[str, list[Step]] = {}
     for step in steps:
         makers.setdefault(step.output, []).append(step)
     dead = _never_acting(steps, makers, streams)
     behind: dict[str, set[str]] = {}
     told: list[str] = []
-    for step in material.steps():
+    for step in context.steps():
         for stream in (streams[i] for i in _needs(step)) if step.ref in dead else ():
             actuator = stream.done_of
             if stream.kind is not StreamKind.DONE or actuator not in makers:
@@ -39,7 +39,7 @@ def lint_deadlock(material: LintContext) -> None:
                 if not any(ref in behind[actuator] for ref in told):
                     told.append(step.ref)
                     name = streams[makers[actuator][0].output].name
-                    material.report.add("LINT017", step.row.inputs_cell.address, done=stream.name, actuator=name)
+                    context.report.add("LINT017", step.row.inputs_cell.address, done=stream.name, actuator=name)
                 break
 
 

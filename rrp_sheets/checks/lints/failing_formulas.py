@@ -21,39 +21,39 @@ MOST_STREAMS = 100  # that are followed from one merge
 _ANY_VALUE = "any event"  # what an actuator takes that does not look at the value
 
 
-def lint_formulas(material: LintContext) -> None:
+def lint_failing_formulas(context: LintContext) -> None:
     """Report the problems of the rows' formulas that follow from the facts."""
-    for step in material.steps():
-        formula = material.compiled.formulas.get(step.ref)
-        if formula is not None and not _no_condition(step, formula, material):
-            _trouble(step, material)
+    for step in context.steps():
+        formula = context.compiled.formulas.get(step.ref)
+        if formula is not None and not _no_condition(step, formula, context):
+            _trouble(step, context)
         if step.connector.name == "merge":
-            _mixed(step, material)
+            _mixed(step, context)
 
 
-def _no_condition(step: Step, formula: Formula, material: LintContext) -> bool:
+def _no_condition(step: Step, formula: Formula, context: LintContext) -> bool:
     """Report a filter whose formula gives a text, a list or a record, and return whether it does."""
     if step.connector.name != "filter":
         return False
-    names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
+    names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
     kind = known_of(formula.tree, names).kind
     if kind in _NO_CONDITION:
         example = f'{formula.text.strip()[:40]} = "…"' if kind == TEXT else "distance < 0.5"
-        material.report.add("LINT011", step.row.formula.address, what=KINDS[kind], example=example)
+        context.report.add("LINT011", step.row.formula.address, what=KINDS[kind], example=example)
     return kind in _NO_CONDITION
 
 
-def _trouble(step: Step, material: LintContext) -> None:
-    trouble = material.compiled.troubles.get(step.ref)
+def _trouble(step: Step, context: LintContext) -> None:
+    trouble = context.compiled.troubles.get(step.ref)
     if trouble is None:
         return
     failure = trouble.failure
     remedy = CODES[failure.code].constant_remedy or N_("Check what the inputs give.")
-    formula = material.compiled.formulas[step.ref]
+    formula = context.compiled.formulas[step.ref]
     values = ", ".join(text for name, value in trouble.values for text in _said(formula, name, value))
     span = (failure.column, failure.column + 1) if failure.column >= 0 else None
     address = step.row.formula.address
-    material.report.add("LINT010", address, span=span, values=values, reason=failure.message, remedy=remedy)
+    context.report.add("LINT010", address, span=span, values=values, reason=failure.message, remedy=remedy)
 
 
 def _said(formula: Formula, name: str, value: Value) -> list[str]:
@@ -69,22 +69,22 @@ def _said(formula: Formula, name: str, value: Value) -> list[str]:
     return [f"{shown} {show(value, 60)}"]
 
 
-def _mixed(step: Step, material: LintContext) -> None:
+def _mixed(step: Step, context: LintContext) -> None:
     """Report a merge of values of different kinds, where a row or an actuator needs them to be alike."""
-    facts = [material.fact(i) for i in step.inputs]
+    facts = [context.fact(i) for i in step.inputs]
     first = facts[0]
     if not first.has_example or first.example is None:
         return
     for place, fact in enumerate(facts[1:], 1):
         if not fact.has_example or alike(first.example, fact.example):
             continue
-        use = _use(step.output, [first.example, fact.example], material, step, set())
+        use = _use(step.output, [first.example, fact.example], context, step, set())
         if use is None:
             continue
-        material.report.add(
-            "LINT006", step.row.inputs_cell.address, output=material.name(step.output), use=use,
-            first=_kind(first.example), one=material.name(step.inputs[0]),
-            second=_kind(fact.example), two=material.name(step.inputs[place]),
+        context.report.add(
+            "LINT006", step.row.inputs_cell.address, output=context.name(step.output), use=use,
+            first=_kind(first.example), one=context.name(step.inputs[0]),
+            second=_kind(fact.example), two=context.name(step.inputs[place]),
         )  # fmt: skip
         return
 
@@ -93,24 +93,24 @@ def _kind(value: Value) -> str:
     return N_("a record ({name})", name=value.type.name) if isinstance(value, Record) else kind_of(value)
 
 
-def _use(stream: str, values: list[Value], material: LintContext, merge: Step, seen: set[str]) -> str | None:
+def _use(stream: str, values: list[Value], context: LintContext, merge: Step, seen: set[str]) -> str | None:
     """Return in words how a stream's values are used so that their kind matters; None when it does not."""
     plain = not any(isinstance(v, Record) for v in values)
     seen.add(stream)
-    for reader in material.readers.get(stream, []):
-        formula = material.compiled.formulas.get(reader.ref)
+    for reader in context.readers.get(stream, []):
+        formula = context.compiled.formulas.get(reader.ref)
         if formula is not None:
-            fails = [_fails(formula, reader, stream, v, material) for v in values]
+            fails = [_fails(formula, reader, stream, v, context) for v in values]
             if any(fails) and not all(fails):
                 return N_(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
         if _keeps_kind(reader, stream):
             if reader.output in seen or len(seen) >= MOST_STREAMS:
                 continue
-            found = _use(reader.output, values, material, merge, seen)
+            found = _use(reader.output, values, context, merge, seen)
             if found is not None:
                 return found
         elif reader.connector.is_sink and formula is None:
-            target = material.graph.streams[reader.output]
+            target = context.graph.streams[reader.output]
             if _looks(target) and plain:
                 return ""
     return None
@@ -127,14 +127,14 @@ def _looks(stream: Stream) -> bool:
     return stream.device is not None and not stream.device.type.takes.startswith(_ANY_VALUE)
 
 
-def _fails(formula: Formula, reader: Step, stream: str, value: Value, material: LintContext) -> bool:
+def _fails(formula: Formula, reader: Step, stream: str, value: Value, context: LintContext) -> bool:
     values: list[Value] = []
     for name in reader.connector.extra:
         values.append(0 if name == "total" else value)
     for i in reader.inputs:
-        fact = material.fact(i)
+        fact = context.fact(i)
         if i != stream and not fact.has_example:
             return False
         values.append(value if i == stream else None if reader.connector.name == "accumulate" else fact.example)
-    result = material.compiled.examples.value(formula, values)
+    result = context.compiled.examples.value(formula, values)
     return isinstance(result, Failure) and bool(result.code)

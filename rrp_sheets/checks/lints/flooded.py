@@ -13,37 +13,37 @@ TOO_OFTEN_HZ = 1.0  # a short sentence takes longer than a second
 PERIOD = "10 s"  # of the throttle that is proposed, in words and as a fix
 
 
-def lint_flooded(material: LintContext) -> None:
+def lint_flooded(context: LintContext) -> None:
     """Report rows that would make the robot speak without a pause."""
     counted: set[str] = set()
-    for step in material.steps():
+    for step in context.steps():
         if step.connector.name == "accumulate" or counted.intersection(step.inputs):
             counted.add(step.output)  # a total decides about it: how often that is so cannot be said
-        stream = material.graph.streams[step.output]
+        stream = context.graph.streams[step.output]
         if not step.connector.is_sink or stream.device is None:
             continue
-        fact = material.fact(step.ref)
+        fact = context.fact(step.ref)
         speaks = VOICE in stream.device.type.resources and fact.known.kind != BLANK
         rate = fact.rate
         if not speaks or rate.kind not in (CAMERA, CHANGE, TIMER) or rate.hz <= TOO_OFTEN_HZ:
             continue
         if counted.intersection(step.inputs):
             continue
-        source = material.name(step.inputs[0])
-        material.report.add(
-            "LINT002", step.row.connector.address, fixes=_fixes(step, material), stream=source, hz=f"{rate.hz:g}",
+        source = context.name(step.inputs[0])
+        context.report.add(
+            "LINT002", step.row.connector.address, fixes=_fixes(step, context), stream=source, hz=f"{rate.hz:g}",
             period=PERIOD,
         )  # fmt: skip
 
 
-def _fixes(step: Step, material: LintContext) -> list[Fix]:
+def _fixes(step: Step, context: LintContext) -> list[Fix]:
     """Return the fixes: a throttle before the row, or a changes row, which passes only different values."""
     row = step.row
-    names = [c.text for c in row.inputs] or [material.graph.streams[i].name for i in step.inputs]
-    formula = material.compiled.formulas.get(step.ref)
+    names = [c.text for c in row.inputs] or [context.graph.streams[i].name for i in step.inputs]
+    formula = context.compiled.formulas.get(step.ref)
     if len(names) != 1 or (row.formula and (formula is None or formula.used)):  # after a row before it they are others
         return []
-    shown = material.name(step.inputs[0])
+    shown = context.name(step.inputs[0])
     columns = [c.address.column for c in (row.inputs_cell, row.connector, row.formula, row.output)]
     sheet = row.output.address.sheet
 

@@ -32,28 +32,28 @@ class InputSpec:
 
     kinds: frozenset[str]
     remedy: str
-    wrong: Callable[[Value, Stream, LintContext], str] = lambda value, stream, material: ""
+    wrong: Callable[[Value, Stream, LintContext], str] = lambda value, stream, context: ""
     needs: frozenset[str] = frozenset()
     lacks: str = ""
 
 
-def lint_taking(material: LintContext) -> None:
+def lint_input_specs(context: LintContext) -> None:
     """Report rows that send an actuator values that it cannot use."""
-    seeing = {s.id for s in material.graph.streams.values() if _sees(s)}
+    seeing = {s.id for s in context.graph.streams.values() if _sees(s)}
     ancestors: dict[str, frozenset[str]] = {}
-    for step in material.steps():
+    for step in context.steps():
         mine = frozenset().union(*(ancestors.get(i, frozenset({i})) for i in step.inputs))
         if not step.connector.is_sink:
             ancestors[step.output] = mine if len(mine) <= 50 else mine & seeing or frozenset(sorted(mine)[:1])
             continue
-        stream = material.graph.streams[step.output]
+        stream = context.graph.streams[step.output]
         if stream.device is None:
             continue
-        if stream.device.type.name == "Tracker" and not mine & seeing and material.fact(step.ref).known.kind != BLANK:
-            material.report.add("LINT014", step.row.output.address, device=stream.name)
+        if stream.device.type.name == "Tracker" and not mine & seeing and context.fact(step.ref).known.kind != BLANK:
+            context.report.add("LINT014", step.row.output.address, device=stream.name)
         taker = _taker(stream.device.type, stream)
         if taker is not None:
-            _check(step, stream, taker, material)
+            _check(step, stream, taker, context)
 
 
 def _sees(stream: Stream) -> bool:
@@ -61,26 +61,26 @@ def _sees(stream: Stream) -> bool:
     return payload is not None and {"x", "y"} <= set(payload.keys)
 
 
-def _check(step: Step, stream: Stream, taker: InputSpec, material: LintContext) -> None:
-    fact = material.fact(step.ref)
+def _check(step: Step, stream: Stream, taker: InputSpec, context: LintContext) -> None:
+    fact = context.fact(step.ref)
     if fact.known.kind == BLANK:
         return
-    what, value = _what_is_wrong(fact, stream, taker, material)
+    what, value = _what_is_wrong(fact, stream, taker, context)
     if what:
         assert stream.device is not None
         address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
         takes = stream.device.type.takes
-        remedy = sentences(_stands(value, material), taker.remedy)
-        material.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=remedy)
+        remedy = sentences(_stands(value, context), taker.remedy)
+        context.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=remedy)
         return
-    _limits(step, stream, fact, material)
+    _limits(step, stream, fact, context)
 
 
-def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: LintContext) -> tuple[str, Value]:
+def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, context: LintContext) -> tuple[str, Value]:
     """Return the problem in words, and the value that has it; an empty text when there is none."""
     known = fact.known
     if known.choices:
-        found = ((_wrong(c, stream, taker, material), c) for c in known.choices if c is not None)
+        found = ((_wrong(c, stream, taker, context), c) for c in known.choices if c is not None)
         return next((f for f in found if f[0]), ("", None))
     if known.kind not in (ANY, *taker.kinds):
         return KINDS.get(known.kind, N_("something else")), None
@@ -88,16 +88,16 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, material: LintC
         return taker.lacks, None
     sure = known.kind == ANY and fact.has_example and fact.sure and not fact.holes
     if sure or (known.kind == LIST and fact.has_example):
-        return _wrong(fact.example, stream, taker, material), fact.example
+        return _wrong(fact.example, stream, taker, context), fact.example
     return "", None
 
 
-def _stands(value: Value, material: LintContext) -> str:
+def _stands(value: Value, context: LintContext) -> str:
     """Return in words the table column that holds an unusable text; empty when none does."""
     if not isinstance(value, str):
         return ""
     columns = [
-        (f.name, t) for t in material.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
+        (f.name, t) for t in context.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
     ]
     return (
         N_(
@@ -111,24 +111,24 @@ def _stands(value: Value, material: LintContext) -> str:
     )
 
 
-def _wrong(value: Value, stream: Stream, taker: InputSpec, material: LintContext) -> str:
+def _wrong(value: Value, stream: Stream, taker: InputSpec, context: LintContext) -> str:
     if value is None:
         return ""
     if kind_of_value(value) not in taker.kinds:
         return kind_of(value)
-    return taker.wrong(value, stream, material)
+    return taker.wrong(value, stream, context)
 
 
 # ---- what each takes, as its driver does
 
 
-def _colour(value: Value, stream: Stream, material: LintContext) -> str:
+def _colour(value: Value, stream: Stream, context: LintContext) -> str:
     if isinstance(value, Record):
         return "" if isinstance(value.values.get("colour"), str) else N_("a record without a colour")
     if isinstance(value, (list, tuple)):
         fine = len(value) == 3 and all(is_number(v) and 0 <= v <= 1 for v in value)
         return "" if fine else N_("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
-    return _named(value, Setting("Colour", "colour"), material.robot)
+    return _named(value, Setting("Colour", "colour"), context.robot)
 
 
 def _named(value: Value, setting: Setting, robot: Robot) -> str:
@@ -137,17 +137,17 @@ def _named(value: Value, setting: Setting, robot: Robot) -> str:
     return N_("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
 
-def _posture(value: Value, stream: Stream, material: LintContext) -> str:
-    names = material.robot.postures
+def _posture(value: Value, stream: Stream, context: LintContext) -> str:
+    names = context.robot.postures
     return "" if key(value) in {key(p) for p in names} else _no_name(value, N_("posture"), names)
 
 
-def _gesture(value: Value, stream: Stream, material: LintContext) -> str:
+def _gesture(value: Value, stream: Stream, context: LintContext) -> str:
     if isinstance(value, Record):
         return "" if {"x", "y"} <= set(value.values) else N_("a record without a place to point at")
     if not isinstance(value, str):
         return ""
-    names = [*material.robot.gestures, *(g.name.text for g in material.workbook.gestures)]
+    names = [*context.robot.gestures, *(g.name.text for g in context.workbook.gestures)]
     return "" if key(value) in {key(g) for g in names} else _no_name(value, N_("gesture"), names)
 
 
@@ -158,14 +158,14 @@ def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
     return N_("{value}, which is no {what}", value=show(value), what=what)
 
 
-def _duration(value: Value, stream: Stream, material: LintContext) -> str:
+def _duration(value: Value, stream: Stream, context: LintContext) -> str:
     if isinstance(value, str) and parse_duration(value, bare="s") is None:
         return N_("{value}, which is no time", value=show(value))
     return ""
 
 
-def _angles(value: Value, stream: Stream, material: LintContext) -> str:
-    count = len(material.joints(stream))
+def _angles(value: Value, stream: Stream, context: LintContext) -> str:
+    count = len(context.joints(stream))
     values = list(value) if isinstance(value, (list, tuple)) else [value]
     if len(values) != count:
         return (
@@ -209,39 +209,39 @@ def _taker(kind: DeviceType, stream: Stream) -> InputSpec | None:
 # ---- limits
 
 
-def _limits(step: Step, stream: Stream, fact: Fact, material: LintContext) -> None:
+def _limits(step: Step, stream: Stream, fact: Fact, context: LintContext) -> None:
     assert stream.device is not None
     address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
-    for what, known, low, high, unit in _limited(stream, fact, material):
+    for what, known, low, high, unit in _limited(stream, fact, context):
         value = _beyond(known, low, high)
         if value is not None:
             end = low if value < low else high  # shown with so many digits that the two look different
             n = next((n for n in range(3, 7) if f"{value:.{n}g}" != f"{end:.{n}g}"), 7)
-            material.report.add(
+            context.report.add(
                 "LINT013", address, value=f"{value:.{n}g}", what=what, low=f"{low:.{n}g}", high=f"{high:.{n}g}",
                 unit=f" {unit}" if unit else "",
             )  # fmt: skip
             return
 
 
-def _limited(stream: Stream, fact: Fact, material: LintContext) -> list[tuple[str, list[float], float, float, str]]:
+def _limited(stream: Stream, fact: Fact, context: LintContext) -> list[tuple[str, list[float], float, float, str]]:
     """Return what has limits: its name, the values that it will surely be given, the limits and their unit."""
     assert stream.device is not None
     if stream.device.type.name == "EyeBrightness":
         return [(N_("the eyes"), _sure_values(fact), 0.0, 1.0, "")]
     if stream.device.type.name != "SetJointPosition":
         return []
-    names = material.joints(stream)
+    names = context.joints(stream)
     lists = _lists(fact)
     found = []
     for place, name in enumerate(names):
-        joint = material.robot.joints[key(name)]
+        joint = context.robot.joints[key(name)]
         values = (
             _sure_values(fact) if len(names) == 1 and not lists else [v[place] for v in lists if len(v) == len(names)]
         )
         found.append((name, [v for v in values if is_number(v)], joint.lower, joint.upper, joint.unit))
     if {"HeadYaw", "HeadPitch"} <= set(names):
-        found += _pitches(names, lists, material.robot)
+        found += _pitches(names, lists, context.robot)
     return found
 
 

@@ -36,17 +36,17 @@ class Pace:
     timed: bool = False
 
 
-def lint_stale(material: LintContext) -> None:
+def lint_stale(context: LintContext) -> None:
     """Report every combineLatest that joins old values with new ones."""
     paces: dict[str, Pace] = {}
-    steps = {s.ref: s for s in material.steps()}
+    steps = {s.ref: s for s in context.steps()}
     for step in steps.values():
-        inputs = [_pace(i, material, paces) for i in step.inputs]
+        inputs = [_pace(i, context, paces) for i in step.inputs]
         if not step.connector.is_sink:
             paces[step.output] = _after(step, inputs)
         if step.connector.name != "combineLatest":
             continue
-        found = _stale_pair(step, inputs, material)
+        found = _stale_pair(step, inputs, context)
         if found is None:
             continue
         rare, steady = found
@@ -56,21 +56,21 @@ def lint_stale(material: LintContext) -> None:
             if filters
             else N_("when something happens")
         )
-        material.report.add(
+        context.report.add(
             "LINT001",
             step.row.connector.address,
-            fixes=remedies(step, step.inputs[rare], material),
-            rare=material.name(step.inputs[rare]),
-            steady=material.name(step.inputs[steady]),
+            fixes=remedies(step, step.inputs[rare], context),
+            rare=context.name(step.inputs[rare]),
+            steady=context.name(step.inputs[steady]),
             why=why,
             row=step.number,
         )
 
 
-def _pace(stream: str, material: LintContext, paces: dict[str, Pace]) -> Pace:
+def _pace(stream: str, context: LintContext, paces: dict[str, Pace]) -> Pace:
     if stream in paces:
         return paces[stream]
-    rate = material.fact(stream).rate
+    rate = context.fact(stream).rate
     return Pace(rare=rate.kind == EVENT, steady=rate.hz > 0)
 
 
@@ -92,9 +92,9 @@ def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
     return replace(first, timed=False) if name == "map" else first
 
 
-def _stale_pair(step: Step, inputs: Sequence[Pace], material: LintContext) -> tuple[int, int] | None:
+def _stale_pair(step: Step, inputs: Sequence[Pace], context: LintContext) -> tuple[int, int] | None:
     """Return the places of an input that may be old and of one that goes on, or None when the age is bounded."""
-    formula = material.compiled.formulas.get(step.ref)
+    formula = context.compiled.formulas.get(step.ref)
     if formula is None and step.row.formula:
         return None  # the formula is wrong, which is told there
     for old, slow in enumerate(inputs):
@@ -103,7 +103,7 @@ def _stale_pair(step: Step, inputs: Sequence[Pace], material: LintContext) -> tu
             waits = slow.rare and not quick.rare
             if old == new or not quick.steady or not (held_back or waits):
                 continue
-            forgets = material.fact(step.inputs[old]).may_be_blank and _asks(formula, old)
+            forgets = context.fact(step.inputs[old]).may_be_blank and _asks(formula, old)
             if forgets or (slow.timed and quick.timed and _compares_times(formula, old, new)):
                 continue
             return old, new
@@ -139,20 +139,20 @@ LONGEST_SECONDS = 1
 LONGEST_AGE = f"{LONGEST_SECONDS} s"
 
 
-def remedies(step: Step, rare: str, material: LintContext) -> list[Fix]:
+def remedies(step: Step, rare: str, context: LintContext) -> list[Fix]:
     """Return fixes that forget the old value or compare timestamps; none for rows that they cannot rewrite."""
     formula = step.row.formula.text
-    named = [material.graph.streams[i].name for i in step.inputs]
+    named = [context.graph.streams[i].name for i in step.inputs]
     if not formula or not all(named) or not step.row.inputs:
         return []
-    made = [_forgetting(step, rare, material), _timing(step, material)]
+    made = [_forgetting(step, rare, context), _timing(step, context)]
     return [fix for fix in made if fix is not None]
 
 
-def _forgetting(step: Step, rare: str, material: LintContext) -> Fix | None:
-    old = material.graph.streams[rare].name
-    recent = _free(f"Recent {old}", step, material)
-    text = _opened(step, material)
+def _forgetting(step: Step, rare: str, context: LintContext) -> Fix | None:
+    old = context.graph.streams[rare].name
+    recent = _free(f"Recent {old}", step, context)
+    text = _opened(step, context)
     inner = renamed(text, {argument_name(old): argument_name(recent)})
     if inner is None:
         return None
@@ -160,26 +160,26 @@ def _forgetting(step: Step, rare: str, material: LintContext) -> Fix | None:
     formula = f"IF(ISBLANK({argument_name(recent)}); BLANK; {inner})"
     row = _Writer(step)
     row.insert(old, "forgetAfter", LONGEST_AGE, recent)
-    if _only_sent(step, material):  # the blank stops the actuator
+    if _only_sent(step, context):  # the blank stops the actuator
         row.put(inputs, formula, step.row.output.text)
     else:
-        either = _free(f"{step.row.output.text or 'Joined'} or blank", step, material)
+        either = _free(f"{step.row.output.text or 'Joined'} or blank", step, context)
         row.put(inputs, formula, either)
         row.insert(either, "filter", f"NOT(ISBLANK({argument_name(either)}))", step.row.output.text, after=True)
     title = N_("Forget “{name}” {age} after its last value (forgetAfter)", name=old, age=LONGEST_AGE)
     return Fix("forget-old-value", title, tuple(row.edits))
 
 
-def _timing(step: Step, material: LintContext) -> Fix | None:
-    names = [material.graph.streams[i].name for i in step.inputs]
-    timed = {n: _free(f"{n} with time", step, material) for n in names}
-    text = _opened(step, material)
+def _timing(step: Step, context: LintContext) -> Fix | None:
+    names = [context.graph.streams[i].name for i in step.inputs]
+    timed = {n: _free(f"{n} with time", step, context) for n in names}
+    text = _opened(step, context)
     inner = renamed(text, {argument_name(n): f"{argument_name(t)}.v" for n, t in timed.items()})
     if inner is None:
         return None
     times = "; ".join(f"{argument_name(t)}.t" for t in timed.values())
-    output = step.row.output.text or _free("Joined", step, material)
-    pair, fresh = _free(f"{output} and age", step, material), _free(f"Fresh {output}", step, material)
+    output = step.row.output.text or _free("Joined", step, context)
+    pair, fresh = _free(f"{output} and age", step, context), _free(f"Fresh {output}", step, context)
     row = _Writer(step)
     for name, new in timed.items():
         row.insert(name, "timestamp", "", new)
@@ -215,25 +215,25 @@ class _Writer:
             self.edits.append(Put(Address(self.sheet, self.number, column), text))
 
 
-def _opened(step: Step, material: LintContext) -> str:
+def _opened(step: Step, context: LintContext) -> str:
     """Return the row's formula; a helper's name alone becomes a call of it."""
     text = step.row.formula.text
-    helper = material.compiled.helpers.by_key.get(key(text))
+    helper = context.compiled.helpers.by_key.get(key(text))
     if helper is None or not helper.parameters:
         return text.removeprefix("=")
-    names = ", ".join(argument_name(material.graph.streams[i].name) for i in step.inputs)
+    names = ", ".join(argument_name(context.graph.streams[i].name) for i in step.inputs)
     return f"{argument_name(helper.shown)}({names})"
 
 
-def _only_sent(step: Step, material: LintContext) -> bool:
+def _only_sent(step: Step, context: LintContext) -> bool:
     """Return whether all readers of a row's output send it on to actuators as it is."""
-    readers = material.readers.get(step.output, [])
+    readers = context.readers.get(step.output, [])
     return all(r.connector.is_sink and not r.row.formula for r in readers)
 
 
-def _free(name: str, step: Step, material: LintContext) -> str:
+def _free(name: str, step: Step, context: LintContext) -> str:
     sheet = key(step.row.output.address.sheet)
-    streams: Mapping[str, object] = material.graph.streams
+    streams: Mapping[str, object] = context.graph.streams
     taken, wanted, n = name, name, 2
     while key(taken) in streams or f"{sheet}!{key(taken)}" in streams:
         taken, n = f"{wanted} {n}", n + 1

@@ -31,33 +31,33 @@ class _Column:
     anything: bool = False  # one row compares it with what may be any text
 
 
-def lint_unmatched(material: LintContext) -> None:
+def lint_unmatched(context: LintContext) -> None:
     """Report texts of a table that nothing can be equal to, where the sensors say what they can give."""
     columns: dict[tuple[str, str], _Column] = {}
-    for step in material.steps():
-        formula = material.compiled.formulas.get(step.ref)
+    for step in context.steps():
+        formula = context.compiled.formulas.get(step.ref)
         if formula is None:
             continue
-        names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=False)}
-        for table, name, with_what in _compared(formula.tree, names, material.compiled.tables):
+        names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=False)}
+        for table, name, with_what in _compared(formula.tree, names, context.compiled.tables):
             column = columns.setdefault((table.name, key(name)), _Column(table, name, step))
             if with_what.choices is None:
                 column.anything = True
             column.comes.update({c.casefold(): c for c in with_what.choices or () if isinstance(c, str)})
     for column in columns.values():
         if column.comes and not column.anything:
-            _tell(column, material)
+            _tell(column, context)
 
 
-def _tell(column: _Column, material: LintContext) -> None:
+def _tell(column: _Column, context: LintContext) -> None:
     texts = dict.fromkeys(v for v in column.table.column(column.name) if isinstance(v, str))
     missing = [t for t in texts if t.casefold() not in column.comes]
-    if not missing or column.step.ref in material.routes.dead:  # that nothing passes is told there
+    if not missing or column.step.ref in context.routes.dead:  # that nothing passes is told there
         return
     can = list(column.comes.values())
     guess = nearest(missing[0], can) if len(missing) == 1 else None
     remedy = meant(guess, N_("Write one of these, or let the sensor give it as well."), quoted=True)
-    material.report.add(
+    context.report.add(
         "LINT016", column.step.row.formula.address, texts=_listed([f"“{t}”" for t in missing]), column=column.name,
         sheet=column.table.name, can=_listed(can), **remedy,
     )  # fmt: skip

@@ -14,66 +14,66 @@ from rrp_sheets.model.values import show
 from rrp_sheets.texts import N_, listed
 
 
-def lint_never(material: LintContext) -> None:
+def lint_unreachable(context: LintContext) -> None:
     """Report filters that pass nothing or everything, and done streams that never have a value."""
-    for step in material.steps():
+    for step in context.steps():
         if step.connector.name == "filter":
-            _filter(step, material)
-    driven = {s.output for s in material.steps() if s.connector.is_sink}
+            _filter(step, context)
+    driven = {s.output for s in context.steps() if s.connector.is_sink}
     told: set[str] = set()
-    for step in material.steps():
+    for step in context.steps():
         for stream in step.inputs:
-            found = material.graph.streams[stream]
+            found = context.graph.streams[stream]
             if found.kind is StreamKind.DONE and found.done_of not in driven and stream not in told:
                 told.add(stream)
                 actuator = found.name.removesuffix(" done")
-                material.report.add("LINT007", step.row.inputs_cell.address, name=found.name, actuator=actuator)
+                context.report.add("LINT007", step.row.inputs_cell.address, name=found.name, actuator=actuator)
 
 
-def _filter(step: Step, material: LintContext) -> None:
-    formula = material.compiled.formulas.get(step.ref)
+def _filter(step: Step, context: LintContext) -> None:
+    formula = context.compiled.formulas.get(step.ref)
     if formula is None:
         return
     address = step.row.formula.address
-    if step.ref in material.routes.dead:
-        before = _filters_before(step, material)
+    if step.ref in context.routes.dead:
+        before = _filters_before(step, context)
         why = N_("its condition contradicts what is known of its input")
         remedy = N_("what its input can be")
         if before:
             rows = listed([row_of(s, step) for s in before], "and")
             why = N_("its condition contradicts {rows}, or what is known of its input", rows=rows)
             remedy = N_("that of {rows}", rows=rows)
-        material.report.add("LINT005", address, why=why, remedy=remedy)
+        context.report.add("LINT005", address, why=why, remedy=remedy)
     elif not formula.used:
-        _without_input(step, formula, material)
+        _without_input(step, formula, context)
     else:
-        names = {n: material.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
+        names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
         known = known_of(formula.tree, names)
         if known.kind == NUMBER and not known.blank and (known.low > 0 or known.high < 0):
             why = N_("a number passes unless it is 0, and this one never is")
-            material.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
+            context.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
 
 
-def _without_input(step: Step, formula: Formula, material: LintContext) -> None:
+def _without_input(step: Step, formula: Formula, context: LintContext) -> None:
     """Report a filter whose formula does not use what arrives: all of it passes, or nothing."""
     if any(isinstance(n, Pick) for n in ast.walk(formula.tree)):
         return  # it is drawn anew each time
-    value = material.compiled.examples.value(formula, [None] * len(formula.names))
+    value = context.compiled.examples.value(formula, [None] * len(formula.names))
     address = step.row.formula.address
     if isinstance(value, (bool, int, float)):
         why: str = N_("the formula is always {value}, whatever arrives", value=show(value))
         if value:
             example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
-            material.report.add("LINT015", address, why=why, example=example)
+            context.report.add("LINT015", address, why=why, example=example)
         else:
-            material.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
+            context.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
     elif value is None:
         why = N_("the formula is always blank, whatever arrives")
-        material.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
+        context.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
 
 
-def _filters_before(step: Step, material: LintContext) -> list[Step]:
+def _filters_before(step: Step, context: LintContext) -> list[Step]:
     """Return the first three filter rows on the way to a row."""
-    routes = material.routes.of.get(step.inputs[0]) or ()
-    steps = {s.ref: s for s in material.steps()} if routes else {}
+    routes = context.routes.of.get(step.inputs[0]) or ()
+    steps = {s.ref: s for s in context.steps()} if routes else {}
     return [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]

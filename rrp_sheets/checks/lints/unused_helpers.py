@@ -9,41 +9,41 @@ from rrp_sheets.formulas import HelperDef
 from rrp_sheets.model.names import key
 
 
-def lint_helpers(material: LintContext) -> None:
+def lint_unused_helpers(context: LintContext) -> None:
     """Report unused helpers, and inputs that a helper does not use."""
-    helpers = material.compiled.helpers
-    if not helpers.by_key or material.report.errors:
+    helpers = context.compiled.helpers
+    if not helpers.by_key or context.report.errors:
         return  # what is wrong elsewhere may be what would use them
     used: set[str] = set()
-    waiting = [f.tree for f in material.compiled.formulas.values()]
+    waiting = [f.tree for f in context.compiled.formulas.values()]
     while waiting:
         for node in ast.walk(waiting.pop()):
             helper: HelperDef | None = getattr(node, "helper", None)
             if helper is not None and key(helper.shown) not in used:
                 used.add(key(helper.shown))
                 waiting += [helper.tree] if helper.tree is not None else []
-    words = _words_of_unread_formulas(material)
+    words = _words_of_unread_formulas(context)
     for k, helper in helpers.by_key.items():
         name, formula = helpers.cells[k]
         if k not in used and k not in words:
-            material.report.add("LINT008", name.address, name=name.text)
+            context.report.add("LINT008", name.address, name=name.text)
         if helper.tree is None:
             continue
         read = {n.id for n in ast.walk(helper.tree) if isinstance(n, ast.Name)}
         for parameter in helper.parameters:
             if parameter.name not in read:
-                material.report.add("LINT009", formula.address, name=name.text, input=parameter.shown)
+                context.report.add("LINT009", formula.address, name=name.text, input=parameter.shown)
 
 
-def _words_of_unread_formulas(material: LintContext) -> set[str]:
+def _words_of_unread_formulas(context: LintContext) -> set[str]:
     """Return the names in formulas that are unreadable or switched off, and in tests: they count as uses."""
     texts = [
         row.formula.text
-        for b in material.workbook.behaviours
+        for b in context.workbook.behaviours
         for row in b.rows
-        if f"{b.name}!{row.number}" not in material.compiled.formulas
+        if f"{b.name}!{row.number}" not in context.compiled.formulas
     ]
-    texts += [cell.text for sheet in material.workbook.tests for row in sheet.rows for cell in (row.send, row.expect)]
+    texts += [cell.text for sheet in context.workbook.tests for row in sheet.rows for cell in (row.send, row.expect)]
     found: set[str] = set()
     for text in texts:
         found |= {key(word) for word in "".join(c if c.isalnum() or c in "_ " else " " for c in text).split(" ")}

@@ -9,7 +9,7 @@ from rrp_sheets.sim.actuators.base import ACTUATORS, Parts, SimActuator
 from rrp_sheets.sim.body import Eyes
 
 __all__ = ["ACTUATORS", "Eyes", "Parts", "SimActuator", "make_actuator"]
-_MODULES = (keyframed, moving, other, speech, tracker)  # imported: their classes enter themselves
+_MODULES = (keyframed, moving, other, speech, tracker)  # their classes are registered when they are imported
 
 
 def make_actuator(spec: DeviceUse, parts: Parts) -> SimActuator | None:

@@ -1,4 +1,4 @@
-"""Trackers: head, whole body or arms follow what a sensor detects.
+"""Trackers: head, whole body or arms follow what a sensor detects; the actuator that starts and ends them.
 
 They know only the detections (angles in the picture, distance) and the robot's own joints: a closed loop through the
 camera, as on a real robot.
@@ -277,7 +277,7 @@ class Trackers:
                 self.body.go(joint, self.body.start[joint], EASY)
 
 
-class Track(SimActuator, device="Tracker"):
+class TrackerActuator(SimActuator, device="Tracker"):
     """Follows what the sensors that the row descends from detect."""
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
