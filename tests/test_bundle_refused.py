@@ -16,11 +16,11 @@ import pytest
 from bundles import SONG, files, relisted, remade, run, sound
 
 from rrp_sheets import api
+from rrp_sheets.engine.scene import default_scene
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.own_robot import files_of, own_robot
-from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.services.bundle.packing import pack
 from rrp_sheets.services.bundle.unpacking import unpack
 

@@ -14,7 +14,7 @@ from test_run import rrp
 from typed import run
 
 from rrp_sheets import api
-from rrp_sheets.diagnostics.fix import Replace
+from rrp_sheets.diagnostics.report import Replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.resources import bundled

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.checks.facts import known_of
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope, make_table
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library

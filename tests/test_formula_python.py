@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope, read_formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
-from rrp_sheets.formulas.nodes import Join
+from rrp_sheets.formulas.parsing import Join
 from rrp_sheets.model.values import Failure
 
 NAMES = ("a", "b", "ball", "größe", "x1")

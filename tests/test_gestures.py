@@ -18,7 +18,7 @@ from test_sim_run import RED, scene_of
 from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
-from rrp_sheets.robots.gestures import Keyframe, load_gestures
+from rrp_sheets.robots.catalogue import Keyframe, load_gestures
 from rrp_sheets.robots.trajectory import MARGIN, JointLimits, Planner
 from rrp_sheets.sim.body import STEP
 from rrp_sheets.sim.keyframes import Motion, Motions

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
+from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.model.workbook import Address

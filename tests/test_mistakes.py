@@ -15,7 +15,7 @@ from test_workbooks import NAMES, THERAPY
 
 from rrp_sheets import api
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.fix import Fix, Insert, Put
+from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.model.workbook import column_letters
 
 HERE = Path(__file__).parent

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from play import check, rows
 
-from rrp_sheets.diagnostics.fix import slips
+from rrp_sheets.diagnostics.report import slips
 from rrp_sheets.model.names import Proposals, key, nearest
 
 NAMES = st.text("abcd e", max_size=8)

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rrp_sheets.checks.dataflow import can_hold, cases
-from rrp_sheets.checks.facts import ANY, NUMBER, TEXT, AbstractValue
-from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.checks.facts import ANY, NUMBER, TEXT, AbstractValue, known_of
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.problems import kind_of_value

@@ -16,7 +16,7 @@ from playwright.sync_api import expect
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.replay.apart import Stopped, replay_apart
+from rrp_sheets.replay.replaying import Stopped, replay_apart
 from rrp_sheets.web.runs.replay_jobs import Replays
 
 BOOK = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]

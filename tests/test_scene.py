@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.engine.scene import default_scene
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 from rrp_sheets.robots import load_robot
-from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.scene.scene_sheet import parse_scene, scene_end_us
 from rrp_sheets.scene.scene_words import COLOURS
 from rrp_sheets.sim.colours import parse_colour

@@ -17,9 +17,9 @@ from play import rows
 from test_sim_run import RATE, ROBOT, scene_of
 
 from rrp_sheets import api
+from rrp_sheets.engine.scene import default_scene
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.runs.run_data import RunSettings
-from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 

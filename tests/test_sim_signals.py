@@ -13,9 +13,9 @@ from play import findings, rows
 from test_sim_run import RATE, RED, ROBOT, play, scene_of
 
 from rrp_sheets.drivers.simulated import SimulatedWorld
+from rrp_sheets.engine.scene import default_scene
 from rrp_sheets.model.exchange import DeviceUse, SceneAction
 from rrp_sheets.model.values import Record
-from rrp_sheets.scene.default_scene import default_scene
 
 
 def given(sensors: tuple[DeviceUse, ...], scene: str, seconds: float = 3, **more: Any) -> tuple[list[tuple], list[str]]:

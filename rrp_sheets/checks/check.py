@@ -17,7 +17,7 @@ from rrp_sheets.checks.protocol import RunPlan, check_kept, check_protocol
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.fix import Fix, Replace, meant, slips
+from rrp_sheets.diagnostics.report import Fix, Replace, meant, slips
 from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Graph, Stream, StreamKind

@@ -12,11 +12,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from rrp_sheets.checks.facts import ANY, NUMBER, UNKNOWN, AbstractValue, Fact, exactly
-from rrp_sheets.checks.reasoning import known_of
+from rrp_sheets.checks.facts import ANY, NUMBER, UNKNOWN, AbstractValue, Fact, exactly, known_of
 from rrp_sheets.formulas import Formula, HelperDef, Table
-from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.formulas.operations import same
+from rrp_sheets.formulas.parsing import Pick
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.values import Value
 

@@ -23,10 +23,10 @@ from rrp_sheets.checks.facts import (
     either,
     exactly,
     fastest,
+    known_of,
     not_blank,
     slower,
 )
-from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.connectors.combine_latest import together
 from rrp_sheets.connectors.spec import Passing
 from rrp_sheets.connectors.timestamp import TIMED

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rrp_sheets.checks.check import Checked
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.fix import Fix, Insert, Put, Replace
+from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address

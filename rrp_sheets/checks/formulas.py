@@ -11,7 +11,7 @@ from rrp_sheets.checks.examples import Examples, Trouble
 from rrp_sheets.checks.facts import NUMBER, TEXT, TRUTH, Fact, sensor_fact
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import (
     Formula,
     FormulaProblem,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest

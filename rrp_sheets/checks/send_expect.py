@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, compile_formula
 from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.model.names import key, nearest

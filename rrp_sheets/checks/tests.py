@@ -8,7 +8,7 @@ from functools import cached_property
 
 from rrp_sheets.checks.send_expect import Expectation, Place, Sending, read_expect, read_send
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Scope
 from rrp_sheets.graph import Graph, Stream, StreamKind
 from rrp_sheets.model.durations import meant_duration, parse_duration

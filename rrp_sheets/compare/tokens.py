@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.formulas import Formula, HelperDef
-from rrp_sheets.formulas.nodes import Join
+from rrp_sheets.formulas.parsing import Join
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.names import key
 

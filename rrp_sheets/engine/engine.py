@@ -28,7 +28,7 @@ from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
-from rrp_sheets.formulas.pick import Picker
+from rrp_sheets.formulas.operations import Picker
 from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value

@@ -1,15 +1,18 @@
-"""Scene of a run: the action by which each thing comes in, to put it back by hand, and rows that wait for events."""
+"""Scene of a run: the one that needs no Scene sheet, how each thing comes in, and rows that wait for events."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Protocol
 
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.model.exchange import ROW_ABOVE, Notice, SceneAction
 from rrp_sheets.model.names import key
-from rrp_sheets.scene.default_scene import default_scene
-from rrp_sheets.scene.scene_words import FACE_HEIGHT, draw_scene
+from rrp_sheets.model.values import Value
+from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.scene.scene_words import BALL_SIZE, FACE_HEIGHT, draw_scene
 from rrp_sheets.texts import N_
 
 
@@ -106,3 +109,124 @@ class SceneTriggers:
         self._open.discard(i)
         self._ready.append(replace(action, time_us=us + action.time_us, cue=""))
         return us + action.time_us
+
+
+PERSON = "person"
+NEAR = "near"
+BALL = " ball"
+BETWEEN_US = 2_500_000  # between two things that people do
+_DOERS = {"press": ("Operator", "label"), "touch": ("Person", "zone"), "say": ("Person", "words")}
+HEIGHT = 0.574  # m: of the robot that the places below suit
+
+
+class SensorUse(Protocol):
+    """A sensor as a behaviour uses it: a name of the device, and its settings by key."""
+
+    @property
+    def device(self) -> str:
+        """The device's name."""
+        ...
+
+    @property
+    def settings(self) -> Mapping[str, Value]:
+        """Its settings by key; those that are not given are the catalogue's."""
+        ...
+
+
+def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneAction, ...]:
+    """A small scene in which these sensors have something to see, as the catalogue's `shows` says.
+
+    Places suit a robot of NAO's height and grow with the robot.
+    """
+    shown: dict[str, None] = {}
+    doings: list[tuple[str, Value]] = []
+    for use in sensors:
+        found = robot.find(use.device)
+        if found is not None:
+            settings = found.type.with_defaults(use.settings)
+            for pattern in found.type.shows:
+                verb, _, rest = pattern.partition(" ")
+                if verb in _DOERS:
+                    doings += [(verb, what) for what in _said_in(rest.strip(), settings, robot)]
+                else:
+                    shown[_filled(pattern, {k: str(v).casefold() for k, v in settings.items()})] = None
+    grow = float(robot.data["robot"].get("height", HEIGHT)) / HEIGHT
+    actions: list[SceneAction] = []
+    for number, ball in enumerate(s for s in shown if s.endswith(BALL)):
+        actions += _ball_play(ball.removesuffix(BALL), number, grow)
+    if PERSON in shown:
+        actions += _visit(grow)
+    elif NEAR in shown:
+        actions += _approach(grow)
+    for place, (verb, what) in enumerate(dict.fromkeys(doings)):
+        thing, name = _DOERS[verb]
+        actions.append(SceneAction(1_000_000 + place * BETWEEN_US, thing, verb, {name: what}))
+    return tuple(sorted(actions, key=lambda a: a.time_us))
+
+
+def _filled(pattern: str, settings: Mapping[str, str]) -> str:
+    """Fill settings into a text of the catalogue; it may come from anyone, so no format of Python's is read.
+
+    >>> _filled("{colour} ball {colour.__class__} {other}", {"colour": "red"})
+    'red ball {colour.__class__} {other}'
+    """
+    return re.sub(r"\{(\w+)\}", lambda place: settings.get(place[1], place[0]), pattern)
+
+
+def _said_in(pattern: str, settings: Mapping[str, Value], robot: Robot) -> list[str]:
+    """Return the texts of a pattern such as `{zone}`, filled in from the settings; a blank one is the first zone."""
+    name = pattern.removeprefix("{").removesuffix("}")
+    given = settings.get(name)
+    if isinstance(given, tuple):
+        return [str(g) for g in given]
+    words = _filled(pattern, {k: str(v or "Left" if k == "side" else v or "") for k, v in settings.items()})
+    zones = {key(z): z for z in robot.touch_zones}
+    return [zones.get(key(words), words or next(iter(robot.touch_zones), ""))]
+
+
+def _ball_play(colour: str, number: int, grow: float) -> list[SceneAction]:
+    """A ball comes near, goes to both sides and away; a second one does so mirrored and later."""
+    thing = "Ball" if colour.startswith("#") else f"{colour.capitalize()} ball"
+    side, late = (1, -1)[number % 2], 1_500_000 * number
+    moves = ((2, (0.42, 0.10, 0.42), 2), (6, (0.9, 0.45, 0.5), 2), (10, (0.8, -0.45, 0.36), 3), (15, (0.45, 0, 0.4), 2))
+
+    def place(x: float, y: float, z: float) -> tuple[float, float, float]:
+        return round(x * grow, 3), round(side * y * grow, 3), round(z * grow, 3)
+
+    values: dict[str, Value] = {"at": place(1.0, 0.2, 0.4), "size": BALL_SIZE, "colour": colour}
+    play = [SceneAction(late, thing, "appear", values)]
+    for second, to, seconds in moves:
+        play.append(SceneAction(late + second * 1_000_000, thing, "move", {"to": place(*to), "seconds": seconds}))
+    return [*play, SceneAction(late + 19_000_000, thing, "disappear")]
+
+
+def _approach(grow: float) -> list[SceneAction]:
+    """A wall farther away, before which somebody comes near, waits, goes back and leaves."""
+    face = FACE_HEIGHT * grow
+    wall: dict[str, Value] = {"at": (2.2, 0.0, 0.0), "size": (2.0, 0.8 * grow)}
+    moves = ((4, (0.6, 0.1), 4), (11, (1.5, -0.3), 3))
+    return [
+        SceneAction(0, "Wall", "appear", wall, kind="wall"),
+        SceneAction(2_000_000, "Person", "appear", {"at": (1.6, 0.3, face)}, kind=PERSON),
+        *(
+            SceneAction(second * 1_000_000, "Person", "move", {"to": to, "seconds": float(seconds)}, kind=PERSON)
+            for second, to, seconds in moves
+        ),
+        SceneAction(16_000_000, "Person", "disappear", kind=PERSON),
+    ]
+
+
+def _visit(grow: float) -> list[SceneAction]:
+    """Somebody comes, moves a little, looks away for a moment and leaves; somebody else comes."""
+    face = FACE_HEIGHT * grow
+    first: dict[str, Value] = {"at": (1.1, 0.15, face), "id": 1}
+    second: dict[str, Value] = {"at": (1.2, -0.2, face), "id": 2}
+    return [
+        SceneAction(1_000_000, "Person", "appear", first),
+        SceneAction(6_000_000, "Person", "move", {"to": (1.0, -0.2), "seconds": 2.0}),
+        SceneAction(10_000_000, "Person", "away"),
+        SceneAction(12_000_000, "Person", "look"),
+        SceneAction(15_000_000, "Person", "disappear"),
+        SceneAction(17_000_000, "Person 2", "appear", second),
+        SceneAction(24_000_000, "Person 2", "disappear"),
+    ]

@@ -1,7 +1,7 @@
 """Formulas: tokens → tree → checks → evaluator, and the library of functions by topic."""
 
 from rrp_sheets.formulas.formula import Formula, compile_formula, read_formula
-from rrp_sheets.formulas.pick import Picker
+from rrp_sheets.formulas.operations import Picker
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Input, Scope, make_scope
 from rrp_sheets.formulas.tables import Table, make_table

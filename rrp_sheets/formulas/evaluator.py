@@ -19,9 +19,8 @@ from rrp_sheets.formulas.functions.define import bounded, listing, shown, too_ma
 from rrp_sheets.formulas.functions.maths import power
 from rrp_sheets.formulas.functions.table_functions import members_of
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS, LARGEST_NUMBER, LONGEST_LIST, STEPS
-from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
-from rrp_sheets.formulas.operations import NUMBERS, ORDER, arithmetic, at_place, compare, field, formatted, same
-from rrp_sheets.formulas.pick import Picker
+from rrp_sheets.formulas.operations import NUMBERS, ORDER, Picker, arithmetic, at_place, compare, field, formatted, same
+from rrp_sheets.formulas.parsing import IfError, Join, Pick, Switch
 from rrp_sheets.formulas.problems import FormulaProblem, problem_of, wrong_kind
 from rrp_sheets.formulas.scope import HelperDef
 from rrp_sheets.formulas.tables import Table

@@ -21,7 +21,7 @@ from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.formulas.evaluator import GuardedInterpreter
-    from rrp_sheets.formulas.pick import Picker
+    from rrp_sheets.formulas.operations import Picker
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The parser: by recursive descent from tokens to the nodes of Python's own syntax tree."""
+"""The parser: by recursive descent from tokens to Python's syntax nodes, and kinds of nodes that Python lacks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import NoReturn, TypeVar
 
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.limits import DEEPEST
-from rrp_sheets.formulas.nodes import Join
 from rrp_sheets.formulas.problems import FormulaProblem, together
 from rrp_sheets.formulas.tokens import Hole, Token
 from rrp_sheets.model.names import OPERATOR_WORDS
@@ -26,6 +25,43 @@ _COMPARE: dict[str, type[ast.cmpop]] = {
 }  # fmt: skip
 _SHEET_EQUALS = ("=", "<>")
 _TERM: dict[str, type[ast.operator]] = {"*": ast.Mult, "/": ast.Div, "//": ast.FloorDiv, "%": ast.Mod}
+
+
+class Join(ast.expr):
+    """`a & b & c`: a text of all of them."""
+
+    _fields = ("values",)
+
+    values: list[ast.expr]
+
+
+class IfError(ast.expr):
+    """IFERROR: `value`, or `otherwise` when evaluating it fails. ISERROR: `otherwise` is None."""
+
+    _fields = ("value", "otherwise")
+
+    value: ast.expr
+    otherwise: ast.expr | None
+
+
+class Switch(ast.expr):
+    """SWITCH: the result of the first case that `value` equals, or `otherwise`; IFS: of the first that holds."""
+
+    _fields = ("value", "cases", "results", "otherwise")
+
+    value: ast.expr | None
+    cases: list[ast.expr]
+    results: list[ast.expr]
+    otherwise: ast.expr | None
+
+
+class Pick(ast.expr):
+    """PICK: it draws from `members`; `site` distinguishes those of a row that draw from different lists."""
+
+    _fields = ("members",)
+
+    members: list[ast.expr]
+    site: str
 
 
 def parse(tokens: list[Token], typed: str) -> ast.expr:

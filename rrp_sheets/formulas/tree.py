@@ -12,13 +12,12 @@ import unicodedata
 from collections.abc import Callable, Iterable
 from typing import Any, NoReturn
 
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.functions.define import arguments
 from rrp_sheets.formulas.hints import AMBIGUOUS, cell, cell_reference, function_here, name_here
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
-from rrp_sheets.formulas.nodes import Join, Pick
-from rrp_sheets.formulas.parsing import unread
+from rrp_sheets.formulas.parsing import Join, Pick, unread
 from rrp_sheets.formulas.problems import KINDS, FormulaProblem, together
 from rrp_sheets.formulas.scope import HelperDef, Scope
 from rrp_sheets.formulas.tables import Table

@@ -10,9 +10,9 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import Connector, Parameter
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import Fix, Put, meant
+from rrp_sheets.diagnostics.report import Fix, Put, meant
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.device_table import DeviceTable
-from rrp_sheets.graph.model import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.graph.names import Names
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import Fix, Put, meant
+from rrp_sheets.diagnostics.report import Fix, Put, meant
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.values import Value

@@ -9,9 +9,9 @@ from typing import Any
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
+from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
-from rrp_sheets.graph.model import Stream, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row

@@ -31,9 +31,8 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import CAMERA, POSES, TRACE, WORKBOOK, RecordedAction, RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Record, RecordType, Value
 from rrp_sheets.model.workbook import Row
-from rrp_sheets.recording.formatting import value_text
 from rrp_sheets.recording.marbles import value_from_json
-from rrp_sheets.recording.timeline import Log
+from rrp_sheets.recording.timeline import Log, value_text
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.texts import N_, sentences

@@ -10,8 +10,7 @@ from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Cell, GestureRow
-from rrp_sheets.robots.catalogue import Joint, Robot
-from rrp_sheets.robots.gestures import Gesture, Keyframe, parse_angle
+from rrp_sheets.robots.catalogue import Gesture, Joint, Keyframe, Robot, parse_angle
 from rrp_sheets.robots.trajectory import JointLimits, Planner
 from rrp_sheets.texts import N_, listed
 

@@ -9,8 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from rrp_sheets.diagnostics.fix import meant
-from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.diagnostics.report import Report, meant
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.workbook import SceneRow

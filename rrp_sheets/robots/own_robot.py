@@ -25,6 +25,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.robots.catalogue import (
     CATALOGUE,
     REST_POSTURE,
+    Gesture,
     Joint,
     Robot,
     Setting,
@@ -32,7 +33,6 @@ from rrp_sheets.robots.catalogue import (
     robot_in,
     robot_names,
 )
-from rrp_sheets.robots.gestures import Gesture
 from rrp_sheets.robots.trajectory import pitch_limits
 from rrp_sheets.texts import N_, MessageError
 

@@ -14,8 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.model.names import key
-from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.robots.gestures import Keyframe
+from rrp_sheets.robots.catalogue import Keyframe, Robot
 
 FIRST = 3.5  # rad/s: nobody throws his arms up to begin
 BACK = 2.4  # rad/s, at most, on the way back

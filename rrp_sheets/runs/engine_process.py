@@ -24,8 +24,7 @@ from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunSettings
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
-from rrp_sheets.workers.liveness import SharedCell
-from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter
+from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, SharedCell
 from rrp_sheets.workers.worker_loop import lift_limit
 from rrp_sheets.workers.worker_process import Task
 

@@ -32,8 +32,7 @@ from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, Run
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 from rrp_sheets.texts import N_, known_language
 from rrp_sheets.workers.codec import pack, unpack
-from rrp_sheets.workers.liveness import Liveness, SharedCell, cpu_clock
-from rrp_sheets.workers.transport import ready
+from rrp_sheets.workers.transport import Liveness, SharedCell, cpu_clock, ready
 from rrp_sheets.workers.worker_process import WorkerProcess
 
 FINISH = "rrp_sheets.runs.check_worker.finish_run"

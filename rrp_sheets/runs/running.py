@@ -23,6 +23,7 @@ from rrp_sheets.engine.ports import Heartbeat, Runner, World
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.engine.run_events import NoticeEvent, OperatorEvent, RunEvent, RunObserver
+from rrp_sheets.engine.scene import default_scene
 from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -33,7 +34,6 @@ from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.recording.folder import RunFolder
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
-from rrp_sheets.scene.default_scene import default_scene
 from rrp_sheets.scene.scene_sheet import scene_end_us
 from rrp_sheets.scene.scene_words import draw_scene
 from rrp_sheets.texts import N_

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from rrp_sheets.diagnostics.fix import meant
-from rrp_sheets.diagnostics.report import Report
+from rrp_sheets.diagnostics.report import Report, meant
 from rrp_sheets.model.durations import meant_duration
 from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.names import key, nearest

@@ -16,7 +16,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Address, GestureRow
 from rrp_sheets.robots import Joint, Robot
-from rrp_sheets.robots.gestures import SIDES, parse_angle
+from rrp_sheets.robots.catalogue import SIDES, parse_angle
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value

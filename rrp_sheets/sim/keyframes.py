@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from rrp_sheets.robots.gestures import Keyframe
+from rrp_sheets.robots.catalogue import Keyframe
 from rrp_sheets.robots.trajectory import Clamped, JointPlan, Planner, moved
 from rrp_sheets.sim.body import EASY, STEP, Body
 

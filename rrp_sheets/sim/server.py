@@ -18,8 +18,7 @@ from rrp_sheets.model.exchange import Arrivals, Notice
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.sim.process import BEATS, BUSY, IDLE, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Picture, Spec
 from rrp_sheets.workers.codec import pack, unpack
-from rrp_sheets.workers.liveness import SharedCell
-from rrp_sheets.workers.transport import MessageReader, encode
+from rrp_sheets.workers.transport import MessageReader, SharedCell, encode
 from rrp_sheets.workers.worker_loop import limit_threads
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.model.workbook import Address, Behaviour, Workbook
-from rrp_sheets.testing.judge import judge, seconds
-from rrp_sheets.testing.results import TOLERANCE, CaseResult, Event, Fault, Frames, RowResult
+from rrp_sheets.testing.judge import TOLERANCE, CaseResult, Event, Fault, Frames, RowResult, judge, seconds
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import Reading
 

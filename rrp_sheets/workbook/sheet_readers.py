@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.fix import Fix, Insert, Put
+from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import (
     Address,

@@ -19,8 +19,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack
-from rrp_sheets.workers.liveness import Liveness, cpu_clock
-from rrp_sheets.workers.transport import MOST_REQUEST, MessageReader, encode
+from rrp_sheets.workers.transport import MOST_REQUEST, Liveness, MessageReader, cpu_clock, encode
 
 try:
     import resource

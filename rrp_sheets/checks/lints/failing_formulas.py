@@ -5,9 +5,8 @@ from __future__ import annotations
 import ast
 
 from rrp_sheets.checks.examples import alike
-from rrp_sheets.checks.facts import LIST, RECORD, TEXT
+from rrp_sheets.checks.facts import LIST, RECORD, TEXT, known_of
 from rrp_sheets.checks.lints.context import LintContext, row_of
-from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.problems import KINDS, kind_of

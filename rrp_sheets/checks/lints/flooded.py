@@ -5,7 +5,7 @@ from __future__ import annotations
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER
 from rrp_sheets.checks.lints.conflicts import VOICE
 from rrp_sheets.checks.lints.context import LintContext
-from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
 from rrp_sheets.graph import Step
 from rrp_sheets.texts import N_
 

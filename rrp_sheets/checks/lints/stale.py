@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from rrp_sheets.checks.facts import EVENT
 from rrp_sheets.checks.lints.context import LintContext, row_of
-from rrp_sheets.diagnostics.fix import Fix, FixEdit, Insert, Put
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import argument_name, key

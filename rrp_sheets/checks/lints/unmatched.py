@@ -6,10 +6,9 @@ import ast
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from rrp_sheets.checks.facts import RECORD, AbstractValue
+from rrp_sheets.checks.facts import RECORD, AbstractValue, known_of
 from rrp_sheets.checks.lints.context import LintContext
-from rrp_sheets.checks.reasoning import known_of
-from rrp_sheets.diagnostics.fix import meant
+from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Table
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key, nearest

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import ast
 
-from rrp_sheets.checks.facts import NUMBER
+from rrp_sheets.checks.facts import NUMBER, known_of
 from rrp_sheets.checks.lints.context import LintContext, row_of
-from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.formulas import Formula
-from rrp_sheets.formulas.nodes import Pick
+from rrp_sheets.formulas.parsing import Pick
 from rrp_sheets.graph import Step, StreamKind
 from rrp_sheets.model.values import show
 from rrp_sheets.texts import N_, listed

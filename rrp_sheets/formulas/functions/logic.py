@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 
 from rrp_sheets.formulas.functions.define import MANY, Function, define, truth
-from rrp_sheets.formulas.nodes import IfError, Switch
 from rrp_sheets.formulas.operations import is_number
+from rrp_sheets.formulas.parsing import IfError, Switch
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.model.values import Record, Value
 from rrp_sheets.texts import N_

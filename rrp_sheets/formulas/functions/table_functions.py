@@ -6,8 +6,8 @@ import ast
 
 from rrp_sheets.formulas.functions.define import MANY, Function, define, listing, shown, whole
 from rrp_sheets.formulas.limits import Charge, free
-from rrp_sheets.formulas.nodes import Pick
 from rrp_sheets.formulas.operations import same
+from rrp_sheets.formulas.parsing import Pick
 from rrp_sheets.formulas.problems import FormulaProblem, kind_of, wrong_kind
 from rrp_sheets.formulas.tables import Table
 from rrp_sheets.model.values import Value

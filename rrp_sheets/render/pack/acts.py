@@ -12,7 +12,7 @@ from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Act, Labelled, Rival, Said
 from rrp_sheets.render.pack.source import Driver, Source, driver_refs
 from rrp_sheets.robots import DeviceType, Robot
-from rrp_sheets.robots.gestures import Gesture
+from rrp_sheets.robots.catalogue import Gesture
 from rrp_sheets.robots.trajectory import Planner
 from rrp_sheets.texts import capital
 

@@ -11,13 +11,12 @@ from functools import cached_property
 from typing import Any
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.checks.facts import BLANK, UNKNOWN, AbstractValue
+from rrp_sheets.checks.facts import BLANK, UNKNOWN, AbstractValue, known_of
 from rrp_sheets.checks.protocol import channel
-from rrp_sheets.checks.reasoning import known_of
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.formulas import HelperDef
-from rrp_sheets.formulas.nodes import IfError, Join, Pick, Switch
+from rrp_sheets.formulas.parsing import IfError, Join, Pick, Switch
 from rrp_sheets.graph import Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value, show

@@ -9,8 +9,8 @@ from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.perception.pinhole import Vector
-from rrp_sheets.robots.gestures import Gesture as Keyframes
-from rrp_sheets.robots.gestures import Keyframe
+from rrp_sheets.robots.catalogue import Gesture as Keyframes
+from rrp_sheets.robots.catalogue import Keyframe
 from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.actuators.tracker import Detection, Pointing
 from rrp_sheets.sim.arbitration import Job

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.recording.formatting import clock, unit_of
+from rrp_sheets.recording.timeline import clock, unit_of
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.texts import N_, sentences

@@ -18,8 +18,7 @@ from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, Record, Value
-from rrp_sheets.recording.formatting import clock, value_text
-from rrp_sheets.recording.timeline import Drag, dragged
+from rrp_sheets.recording.timeline import Drag, clock, dragged, value_text
 from rrp_sheets.runs.run_data import QUIET_US, Commands, RunStart, Summary
 from rrp_sheets.texts import N_, sentences
 

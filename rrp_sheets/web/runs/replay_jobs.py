@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.replay.apart import Stopped, replay_apart
+from rrp_sheets.replay.replaying import Stopped, replay_apart
 from rrp_sheets.texts import N_
 from rrp_sheets.web.models import said
 

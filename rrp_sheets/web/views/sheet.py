@@ -14,7 +14,7 @@ from werkzeug.exceptions import BadRequest
 from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.checks.fixing import replaced
-from rrp_sheets.diagnostics.fix import Fix, Insert, Put
+from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Cells, Grid, GridColumn, RestoreRows
 from rrp_sheets.documents.workfile import write_block_reason
