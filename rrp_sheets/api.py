@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from rrp_sheets.replay import Replayed
     from rrp_sheets.runs import RunObserver, RunResult, RunSettings
     from rrp_sheets.runs.run_process import RunOutcome
-    from rrp_sheets.services.bundle.packing import Packed
+    from rrp_sheets.services.bundle_packing import Packed
     from rrp_sheets.services.changes_drawn import Compared
     from rrp_sheets.services.edited_copies import CellSet
     from rrp_sheets.services.posing import Posed
@@ -435,7 +435,7 @@ def pack(
         UnreadableFile: when the workbook cannot be read.
         SheetsError: when there is no such run, or the bundle cannot be written.
     """
-    from rrp_sheets.services.bundle.packing import pack_with_protocol
+    from rrp_sheets.services.bundle_packing import pack_with_protocol
 
     made, approved = (None if p is None else Path(p) for p in (target, against))
     return pack_with_protocol(Path(path), made, runs, approved, today)

@@ -21,8 +21,8 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.own_robot import files_of, own_robot
-from rrp_sheets.services.bundle.packing import pack
-from rrp_sheets.services.bundle.unpacking import unpack
+from rrp_sheets.services.bundle_packing import pack
+from rrp_sheets.services.bundles import unpack
 
 
 @pytest.fixture(scope="module")

@@ -22,13 +22,11 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.workbook import Address, Behaviour, Cell, Row, Workbook
-from rrp_sheets.render import dot as layout_module
-from rrp_sheets.render.boxes import Marks, make_drawing
+from rrp_sheets.render import boxes as layout_module
+from rrp_sheets.render.boxes import Marks, binaries, dot_text, lay_out, make_drawing
 from rrp_sheets.render.diagram import draw_diagram, split_steps, to_dot
-from rrp_sheets.render.dot import binaries, dot_text, lay_out
-from rrp_sheets.render.measure import columns, wrap
 from rrp_sheets.render.output import write_diagram
-from rrp_sheets.render.style import LEAST_SCALE, WRAPPINGS
+from rrp_sheets.render.style import LEAST_SCALE, WRAPPINGS, columns, wrap
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 
@@ -315,7 +313,7 @@ def test_an_unknown_suffix_is_refused(tmp_path):
 
 
 def test_a_missing_japanese_font_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("rrp_sheets.render.measure.FONTS", tmp_path / "none")
+    monkeypatch.setattr("rrp_sheets.render.style.FONTS", tmp_path / "none")
     graph = graph_of(*JAPANESE)
     (warning,) = write_diagram(draw_diagram(graph, graph.behaviours[0]), tmp_path / "x.png")
     assert "Japanese font" in warning

@@ -18,8 +18,7 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, ChangedBehaviour
 from rrp_sheets.render.change_diagram import MOST_DRAWN, draw_changes, drawn_rows, legend_page
 from rrp_sheets.render.diagram import draw_legend
-from rrp_sheets.render.measure import escape
-from rrp_sheets.render.style import SANS
+from rrp_sheets.render.style import SANS, escape
 from rrp_sheets.services.changes_drawn import Compared
 
 ROW_5 = "| | | Steady | filter | steady < 20 | Close ball | |\n"

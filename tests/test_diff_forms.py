@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from test_diff import BASE, ROW_5, edited
 
 from rrp_sheets import api
-from rrp_sheets.cli.diff import text_form
 from rrp_sheets.cli.main import group
+from rrp_sheets.cli.show import text_form
 from rrp_sheets.compare.as_html import as_html
 from rrp_sheets.compare.side import open_workbook
 from rrp_sheets.resources import bundled

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from play import check, findings, play, rows
 
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.engine.runners import FrameRunner
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.model.names import key
 
 YAW, PITCH = "Head yaw", "Head pitch"

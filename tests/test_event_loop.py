@@ -13,12 +13,12 @@ import pytest
 from busy import crowded
 from play import Played, check, rows
 
-from rrp_sheets.engine import realtime_runner
+from rrp_sheets.engine import runners
 from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import EventQueue, RealtimeAdapter
-from rrp_sheets.engine.realtime_runner import ActuatorThread, RealtimeRunner
 from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.engine.runners import ActuatorThread, RealtimeRunner
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Arrivals, Command, Notice
 
@@ -137,7 +137,7 @@ def test_a_device_that_does_not_start_is_told_with_its_cell_and_nothing_is_left_
 
 
 def test_a_device_that_hangs_at_its_start_is_told(monkeypatch):
-    monkeypatch.setattr(realtime_runner, "START_WITHIN", 0.2)
+    monkeypatch.setattr(runners, "START_WITHIN", 0.2)
     world = World(headyaw={"start": hang})
     with pytest.raises(RunBroken, match="did not start within"):
         runner(world)
@@ -181,7 +181,7 @@ def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
 
 
 def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
-    monkeypatch.setattr(realtime_runner, "REST_WITHIN", 0.3)
+    monkeypatch.setattr(runners, "REST_WITHIN", 0.3)
     taken = threading.Event()
     world = World(say={"take": hang}, print={"take": lambda value: taken.set()})
     made = runner(world)
@@ -201,7 +201,7 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
 
 
 def test_a_hanging_sensor_does_not_keep_the_actuators_from_their_rest(monkeypatch):
-    monkeypatch.setattr(realtime_runner, "STOP_WITHIN", 0.2)
+    monkeypatch.setattr(runners, "STOP_WITHIN", 0.2)
     world = World(headyaw={"stop": hang})
     made = runner(world)
     assert ["Head yaw" in h.text for h in made.stop()] == [True]

@@ -31,7 +31,7 @@ from rrp_sheets.recording.folder import stamp_pictures
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
-from rrp_sheets.services.bundle import manifest
+from rrp_sheets.services import bundles
 from rrp_sheets.workbook.table import write_table
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -359,7 +359,7 @@ def test_every_picture_says_where_it_comes_from_and_is_found_by_the_code(session
         shutil.copy(session / name, out / name)
     api.pack(tmp_path / "good.xlsx", out / "bundle.zip", runs=[session.name])
     with zipfile.ZipFile(out / "bundle.zip") as packed:
-        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(manifest.LIST)}
+        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(bundles.LIST)}
     for told in ("0" * 64, "0.2.0", "simulated", "7", "P-01"):
         assert [name for name, data in written.items() if told.encode() not in data] == [], told
     packed = ("film.gif", "marbles.pdf", "plots.pdf")  # not searched

@@ -20,8 +20,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.catalogue import Keyframe, load_gestures
 from rrp_sheets.robots.trajectory import MARGIN, JointLimits, Planner
-from rrp_sheets.sim.body import STEP
-from rrp_sheets.sim.keyframes import Motion, Motions
+from rrp_sheets.sim.body import STEP, Motion, Motions
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.world import SimWorld
 

@@ -19,14 +19,14 @@ from rrp_sheets.cli.formula import formula_command
 from rrp_sheets.diagnostics import CODES, Severity
 from rrp_sheets.diagnostics.catalogue import PAGES, completed, load_page, parse_page
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.engine.runners import FrameRunner
 from rrp_sheets.formulas import compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import define
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.registry import Registry
 from rrp_sheets.robots import load_robot
 

@@ -20,8 +20,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
-from rrp_sheets.help.connector_marbles import marbles, workbook
-from rrp_sheets.help.connectors import IN_USE, one_connector
+from rrp_sheets.help.connectors import IN_USE, marbles, one_connector, workbook
 from rrp_sheets.help.devices import DONE_EXAMPLE
 from rrp_sheets.help.functions import examples, typed
 from rrp_sheets.help.layout import checked

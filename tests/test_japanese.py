@@ -15,9 +15,8 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
-from rrp_sheets.render.measure import width
 from rrp_sheets.render.sentences import explain, explain_text
-from rrp_sheets.render.style import NAME_PT, PAGE
+from rrp_sheets.render.style import NAME_PT, PAGE, width
 from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot

@@ -20,7 +20,7 @@ from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.help.connector_marbles import example_score
+from rrp_sheets.help.connectors import example_score
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.marble_diagram import (
     Bar,
@@ -34,9 +34,8 @@ from rrp_sheets.render.marble_diagram import (
     nice_step,
 )
 from rrp_sheets.render.marble_drawing import draw_marbles
-from rrp_sheets.render.measure import columns
 from rrp_sheets.render.output import write_marbles
-from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE
+from rrp_sheets.render.style import LANDSCAPE, LEAST_SCALE, columns
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests
 from rrp_sheets.testing.case_output import around_failures, scores

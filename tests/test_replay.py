@@ -15,7 +15,7 @@ from play import rows
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.run_files import RecordedEvent
 from rrp_sheets.replay.replaying import replay

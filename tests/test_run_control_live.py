@@ -20,12 +20,11 @@ from hypothesis import strategies as st
 from play import check, rows
 
 from rrp_sheets import api
-from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import RealtimeAdapter
-from rrp_sheets.engine.realtime_runner import RealtimeRunner
-from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.engine.run_events import CommandQueue, RunObserver
+from rrp_sheets.engine.runners import RealtimeRunner
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Arrivals, State, WorldSnapshot
 from rrp_sheets.resources import bundled

@@ -12,7 +12,7 @@ from panel import HEADER
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.running import run

@@ -14,7 +14,7 @@ from rrp_sheets.model.workbook import Address, Cell, SceneRow
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_sheet import parse_scene, scene_end_us
 from rrp_sheets.scene.scene_words import COLOURS
-from rrp_sheets.sim.colours import parse_colour
+from rrp_sheets.sim.appearance import parse_colour
 
 ROBOT = load_robot()
 

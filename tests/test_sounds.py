@@ -18,8 +18,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.robots import load_robot
 from rrp_sheets.robots.media_files import BadSoundError, Wave, read_wave
 from rrp_sheets.sim.process import Spec
-from rrp_sheets.sim.sounds import RATE, SOUNDS, from_wave, louder, own_sound
-from rrp_sheets.sim.voice import LONGEST, espeak
+from rrp_sheets.sim.sounds import LONGEST, RATE, SOUNDS, espeak, from_wave, louder, own_sound
 from rrp_sheets.sim.world import SimWorld
 
 NAO = load_robot()

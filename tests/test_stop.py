@@ -35,7 +35,7 @@ from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.run_data import RunSettings
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.sim.process import REQUESTS, Simulator, Spec
-from rrp_sheets.sim.voice import espeak
+from rrp_sheets.sim.sounds import espeak
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode
 
@@ -351,7 +351,7 @@ os._exit(1)
 SIMULATOR = """
 import os
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim.voice import espeak
+from rrp_sheets.sim.sounds import espeak
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.process import Simulator
 from rrp_sheets.workers.codec import pack

@@ -8,12 +8,12 @@ import pytest
 from play import check, rows
 
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.engine.runners import FrameRunner
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.model.run_files import RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.recording.table import tidy_table

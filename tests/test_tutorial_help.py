@@ -11,7 +11,7 @@ from browser import get, visit
 from flask.testing import FlaskClient
 
 from rrp_sheets.connectors import connectors
-from rrp_sheets.help.connector_marbles import draw_example, example_score, marbles
+from rrp_sheets.help.connectors import draw_example, example_score, marbles
 from rrp_sheets.render.marble_diagram import Bar, Group, Lane, Marble, MarbleDiagram
 
 NAMES = sorted({c.name for c in connectors()})

@@ -168,7 +168,7 @@ def test_a_diagram_that_is_not_there(folder: Path) -> None:
 
 
 def test_a_diagram_that_cannot_be_drawn_says_why(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.render.dot.binaries", list)
+    monkeypatch.setattr("rrp_sheets.render.boxes.binaries", list)
     answer = get(visit(folder), "/book/good.md/diagram/1.svg")
     assert answer.status_code == 200 and "Diagrams need Graphviz" in answer.text
 

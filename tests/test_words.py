@@ -17,10 +17,10 @@ from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
 from rrp_sheets.perception.word_recognition import Ear, split
 from rrp_sheets.robots import load_robot
-from rrp_sheets.sim import voice as voices
+from rrp_sheets.sim import sounds as voices
 from rrp_sheets.sim.process import Spec
+from rrp_sheets.sim.sounds import Speech
 from rrp_sheets.sim.talk import noise, voice_of
-from rrp_sheets.sim.voice import Speech
 from rrp_sheets.sim.world import SimWorld
 
 NAO = load_robot()

@@ -16,7 +16,7 @@ from tested import TRACKING, held, sheet
 
 from rrp_sheets import api
 from rrp_sheets.checks.send_expect import fields, half_of_last_digit, in_quotes, literal
-from rrp_sheets.cli.test import test_command as command
+from rrp_sheets.cli.check import test_command as command
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.resources import bundled
 from rrp_sheets.testing import run_tests

@@ -165,7 +165,7 @@ def _confirmed(participant: str) -> bool:
 
 def _table(found: Sequence[RunMetadata]) -> list[str]:
     from rrp_sheets.recording.metadata import ended, length
-    from rrp_sheets.render.measure import clean, columns
+    from rrp_sheets.render.style import clean, columns
 
     rows = [_HEADS]
     for f in found:

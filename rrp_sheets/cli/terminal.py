@@ -18,7 +18,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_, translate
 
 if TYPE_CHECKING:
-    from rrp_sheets.services.bundle.unpacking import Bundle
+    from rrp_sheets.services.bundles import Bundle
 
 AFTER = 2.0  # s: what is quicker needs no word
 _MOST_NOTES = 20
@@ -139,7 +139,7 @@ def runs_of(path: Path) -> tuple[Path, ...]:
 
 def _opened(ctx: click.Context, path: Path) -> Bundle:
     """Unpack a bundle, and print the notes on it."""
-    from rrp_sheets.services.bundle.unpacking import unpacked
+    from rrp_sheets.services.bundles import unpacked
 
     bundle = ctx.with_resource(unpacked(path))
     for note in bundle.notes[:_MOST_NOTES]:

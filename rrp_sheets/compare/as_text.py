@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
-from rrp_sheets.compare.tokens import single
+from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison, single
 from rrp_sheets.texts import N_
 
 SCHEMA = 1  # of the data; grows when an entry changes its meaning or goes

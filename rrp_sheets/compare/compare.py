@@ -14,12 +14,11 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
+from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison, meanings, pieces
 from rrp_sheets.compare.detail import detail, gesture_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import Match, helper_meaning, match
 from rrp_sheets.compare.rows import RENAMED, WRITTEN, row_changes
 from rrp_sheets.compare.side import DeviceView, Side, different
-from rrp_sheets.compare.tokens import meanings, pieces
 from rrp_sheets.model.changed import ChangedBehaviour
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value

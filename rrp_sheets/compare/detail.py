@@ -7,11 +7,10 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 
-from rrp_sheets.compare.changes import Change
+from rrp_sheets.compare.changes import Change, as_typed, helpers_in
 from rrp_sheets.compare.match import Match, Pairs
 from rrp_sheets.compare.rows import WRITTEN
 from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side, different
-from rrp_sheets.compare.tokens import as_typed, helpers_in
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.formulas.tables import value_of
 from rrp_sheets.model import changed as c

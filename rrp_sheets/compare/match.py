@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TypeVar
 
+from rrp_sheets.compare.changes import shape, shape_of
 from rrp_sheets.compare.side import BehaviourView, RowView, Side
-from rrp_sheets.compare.tokens import shape, shape_of
 from rrp_sheets.model.names import key
 
 _ALIKE = 0.55  # of 1: inputs 0.3, formula 0.35, connector 0.2, output 0.15

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
-from rrp_sheets.compare.changes import Change
+from rrp_sheets.compare.changes import Change, meanings, pieces, shape
 from rrp_sheets.compare.match import Match, out_of_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
-from rrp_sheets.compare.tokens import meanings, pieces, shape
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.texts import N_, listed
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 
 from rrp_sheets.checks import Checked, check_workbook
-from rrp_sheets.compare.tokens import helpers_in, meanings, shape_of
+from rrp_sheets.compare.changes import helpers_in, meanings, shape_of
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.formulas import Formula, HelperDef

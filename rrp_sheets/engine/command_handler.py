@@ -14,10 +14,16 @@ from typing import Protocol
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
-from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.engine import Engine, switch_text
 from rrp_sheets.engine.live_edits import Editor
-from rrp_sheets.engine.run_events import OperatorEvent, PauseEvent, RefusalEvent, RunObserver
+from rrp_sheets.engine.run_events import (
+    CommandQueue,
+    OperatorCommand,
+    OperatorEvent,
+    PauseEvent,
+    RefusalEvent,
+    RunObserver,
+)
 from rrp_sheets.engine.scene import SceneEntities
 from rrp_sheets.engine.value_injector import ValueInjector
 from rrp_sheets.errors import RunBroken, SheetsError

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.checks import Checked, check_workbook
-from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.engine import Engine
 from rrp_sheets.engine.plan import Plan, make_plan
+from rrp_sheets.engine.run_events import CommandQueue, OperatorCommand
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Step
 from rrp_sheets.model.exchange import OperatorAction

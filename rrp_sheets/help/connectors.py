@@ -1,13 +1,25 @@
-"""`help connectors`: the list; `help sample`: one of them, with its example run."""
+"""`help connectors`: the list; `help sample`: one of them, with its example run as marbles.
+
+The marbles are a small picture or plain text, made by running the example in virtual time. The picture is for a narrow
+panel whose style sheet gives the colours and fonts. `render.marble_drawing` draws for paper: whole behaviours, in
+points, with colours of its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
-from rrp_sheets.help.connector_marbles import MARK_US, can_be_run, input_names, marbles, output_name, parts, workbook
+from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.help.layout import checked, entries, grids, heading, paragraph, titled
+from rrp_sheets.model.exchange import Arrivals, Command, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.names import key
+from rrp_sheets.model.values import Failure, Record, Value
+from rrp_sheets.render.marble_diagram import Bar, Lane, Marble, MarbleDiagram, make_score, short
 from rrp_sheets.workbook.schema import BEHAVIOUR
 
 _INPUTS, _CONNECTOR, _FORMULA, _OUTPUT = (column.name for column in BEHAVIOUR.required)
@@ -94,3 +106,258 @@ def _count(connector: Connector) -> str:
         return {1: "one", 2: "two"}.get(least, str(least))
     words = {1: "one", 2: "two"}.get(least, str(least))
     return f"{words} or more" if most is None else f"{words} to {most}"
+
+
+MARK_US = 100_000
+"""Time, in µs, that one place in a row of marbles represents."""
+_AFTER_US = 1_000_000  # what may still come after the last marble
+_MARBLES = re.compile(r"[-\w]*-[-\w]*")
+_NAMES = ("First", "Second", "Third", "Fourth")
+_JOINTS = ("HeadYaw", "HeadPitch", "LHand", "RHand")
+
+
+def parts(connector: Connector) -> tuple[list[str], str]:
+    """The example's rows of marbles, and its formula or period (empty when there is none)."""
+    rows = [text for text in connector.example if _MARBLES.fullmatch(text)]
+    rest = [text for text in connector.example if not _MARBLES.fullmatch(text)]
+    return rows, rest[0] if rest else ""
+
+
+def can_be_run(connector: Connector) -> bool:
+    """Return whether the connector has an example that makes a workbook without errors."""
+    return 1 <= len(parts(connector)[0]) <= len(_NAMES) and not checked(workbook(connector)).report.errors
+
+
+def input_names(count: int) -> list[str]:
+    """Return the names of that many inputs; a single one is `Input`."""
+    return ["Input"] if count == 1 else list(_NAMES[:count])
+
+
+def workbook(connector: Connector) -> str:
+    """The example as a workbook: sensors whose values the rows of marbles give, and one row with the connector."""
+    rows, parameter = parts(connector)
+    names = input_names(len(rows))
+    body = [f'| {name} sensor | map | IF(TRUE; value; "") | {name} |' for name in names]  # so it loses the joint's unit
+    body.append(f"| {', '.join(names)} | {connector.name} | {parameter} | {output_name(connector)} |")
+    if not connector.is_sink:
+        body.append("| Output | subscribe | | Print |")
+    joints = [f"| {name} sensor | JointPosition | {joint} |" for name, joint in zip(names, _JOINTS, strict=False)]
+    return "\n".join([
+        "## Example", "| Input streams | Connector | Formula | Output stream |", "|---|---|---|---|", *body, "",
+        "## Devices", "| Stream | Device | Joint |", "|---|---|---|", *joints,
+    ])  # fmt: skip
+
+
+def example_score(connector: Connector) -> MarbleDiagram:
+    """Run a connector's example, and return what goes in and what comes out as a marble diagram."""
+    from rrp_sheets.engine.engine import FrameEngine
+    from rrp_sheets.engine.plan import make_plan
+    from rrp_sheets.engine.runners import FrameRunner
+
+    rows, _ = parts(connector)
+    names = input_names(len(rows))
+    sent = [
+        (at * MARK_US, key(f"{name} sensor"), int(c) if c.isdigit() else c)
+        for name, row in zip(names, rows, strict=True)
+        for at, c in enumerate(row)
+        if c != "-"
+    ]
+    book, log = checked(workbook(connector)), _Log()
+    world, last_us = ScriptedWorld(sent), max((us for us, _, _ in sent), default=0)
+    FrameRunner(world, lambda: FrameEngine(make_plan(book), log)).go(last_us + _AFTER_US, RunObserver())
+    whole = make_score(book.graph, book.graph.behaviours[0], log.events, log.errors)
+    groups = {group.lane.label: group for group in whole.groups}
+    output = groups[output_name(connector)]
+    bars = tuple(replace(bar, row=0) for bar in output.bars)
+    shown = (*(replace(groups[name], bars=()) for name in names), replace(output, bars=bars))
+    return MarbleDiagram(connector.name, shown, 0, whole.last_us)
+
+
+def output_name(connector: Connector) -> str:
+    """Return the name of the example's output stream."""
+    return "Print" if connector.is_sink else "Output"
+
+
+class _Log(RunObserver):
+    """Log of an engine: its events and errors, as marble diagrams take them."""
+
+    def __init__(self) -> None:
+        self.events: list[tuple[int, str, str, Value]] = []
+        self.errors: list[tuple[int, str, str]] = []
+
+    def event(self, us: int, stream: str, row: str, value: Value) -> None:
+        self.events.append((us, stream, row, value))
+
+    def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        self.errors.append((us, row, failure.message))
+
+
+def marbles(connector: Connector) -> list[tuple[str, str]]:
+    """The lines of the picture: a name and a row of marbles each; the last one is what came out of a run."""
+    lanes = {lane.label: _places(lane) for lane in example_score(connector).lanes}
+    length = max(max((*map(len, parts(connector)[0]), *(at + 1 for at in places))) for places in lanes.values())
+    width = max(len(mark) for places in lanes.values() for mark in ("-", *places.values()))
+    return [
+        (name, "".join(places.get(at, "-").ljust(width, "-") for at in range(length))) for name, places in lanes.items()
+    ]
+
+
+def _places(lane: Lane) -> dict[int, str]:
+    """Return the marbles of a stream by their place in its row: `a`, or `(ab)` for several."""
+    found: dict[int, list[str]] = {}
+    for marble in lane.marbles:
+        found.setdefault(round(marble.us / MARK_US), []).append(example_value(marble.value))
+    return {at: texts[0] if len(texts) == 1 else f"({','.join(texts)})" for at, texts in found.items()}
+
+
+class ScriptedWorld:
+    """World that gives prepared values, for checking behaviours in virtual time.
+
+    Attributes:
+        received: the commands that came, with the time of the frame they were given in.
+        acted: what people did to the world.
+    """
+
+    def __init__(self, events: Iterable[tuple[int, str, Value]]) -> None:
+        self._events = sorted(events, key=lambda e: e[0])
+        self._next = 0
+        self._last_us = 0
+        self.received: list[tuple[int, Command]] = []
+        self.acted: list[SceneAction] = []
+
+    def start(self) -> Arrivals:
+        """The values of time 0."""
+        return Arrivals(self._until(0))
+
+    def advance(self, now_us: int, commands: Sequence[Command]) -> Arrivals:
+        """The values since the frame before."""
+        self.received.extend((self._last_us, c) for c in commands)
+        self._last_us = now_us
+        return Arrivals(self._until(now_us))
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Nothing is there that could be moved: it is only collected."""
+        self.acted.extend(actions)
+
+    def show(self, picture: bool) -> WorldSnapshot:
+        """There is nothing to see."""
+        return WorldSnapshot(State({}, (), (), "", {}))
+
+    def stop(self) -> None:
+        """Nothing to let go of."""
+
+    def _until(self, us: int) -> list[tuple[str, Value]]:
+        first = self._next
+        while self._next < len(self._events) and self._events[self._next][0] <= us:
+            self._next += 1
+        return [(stream, value) for _, stream, value in self._events[first : self._next]]
+
+
+# ---- the picture
+_WIDE = 400  # pixels, where the marbles have room in it
+_NAME, _RIGHT, _LANE, _BAR, _AXIS = 52, 40, 36, 32, 24
+_RADIUS, _LETTER, _GAP = 12, 4, 4  # of a marble; half a letter's width; between two marbles
+_STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # seconds between the marks of the time
+_LEAST_STEP = 44  # pixels
+
+
+def draw_example(score: MarbleDiagram) -> Markup:
+    """Draw the example of a connector: its inputs, a bar for the connector, the output (the last group), the time."""
+    *inputs, output = score.groups
+    lanes = [group.lane for group in inputs]
+    time = _Time(max(score.last_us, 1) / 1e6, (*lanes, output.lane))
+    pieces, y = [], 16
+    for lane in lanes:
+        pieces.append(_lane(lane, y, time))
+        y += _LANE
+    for bar in output.bars:
+        pieces.append(_bar(bar, y, time))
+        y += _BAR + 6
+    pieces.append(_lane(output.lane, y + 4, time, out=True))
+    wide, high = time.wide, y + _LANE + _AXIS - 12
+    pieces.append(_axis(time, high - 6))
+    told = "; ".join(
+        [*map(_told, lanes), *(f"{b.connector} {b.formula}".strip() for b in output.bars), _told(output.lane)]
+    )
+    return Markup(
+        f'<svg class="marble-picture" viewBox="0 0 {wide} {high}" width="{wide}" height="{high}" role="img" '
+        f'aria-label="{escape(told)}">{"".join(pieces)}</svg>'
+    )
+
+
+class _Time:
+    """Horizontal time scale of an example, wide enough that marbles overlap neither each other nor the name."""
+
+    def __init__(self, span: float, lanes: Sequence[Lane]) -> None:
+        self.span = span
+        self.left = _NAME + max((_half(lane.marbles[0]) for lane in lanes if lane.marbles), default=_RADIUS)
+        self.scale = max((_WIDE - self.left - _RIGHT) / span, *map(_least, lanes))
+        self.wide = round(self.left + span * self.scale + _RIGHT)
+
+    def x(self, seconds: float) -> float:
+        return round(self.left + seconds * self.scale, 1)
+
+
+def _least(lane: Lane) -> float:
+    """Return the pixels per second at which no two marbles of a stream touch."""
+    pairs = zip(lane.marbles, lane.marbles[1:], strict=False)
+    return max(((_half(a) + _half(b) + _GAP) / max((b.us - a.us) / 1e6, 0.05) for a, b in pairs), default=0.0)
+
+
+def _lane(lane: Lane, y: int, time: _Time, *, out: bool = False) -> str:
+    marbles = []
+    round_by = 2 if lane.kind == "actuator" else _RADIUS  # a square, as in the diagram
+    for marble in lane.marbles:
+        x, half = time.x(marble.us / 1e6), _half(marble)
+        marbles.append(
+            f'<rect class="marble" x="{x - half:g}" y="{y - _RADIUS}" width="{2 * half}" height="{2 * _RADIUS}" '
+            f'rx="{round_by}"/><text class="value" x="{x:g}" y="{y + 4}">{escape(_text(marble))}</text>'
+        )
+    return (
+        f'<g class="lane is-{lane.kind}{" is-out" if out else ""}"><text class="name" x="0" y="{y + 4}">'
+        f'{escape(lane.label)}</text><path class="line" d="M{_NAME} {y}H{time.wide - 8}m-5 -4 5 4 -5 4"/>'
+        f"{''.join(marbles)}</g>"
+    )
+
+
+def _bar(bar: Bar, y: int, time: _Time) -> str:
+    """Draw the bar of the connector, with ticks where its clock acts."""
+    top = y - _BAR // 2
+    ticks = "".join(f'<path class="tick" d="M{time.x(us / 1e6):g} {top}v-6"/>' for us in bar.ticks)
+    formula = f' <tspan class="formula">{escape(bar.formula)}</tspan>' if bar.formula else ""
+    return (
+        f'<g class="bar"><rect x="{_NAME}" y="{top}" width="{time.wide - _NAME - 8}" height="{_BAR - 4}" rx="4"/>'
+        f'<g class="sign" transform="translate({_NAME + 8} {top + 8})">{bar.icon}</g>'
+        f'<text x="{_NAME + 28}" y="{top + 18}">{escape(bar.connector)}{formula}</text>{ticks}</g>'
+    )
+
+
+def _axis(time: _Time, y: int) -> str:
+    step = next((s for s in _STEPS if s * time.scale >= _LEAST_STEP), _STEPS[-1])
+    times = (step * n for n in range(int(time.span / step + 1e-6) + 1))
+    marks = "".join(f'<text class="time" x="{time.x(t):g}" y="{y}">{t:.3g} s</text>' for t in times)
+    return f'<g aria-hidden="true">{marks}</g>'
+
+
+def _half(marble: Marble) -> int:
+    return max(_RADIUS, len(_text(marble)) * _LETTER + 4)
+
+
+def _text(marble: Marble) -> str:
+    return "!" if marble.error else example_value(marble.value)
+
+
+def _told(lane: Lane) -> str:
+    found: Iterable[str] = (f"{_text(m)} at {m.us / 1e6:g} s" for m in lane.marbles)
+    return f"{lane.label}: {', '.join(found) or 'nothing'}"
+
+
+def example_value(value: Value) -> str:
+    """Return a value as it stands on a marble of an example; a record as the values of its fields.
+
+    >>> example_value(0.12345), example_value("red"), example_value(None)
+    ('0.123', 'red', 'blank')
+    """
+    if isinstance(value, Record):
+        return f"({'; '.join(example_value(v) for v in value.as_dict().values())})"
+    return short(value)

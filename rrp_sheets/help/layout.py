@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from rrp_sheets.model.workbook import column_letters
-from rrp_sheets.render.measure import columns as text_columns
+from rrp_sheets.render.style import columns as text_columns
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked

@@ -18,22 +18,26 @@ from rrp_sheets.model.changed import (
     ComparableText,
     Link,
 )
-from rrp_sheets.render.boxes import Arrow, Box, BoxLine, Drawing, Note, row_box, stream_box
+from rrp_sheets.render.boxes import TIMEOUT, Arrow, Box, BoxLine, Drawing, Note, dot_text, lay_out, row_box, stream_box
 from rrp_sheets.render.diagram import Page, split
-from rrp_sheets.render.dot import TIMEOUT, dot_text, lay_out
-from rrp_sheets.render.measure import OTHER_FACES, Line, clean, marked_lines, width, wrap_whole
 from rrp_sheets.render.style import (
     DASHES,
     LANDSCAPE,
     MOST_ROWS,
     NAME_COLUMNS,
     NAME_PT,
+    OTHER_FACES,
     PADDING,
     PAGE,
     SIGN,
     SMALL_PT,
     SOFT,
     STATUS_STYLES,
+    Line,
+    clean,
+    marked_lines,
+    width,
+    wrap_whole,
 )
 from rrp_sheets.render.svg import draw_sign, draw_svg, frame, text
 

@@ -10,9 +10,19 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
-from rrp_sheets.render.boxes import FROM_OUTSIDE, Box, Drawing, Marks, Note, make_drawing
-from rrp_sheets.render.dot import TIMEOUT, Layout, dot_file, dot_text, lay_out
-from rrp_sheets.render.measure import clean, width
+from rrp_sheets.render.boxes import (
+    FROM_OUTSIDE,
+    TIMEOUT,
+    Box,
+    Drawing,
+    Layout,
+    Marks,
+    Note,
+    dot_file,
+    dot_text,
+    lay_out,
+    make_drawing,
+)
 from rrp_sheets.render.style import (
     BADGE,
     BESIDE_A_TABLE,
@@ -27,6 +37,8 @@ from rrp_sheets.render.style import (
     PADDING,
     PAGE,
     WRAPPINGS,
+    clean,
+    width,
 )
 from rrp_sheets.render.svg import draw_badge, draw_box, draw_flag, draw_icon, draw_svg, frame, text
 from rrp_sheets.render.texts import Texts, texts

@@ -10,7 +10,7 @@ from rrp_sheets.graph import BehaviourGraph, Graph, Step, StreamKind
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
-from rrp_sheets.render.measure import clean, columns, shortened
+from rrp_sheets.render.style import clean, columns, shortened
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.texts import N_, listed, translate
 

@@ -20,7 +20,6 @@ from rrp_sheets.render.marble_diagram import (
     seconds_label,
     short,
 )
-from rrp_sheets.render.measure import clean, escape, shortened, width, wrap
 from rrp_sheets.render.style import (
     BADGE,
     DASHES,
@@ -34,6 +33,11 @@ from rrp_sheets.render.style import (
     OFF_LINE,
     SMALL_PT,
     SOFT,
+    clean,
+    escape,
+    shortened,
+    width,
+    wrap,
 )
 from rrp_sheets.render.svg import draw_icon, frame, text
 from rrp_sheets.render.texts import Texts, texts

@@ -16,8 +16,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend, to_dot
 from rrp_sheets.render.marble_diagram import MarbleDiagram, marble_text
 from rrp_sheets.render.marble_drawing import draw_marbles
-from rrp_sheets.render.measure import clean, escape, typeset
-from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT
+from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT, clean, escape, typeset
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import N_, listed

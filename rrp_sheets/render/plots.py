@@ -13,9 +13,8 @@ from math import floor
 from statistics import median
 
 from rrp_sheets.render.marble_diagram import nice_step
-from rrp_sheets.render.measure import clean, shortened, width, wrap
 from rrp_sheets.render.output import metadata
-from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT
+from rrp_sheets.render.style import EDGE, FILL_AND_LINE, INK, NAME_PT, SMALL_PT, SOFT, clean, shortened, width, wrap
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import Texts, texts
 

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
-from rrp_sheets.render.boxes import ROW_TEXT_LEFT, SIGN_INDENT, Arrow, Box, Drawing
-from rrp_sheets.render.dot import Layout, Point, Way
-from rrp_sheets.render.measure import Line, clean, escape, width
+from rrp_sheets.render.boxes import ROW_TEXT_LEFT, SIGN_INDENT, Arrow, Box, Drawing, Layout, Point, Way
 from rrp_sheets.render.style import (
     BADGE,
     BOX,
@@ -33,6 +31,10 @@ from rrp_sheets.render.style import (
     SOFT,
     STATUS_STYLES,
     VALUE_LINE,
+    Line,
+    clean,
+    escape,
+    width,
 )  # fmt: skip
 from rrp_sheets.render.texts import Texts, texts
 

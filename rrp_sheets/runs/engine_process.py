@@ -14,9 +14,8 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
 from rrp_sheets.engine.ports import PLACES
-from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
+from rrp_sheets.engine.run_events import CommandQueue, NoticeEvent, OperatorCommand, RunEvent, RunObserver
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice
 from rrp_sheets.private import only_for_this_user

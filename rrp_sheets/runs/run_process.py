@@ -19,9 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.engine.command_queue import OperatorCommand
 from rrp_sheets.engine.ports import INSTANT, NO_ROW, PLACES, RANK, SETTLING, Heartbeat
-from rrp_sheets.engine.run_events import NoticeEvent, RunEvent, RunObserver
+from rrp_sheets.engine.run_events import NoticeEvent, OperatorCommand, RunEvent, RunObserver
 from rrp_sheets.engine.trace import notice_entry
 from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.model.exchange import Notice

@@ -15,14 +15,12 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.checks.check import folder_of
 from rrp_sheets.checks.facts import sensor_fact
 from rrp_sheets.engine.command_handler import buttons, label_of, switched
-from rrp_sheets.engine.command_queue import CommandQueue
 from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
-from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.ports import Heartbeat, Runner, World
 from rrp_sheets.engine.realtime import RealtimeAdapter
-from rrp_sheets.engine.realtime_runner import RealtimeRunner
-from rrp_sheets.engine.run_events import NoticeEvent, OperatorEvent, RunEvent, RunObserver
+from rrp_sheets.engine.run_events import CommandQueue, NoticeEvent, OperatorEvent, RunEvent, RunObserver
+from rrp_sheets.engine.runners import FrameRunner, RealtimeRunner
 from rrp_sheets.engine.scene import default_scene
 from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.engine.value_injector import OPEN_KINDS

@@ -21,8 +21,7 @@ import numpy as np
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.perception.faces import FaceModels
-from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.face_traits import AROUND, BACK, FRONT, HAIR, HEAD, NOSE, RINGS
+from rrp_sheets.sim.appearance import AROUND, BACK, FRONT, HAIR, HEAD, NOSE, RGB, RINGS
 from rrp_sheets.sim.portraits import Portrait, drawn, from_file
 from rrp_sheets.sim.shapes import CompoundShape, ellipsoid, turned
 
@@ -34,7 +33,7 @@ SHOE: RGB = (0.34, 0.33, 0.33)
 Spot = tuple[float, float, float]
 Colours = tuple[RGB, RGB, RGB]
 """Of shirt, trousers and skin."""
-FACES = 8  # drawn faces, see `face_traits`
+FACES = 8  # drawn faces, see `appearance`
 CHILDREN, ADULTS = (0, 1, 2), (3, 4, 5, 6, 7)
 _GROWN = ("adult", "therapist", "parent", "visitor")
 """Beginnings of the names of persons who are grown up; `Child` is none, and anybody else may be either."""

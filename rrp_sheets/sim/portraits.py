@@ -17,8 +17,7 @@ from PIL import UnidentifiedImageError
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.perception.faces import DetectedFace, FaceModels, Features
 from rrp_sheets.perception.pinhole import Pixels
-from rrp_sheets.sim.colours import RGB
-from rrp_sheets.sim.face_traits import PEOPLE, Traits, outline
+from rrp_sheets.sim.appearance import PEOPLE, RGB, Traits, outline
 from rrp_sheets.texts import N_
 
 FORMATS = ("PNG", "JPEG")
@@ -48,7 +47,7 @@ class Portrait:
         picture: the face from the front, square, red first; the head's outline touches its upper and lower edge.
         outline: half the head's width at a height (-1 to 1), in half heights.
         skin, hair: colours, 0 to 1.
-        style: of the hair, see `face_traits.Traits`.
+        style: of the hair, see `appearance.Traits`.
     """
 
     name: str
@@ -73,7 +72,7 @@ class Portrait:
 
 
 def drawn(face: int) -> Portrait:
-    """Return one of the drawn faces, by its place among `face_traits.PEOPLE`; beyond their number they repeat."""
+    """Return one of the drawn faces, by its place among `appearance.PEOPLE`; beyond their number they repeat."""
     place = face % len(PEOPLE)
     traits = PEOPLE[place]
     return Portrait(

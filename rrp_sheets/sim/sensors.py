@@ -18,9 +18,9 @@ from rrp_sheets.perception.faces import Faces
 from rrp_sheets.perception.pinhole import Pixels, Pose, Vector
 from rrp_sheets.perception.vision import Detector, Spot
 from rrp_sheets.robots.catalogue import Robot
+from rrp_sheets.sim.appearance import parse_colour
 from rrp_sheets.sim.body import STEPS_A_SECOND, Body
 from rrp_sheets.sim.camera import Eye
-from rrp_sheets.sim.colours import parse_colour
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.talk import Hearing
 from rrp_sheets.texts import N_

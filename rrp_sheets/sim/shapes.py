@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from rrp_sheets.perception.pinhole import Vector
-from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS, RGB, parse_colour
+from rrp_sheets.sim.appearance import BALL_COLOURS, COLOURS, RGB, parse_colour
 
 Point = Sequence[float] | Vector
 CLOTHES: tuple[RGB, ...] = ((0.42, 0.60, 0.62), (0.76, 0.64, 0.46), (0.60, 0.52, 0.68), (0.50, 0.62, 0.46))

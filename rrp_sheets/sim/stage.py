@@ -11,8 +11,7 @@ from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.sim import shapes
-from rrp_sheets.sim.colours import BALL_COLOURS, RGB, parse_colour
-from rrp_sheets.sim.face_traits import HEAD
+from rrp_sheets.sim.appearance import BALL_COLOURS, HEAD, RGB, parse_colour
 from rrp_sheets.sim.people import Heads, Looks, body, is_seated
 from rrp_sheets.sim.shapes import Cylinder, Solid, SolidBox, Sphere
 

@@ -20,9 +20,8 @@ from rrp_sheets.model.exchange import DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.perception.word_recognition import RATE, Ear, Listener, Signal, pieces
 from rrp_sheets.sim.arbitration import Tell
-from rrp_sheets.sim.sounds import Audio
+from rrp_sheets.sim.sounds import Audio, Espeak, Speech, keep
 from rrp_sheets.sim.stage import Stage
-from rrp_sheets.sim.voice import Espeak, Speech, keep
 from rrp_sheets.texts import N_
 
 MOST_TOLD = 5  # words that cannot be recognised, in one message

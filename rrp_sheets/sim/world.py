@@ -22,19 +22,18 @@ from rrp_sheets.robots.catalogue import REST_POSTURE
 from rrp_sheets.sim.actuators import Eyes, Parts, make_actuator
 from rrp_sheets.sim.actuators.tracker import Detection, Trackers
 from rrp_sheets.sim.arbitration import Arbiter, Tell
-from rrp_sheets.sim.body import EASY, STEP, STEPS_A_SECOND, Body
+from rrp_sheets.sim.body import EASY, STEP, STEPS_A_SECOND, Body, Motions
 from rrp_sheets.sim.camera import Eye, jpeg
 from rrp_sheets.sim.film import STALE_US, Film
-from rrp_sheets.sim.keyframes import Motions
 from rrp_sheets.sim.people import Heads, Looks
 from rrp_sheets.sim.portraits import studied
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.recording import Recording
 from rrp_sheets.sim.sensors import SENSORS, SamplingClock, Senses, Sight, Signals, tidy
+from rrp_sheets.sim.sounds import Speech, Voice
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
 from rrp_sheets.sim.talk import Hearing, Talk
-from rrp_sheets.sim.voice import Speech, Voice
 from rrp_sheets.texts import N_
 
 SOLVER_ROUNDS = 30  # of 50 usual: joints stay within 0.003 rad, a fifth faster

@@ -12,7 +12,7 @@ from rrp_sheets.checks import Checked
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.values import to_json
 from rrp_sheets.render.marble_diagram import MarbleDiagram, make_score, upstream
-from rrp_sheets.render.measure import clean
+from rrp_sheets.render.style import clean
 from rrp_sheets.render.texts import texts
 from rrp_sheets.testing.judge import CaseResult, RowResult, seconds
 from rrp_sheets.testing.run import TestReport

@@ -13,8 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.scene.scene_words import BALL_SIZE
-from rrp_sheets.sim.colours import BALL_COLOURS, COLOURS
-from rrp_sheets.sim.face_traits import BACK, FRONT, HAIR, HEAD, NOSE, PEOPLE, RINGS, outline
+from rrp_sheets.sim.appearance import BACK, BALL_COLOURS, COLOURS, FRONT, HAIR, HEAD, NOSE, PEOPLE, RINGS, outline
 from rrp_sheets.texts import N_
 
 _GREY = (0.6, 0.6, 0.6)

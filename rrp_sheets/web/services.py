@@ -8,7 +8,7 @@ from pathlib import Path
 from flask import current_app
 
 from rrp_sheets.runs.check_worker import CheckWorker
-from rrp_sheets.services.bundle.packing import Packer
+from rrp_sheets.services.bundle_packing import Packer
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.web.protocol_printer import ProtocolPrinter
 from rrp_sheets.web.run.run_session import RunManager
@@ -20,7 +20,7 @@ EXPORT_SECONDS = 150.0  # a table of a long run takes its time
 WORKER_MODULES = (
     "rrp_sheets.sim.world", "rrp_sheets.sim.film", "rrp_sheets.sim.server", "cv2", "psutil",
     "rrp_sheets.runs.engine_process", "rrp_sheets.runs.running", "rrp_sheets.drivers.simulated", "reactivex.operators",
-    "rrp_sheets.engine.realtime_runner", "rrp_sheets.recording.table", "rrp_sheets.workbook.maker",
+    "rrp_sheets.engine.runners", "rrp_sheets.recording.table", "rrp_sheets.workbook.maker",
     "rrp_sheets.documents.copies", "rrp_sheets.render.marble_drawing", "rrp_sheets.web.workbook_tests",
 )  # fmt: skip
 """Modules that worker processes of a server import: its fork server has them, so that a run begins a second earlier."""

@@ -16,8 +16,8 @@ from play import check, rows
 
 from rrp_sheets.engine.engine import EventEngine
 from rrp_sheets.engine.plan import make_plan
-from rrp_sheets.engine.realtime_runner import RealtimeRunner
 from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.engine.runners import RealtimeRunner
 
 JOINTS = ("Head yaw", "Head pitch", "L shoulder pitch", "L shoulder roll", "L elbow yaw", "L elbow roll",
           "R shoulder pitch", "R shoulder roll", "R elbow yaw", "R elbow roll")  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run

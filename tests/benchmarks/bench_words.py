@@ -16,7 +16,7 @@ import pytest
 
 from rrp_sheets.perception.word_recognition import RATE, Ear, Listener, pieces
 from rrp_sheets.sim import talk
-from rrp_sheets.sim.voice import Speech
+from rrp_sheets.sim.sounds import Speech
 
 SETTINGS = [text.split(", ") for text in (
     "yes, no", "red, blue, green", "doctor, blood test, x-ray", "again, next", "okay, stop, start", "left, right",

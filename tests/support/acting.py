@@ -8,9 +8,8 @@ import time
 from pathlib import Path
 
 from rrp_sheets.checks import check_workbook
-from rrp_sheets.engine.command_queue import CommandQueue, OperatorCommand
-from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.engine.run_events import CommandQueue, OperatorCommand, RunObserver
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.model.exchange import State, WorldSnapshot
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run

@@ -9,11 +9,11 @@ from tempfile import TemporaryDirectory
 from rrp_sheets import api
 from rrp_sheets.checks import Checked
 from rrp_sheets.engine.engine import FrameEngine
-from rrp_sheets.engine.frame_runner import FrameRunner
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.run_events import RunObserver
+from rrp_sheets.engine.runners import FrameRunner
 from rrp_sheets.engine.trace import stream_label
-from rrp_sheets.help.connector_marbles import ScriptedWorld
+from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record
 from rrp_sheets.robots import load_robot

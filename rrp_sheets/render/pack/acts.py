@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from rrp_sheets.graph import Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import show
-from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Act, Labelled, Rival, Said
 from rrp_sheets.render.pack.source import Driver, Source, driver_refs
+from rrp_sheets.render.style import clean
 from rrp_sheets.robots import DeviceType, Robot
 from rrp_sheets.robots.catalogue import Gesture
 from rrp_sheets.robots.trajectory import Planner

@@ -6,12 +6,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rrp_sheets.render.device_sentences import device_says
-from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import people
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
 from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.sentences import device_says
+from rrp_sheets.render.style import clean
 from rrp_sheets.texts import capital
 
 MOST_OCCASIONS = 8

@@ -16,7 +16,6 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.model.workbook import Behaviour, Row
 from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend
-from rrp_sheets.render.measure import clean, typeset
 from rrp_sheets.render.pack import acts, front, people
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.model import (
@@ -32,6 +31,7 @@ from rrp_sheets.render.pack.model import (
 )
 from rrp_sheets.render.pack.source import Source
 from rrp_sheets.render.sentences import Rows, explain
+from rrp_sheets.render.style import clean, typeset
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots import Setting
 from rrp_sheets.robots.catalogue import DeviceWords

@@ -5,10 +5,10 @@ from __future__ import annotations
 from rrp_sheets.checks.protocol import FIELD, kept_kinds, names_of, unnamed
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key
-from rrp_sheets.render.device_sentences import device_says
-from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Hand, Labelled, Ref, Sensed, Stopping
 from rrp_sheets.render.pack.source import Source, driver_refs
+from rrp_sheets.render.sentences import device_says
+from rrp_sheets.render.style import clean
 from rrp_sheets.texts import capital, translate
 
 TOLD = "Participants are told"

@@ -21,9 +21,9 @@ from rrp_sheets.graph import Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.model.workbook import Cell
-from rrp_sheets.render.measure import clean
 from rrp_sheets.render.pack.model import Ref
 from rrp_sheets.render.sentences import Rows
+from rrp_sheets.render.style import clean
 from rrp_sheets.render.texts import Texts
 from rrp_sheets.robots import DeviceType
 from rrp_sheets.workbook import Reading

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.model.names import key
-from rrp_sheets.sim.actuators import keyframed, moving, other, speech, tracker
+from rrp_sheets.sim.actuators import moving, other, speech, tracker
 from rrp_sheets.sim.actuators.base import ACTUATORS, Parts, SimActuator
 from rrp_sheets.sim.body import Eyes
 
 __all__ = ["ACTUATORS", "Eyes", "Parts", "SimActuator", "make_actuator"]
-_MODULES = (keyframed, moving, other, speech, tracker)  # their classes are registered when they are imported
+_MODULES = (moving, other, speech, tracker)  # their classes are registered when they are imported
 
 
 def make_actuator(spec: DeviceUse, parts: Parts) -> SimActuator | None:

@@ -14,11 +14,10 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.perception.faces import Faces
 from rrp_sheets.sim.arbitration import Arbiter, Tell
-from rrp_sheets.sim.body import Body, Eyes
-from rrp_sheets.sim.keyframes import Motions
+from rrp_sheets.sim.body import Body, Eyes, Motions
+from rrp_sheets.sim.sounds import Voice
 from rrp_sheets.sim.stage import Stage
 from rrp_sheets.sim.stance import Stance
-from rrp_sheets.sim.voice import Voice
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:  # a tracker is an actuator too

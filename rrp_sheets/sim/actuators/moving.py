@@ -1,15 +1,22 @@
-"""Actuators that move joints to angles, and walk."""
+"""Actuators that move the robot: joints to angles, walking, and postures and gestures through keyframes."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping, Sequence
 
-from rrp_sheets.model.exchange import Command, Notice
-from rrp_sheets.model.names import key
+from rrp_sheets.model.exchange import Command, DeviceUse, Notice
+from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.values import Record, show
+from rrp_sheets.perception.pinhole import Vector
+from rrp_sheets.robots.catalogue import Gesture as Keyframes
+from rrp_sheets.robots.catalogue import Keyframe
 from rrp_sheets.robots.trajectory import COUPLED
-from rrp_sheets.sim.actuators.base import SimActuator, as_number
+from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
+from rrp_sheets.sim.actuators.tracker import Detection, Pointing
 from rrp_sheets.sim.arbitration import Job
-from rrp_sheets.texts import N_
+from rrp_sheets.sim.body import Motion
+from rrp_sheets.texts import N_, sentences
 
 REACHED = 0.03  # rad: nearer than this a joint is where it was sent
 PATIENCE_US = 1_000_000  # a joint that is not there so long after its motion is blocked: given up
@@ -184,3 +191,228 @@ class Walk(SimActuator, device="Walk"):
             return ""
         now, _ = self.parts.stage.nearest([(float(here[0]), float(here[1]), z) for z in HEIGHTS])
         return thing if near < now or near == 0.0 else ""
+
+
+RAISED, HELD = 0.8, 1.9  # s: when an arm points, and until when
+KEYFRAMES_REACHED = 0.06  # rad: nearer than this a joint is where it was sent
+KEYFRAMES_PATIENCE_US = 3_000_000  # joints that are not there so long after the motion are blocked: given up
+QUICKEST = 0.5  # s, of each part of the way
+CALM = 4.0  # rad/s at full speed
+
+
+class Keyframed(SimActuator):
+    """An actuator that makes one motion after the other.
+
+    A command that repeats the present motion lets it go on, so that a stream that repeats itself does not keep it at
+    its beginning; the earlier command has then ended, not completed. Once the joints only go back to where they were, a
+    command begins a motion of its own.
+    """
+
+    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
+        super().__init__(spec, parts)
+        self._motion: Motion | None = None
+        self._doing = ""
+        self._next = ""
+
+    def move(
+        self,
+        order: Command,
+        us: int,
+        what: str,
+        motion: Motion,
+        *,
+        home: bool,
+        arrived: Callable[[int], bool | None] = lambda us: True,
+        during: Callable[[Motion], None] = lambda motion: None,
+    ) -> None:
+        """Make a motion; by its name, `what`, a repeated command is recognised.
+
+        When it is broken off, the joints stay or go back `home`. `during` is called at every step, and after the end
+        of the motion `arrived`, until it returns whether the command was completed.
+        """
+
+        def begin(order: Command, us: int) -> None:
+            if self._goes_on(what):
+                return
+            self._motion, self._doing = motion, what
+            self._hold(motion)
+            self.parts.motions.begin(motion)
+
+        def cease(us: int) -> None:
+            if self._motion is not None and self._next != what:
+                self._motion.halt(home=home)
+                self._motion = None
+
+        def over(us: int) -> bool | None:
+            going = self._motion
+            self._tell_clamped(order, going)
+            if going is None or not going.going:
+                return arrived(us)
+            during(going)
+            return None
+
+        self._next = what if self._goes_on(what) else ""
+        joints = self.parts.body.robot.joints
+        chains = self.parts.body.robot.data["chains"]
+        uses = frozenset(chains[joints[key(j)].chain] for j in motion.joints)
+        job = Job(order, uses, begin, cease, over, joints=frozenset(motion.joints), refused=self.refused)
+        self.parts.arbiter.take(job, us)
+        self._next = ""
+
+    def _goes_on(self, what: str) -> bool:
+        motion = self._motion
+        return motion is not None and motion.going and not motion.returning and self._doing == what
+
+    def _hold(self, motion: Motion) -> None:
+        """Have the torso held while arms or legs move, as the robot does not balance by itself."""
+        chains = {self.parts.body.robot.joints[key(j)].chain for j in motion.joints}
+        if chains & {"LLeg", "RLeg"}:
+            self.parts.stance.follow_legs()
+        elif chains - {"Head"}:
+            self.parts.stance.steady()
+
+    def _tell_clamped(self, order: Command, motion: Motion | None) -> None:
+        while motion is not None and motion.clamped:
+            c = motion.clamped.pop(0)
+            text = N_("{joint}: {wanted:.4g} → {given:.4g} rad, its limit there.", joint=c.joint, wanted=c.wanted,
+                      given=c.given)  # fmt: skip
+            self.parts.tell(Notice("clamp", text, order.stream, order.row))
+
+    def unknown(self, order: Command, template: str, name: str, names: Sequence[str]) -> None:
+        """Report that no posture or gesture has a name, with the names that may be meant."""
+        said = N_(template, device=self.spec.name, name=show(name[:60]))
+        self.fail(order, sentences(said, proposal(name, names)))
+
+
+def proposal(name: str, names: Sequence[str]) -> str:
+    """Return a sentence that proposes the name nearest to an unknown one, or lists all names.
+
+    >>> proposal("Wve", ["Nod", "Wave"]), proposal("Zzz", ["Nod", "Wave"])
+    ('Did you mean Wave?', 'There are: Nod, Wave.')
+    """
+    guess = nearest(name, names)
+    return N_("Did you mean {guess}?", guess=guess) if guess else N_("There are: {names}.", names=", ".join(names))
+
+
+class GestureActuator(Keyframed, device="Gesture"):
+    """Makes the gesture of its setting, the one that a value names, or points at what was detected."""
+
+    def take(self, order: Command, us: int) -> None:
+        """Make the gesture, or point."""
+        named, motions = self.settings.get("name") or order.value, self.parts.body.robot.motions
+        if isinstance(named, Record) and {"x", "y"} <= set(named.values):
+            self._point(order, us, named)
+            return
+        if not isinstance(named, str):
+            self.wrong(order, N_("the name of a gesture, for example Wave, or something detected to point at"))
+            return
+        gesture = motions.get(key(named))
+        if gesture is None:
+            self.unknown(order, N_("{device}: there is no gesture {name}."), named, self.parts.body.robot.gestures)
+            return
+        self._make(order, us, gesture)
+
+    def _make(self, order: Command, us: int, gesture: Keyframes) -> None:
+        tempo, times = as_number(self.settings.get("tempo")), as_number(self.settings.get("times"))
+        frames = gesture.timed(tempo, max(1, round(times or 1)))
+        self.move(order, us, key(gesture.name), Motion(self.parts.body, frames), home=True)
+
+    def _point(self, order: Command, us: int, seen: Record) -> None:
+        place = self._place(order, seen)
+        body = self.parts.body
+        pointing = Pointing(body)
+        side = pointing.nearer(place, "")
+        pose = pointing.joints(side, place)
+        frames = (Keyframe(RAISED, pose), Keyframe(HELD, pose))
+        self.move(order, us, f"point {side}", Motion(body, frames), home=True)
+
+    def _place(self, order: Command, seen: Record) -> Vector:
+        """Return where the seen thing is, from the camera's pose of its detection if that is known, else from now."""
+        x, y = (as_number(seen.values[axis]) or 0.0 for axis in "xy")
+        known = [self.parts.trackers.seen[s] for s in order.sensors if s in self.parts.trackers.seen]
+        like = next((d for d in sorted(known, key=lambda d: -d.us) if (d.x, d.y) == (x, y)), None)
+        camera = like.camera if like is not None else self.parts.body.camera()
+        x, y = (min(max(angle, -1.4), 1.4) for angle in (x, y))
+        return Detection(0, x, y, as_number(seen.values.get("distance")), 0.0, 0.0, camera).point()
+
+
+class Posture(Keyframed, device="Posture"):
+    """Takes the posture of its setting, or the one that a value names."""
+
+    def take(self, order: Command, us: int) -> None:
+        """Move into the posture."""
+        robot = self.parts.body.robot
+        named = self.settings.get("name") or order.value
+        if not isinstance(named, str):
+            self.wrong(order, N_("the name of a posture, for example StandInit"))
+            return
+        name = next((p for p in robot.postures if key(p) == key(named)), None)
+        if name is None:
+            self.unknown(order, N_("{device}: there is no posture {name}."), named, robot.postures)
+            return
+        route = self._route(name)
+        frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(route, 1)]
+        speed = float(self.settings["speed"])
+        motion = Motion(self.parts.body, frames, returns=False, share=speed, peak=CALM * speed)
+        lean = robot.data.get("posture_leans", {}).get(name, 0.0)
+        late, leaning = 0, math.nan
+
+        def during(motion: Motion) -> None:
+            nonlocal leaning
+            wanted = lean if motion.passed >= len(route) - 1 else 0.0  # up from the floor first
+            if wanted != leaning:
+                leaning = wanted
+                self.parts.stance.follow_legs(wanted)
+
+        def arrived(us: int) -> bool | None:
+            nonlocal late
+            late = late or us + KEYFRAMES_PATIENCE_US
+            body, stance = self.parts.body, self.parts.stance
+            goal = frames[-1].angles
+            if stance.settled and all(
+                abs(body.position(joint) - body.aimed(joint)) < KEYFRAMES_REACHED for joint in goal
+            ):
+                return True
+            return None if us < late else False
+
+        self.move(order, us, name, motion, home=False, arrived=arrived, during=during)
+
+    def _angles(self, posture: str) -> dict[str, float]:
+        return {joint: float(angle) for joint, angle in self.parts.body.robot.data["postures"][posture].items()}
+
+    def _route(self, name: str) -> list[str]:
+        """Return the postures to pass through, with the last one: as sitting down leads through crouching."""
+        return route(self._now(), name, self.parts.body.robot.data.get("posture_ways", {}))
+
+    def _now(self) -> str:
+        """Return the posture that the legs are nearest to."""
+        body = self.parts.body
+        legs = [j.name for j in body.robot.joints.values() if j.chain in ("LLeg", "RLeg")]
+        return min(
+            body.robot.postures,
+            key=lambda p: math.fsum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs),
+        )
+
+
+def route(now: str, goal: str, ways: Mapping[str, str]) -> list[str]:
+    """Return the postures from one to another, by way of the first one that leads to both.
+
+    >>> ways = {"Crouch": "StandInit", "Sit": "Crouch", "Lie": "Sit", "Kneel": "Crouch"}
+    >>> route("Stand", "Sit", ways), route("Lie", "Stand", ways), route("Sit", "Kneel", ways), route("Sit", "Sit", ways)
+    (['Crouch', 'Sit'], ['Sit', 'Crouch', 'Stand'], ['Crouch', 'Kneel'], ['Sit'])
+    """
+    up, down = _below(now, ways), _below(goal, ways)
+    both = next((posture for posture in up if posture in down), None)
+    if both is not None:
+        up, down = up[: up.index(both) + 1], down[: down.index(both)]
+    found = [*up[1:], *reversed(down)]
+    return found if found[-1:] == [goal] else [*found, goal]
+
+
+def _below(name: str, ways: Mapping[str, str]) -> list[str]:
+    """Return a posture and those that lead up from it, without the one that is standing."""
+    found = []
+    while name in ways:
+        found.append(name)
+        name = ways[name]
+    return found

@@ -7,7 +7,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse, Notice
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.perception.face_memory import FACE_REMEMBERED
 from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
-from rrp_sheets.sim.colours import EXAMPLE, parse_colour
+from rrp_sheets.sim.appearance import EXAMPLE, parse_colour
 from rrp_sheets.texts import N_, sentences
 
 

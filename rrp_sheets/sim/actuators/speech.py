@@ -9,7 +9,7 @@ from rrp_sheets.model.exchange import Command, DeviceUse
 from rrp_sheets.robots.media_files import BadSoundError, read_wave
 from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
 from rrp_sheets.sim.arbitration import Job
-from rrp_sheets.sim.keyframes import Motion
+from rrp_sheets.sim.body import Motion
 from rrp_sheets.sim.sounds import RATE, Audio, from_wave, own_sound
 from rrp_sheets.texts import N_
 

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.help.connector_marbles import draw_example, example_score
+from rrp_sheets.help.connectors import draw_example, example_score
 from rrp_sheets.help.functions import one_helper
 from rrp_sheets.help.layout import Block, paragraph
 from rrp_sheets.help.topics import HelpEntry, all_names, known, near, search, text_on

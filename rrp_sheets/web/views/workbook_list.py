@@ -21,9 +21,8 @@ from rrp_sheets.recording.metadata import RunMetadata, runs_place
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.media_files import SUFFIX as SOUND
 from rrp_sheets.robots.media_files import SUFFIXES as PICTURES
-from rrp_sheets.services.bundle import manifest
-from rrp_sheets.services.bundle.manifest import is_device
-from rrp_sheets.services.bundle.unpacking import Bundle, catalogue_note, is_zip, unpack
+from rrp_sheets.services import bundles
+from rrp_sheets.services.bundles import Bundle, catalogue_note, is_device, is_zip, unpack
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import KindText, both, counts, plural, said, show
 from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of, when
@@ -442,7 +441,7 @@ def _take_runs(folder: Path, bundle: Bundle, *, with_robot: bool) -> list[str]:
             private_folder(making)
             run.chmod(0o700)  # which the copy takes over
             shutil.copytree(
-                run, making, dirs_exist_ok=True, ignore=None if with_robot else shutil.ignore_patterns(manifest.ROBOTS)
+                run, making, dirs_exist_ok=True, ignore=None if with_robot else shutil.ignore_patterns(bundles.ROBOTS)
             )
             making.rename(target)
         except OSError as error:  # no room, or another upload was quicker

@@ -1,28 +1,166 @@
-"""Unpacking bundles, which are untrusted, with their robot catalogues: all is checked before it is written."""
+"""Bundles: their layout, and unpacking them, which are untrusted: all is checked before it is written.
+
+Unpacked by hand a bundle is a folder to work in: sounds, robot and runs beside the workbook.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import platform
+import re
 import shutil
 import stat
 import tempfile
+import unicodedata
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import reduce
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets import __version__
+from rrp_sheets.checks import Checked
 from rrp_sheets.model.run_files import RUNS, TRACE
+from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.robots.own_robot import files_of
-from rrp_sheets.services.bundle import manifest
-from rrp_sheets.services.bundle.manifest import differences, is_safe
 from rrp_sheets.texts import N_
+from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.raw import unreadable
+
+SUFFIX = ".zip"
+LIST = "versions.json"
+README = "README.txt"
+PAPER = "protocol.pdf"
+ROBOTS = "robots"
+KIND = "rrp-sheets bundle"
+SCHEMA = 1  # grows when an entry of the list changes its meaning or goes
+MOST_FILES = 2_000
+MOST_BYTES = 2_000_000_000
+_MOST_NAME_PARTS, _LONGEST_NAME = 6, 200  # folders and file; bytes of each
+_FORBIDDEN = frozenset('\\:*?"<>|')
+_TAKEN = frozenset((
+    "con", "prn", "aux", "nul", "conin$", "conout$",
+    *(f"{port}{n}" for port in ("com", "lpt") for n in "0123456789¹²³"),
+))  # fmt: skip
+"""Names of devices, which Windows takes for these whatever ending stands behind them."""
+_PROJECT = "rrp-sheets"
+_NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
+
+
+def is_safe(name: str) -> bool:
+    r"""Return whether a name stays in the folder where it is unpacked, and can be written on every system.
+
+    >>> [is_safe(n) for n in ("a.xlsx", "runs/1/trace.jsonl", "赤い ボール.xlsx")]
+    [True, True, True]
+    >>> [is_safe(n) for n in ("NUL", "runs/CON/x", "aux .txt", "COM¹.csv", "lpt1.tar.gz", "a./b", "a /b", "a:b")]
+    [False, False, False, False, False, False, False, False]
+    >>> [is_safe(n) for n in ("../a", "/a", "a//b", "a\\b", "C:a", "a/./b", "", "a\nb", "nul.txt", "a. ", "\u202ea")]
+    [False, False, False, False, False, False, False, False, False, False, False]
+    """
+    parts = name.split("/")
+    return len(parts) <= _MOST_NAME_PARTS and all(map(_is_safe_part, parts))
+
+
+def is_device(name: str) -> bool:
+    """Return whether Windows takes a file's name for one of its devices.
+
+    >>> is_device("nul.xlsx"), is_device("null.xlsx")
+    (True, False)
+    """
+    return name.partition(".")[0].rstrip().casefold() in _TAKEN
+
+
+def _is_safe_part(part: str) -> bool:
+    if part in ("", ".", "..") or part[-1] in ". " or is_device(part):
+        return False
+    if any(c in _FORBIDDEN or unicodedata.category(c) in ("Cc", "Cf", "Cs", "Zl", "Zp") for c in part):
+        return False
+    return len(part.encode("utf-8", "surrogatepass")) <= _LONGEST_NAME
+
+
+def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[Path]) -> dict[str, Any]:
+    """Return everything that the list of a bundle contains, except the files.
+
+    Args:
+        workbook: its name in the bundle.
+        reading: the workbook.
+        checked: the same, checked.
+        runs: the folders of the runs that go along.
+    """
+    return {
+        "kind": KIND, "schema": SCHEMA, "workbook": workbook, "workbook_sha256": reading.digest,
+        "title": checked.workbook.protocol.text("Title"), "robot": checked.robot.name,
+        **here(),
+        "runs": [_run(folder) for folder in sorted(runs, key=lambda p: p.name)],
+    }  # fmt: skip
+
+
+def here() -> dict[str, Any]:
+    """Return the versions of the program, of Python, of what the program is built on, and the machine."""
+    return {
+        "program": __version__,
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "dependencies": dependencies(),
+    }
+
+
+def dependencies() -> dict[str, str]:
+    """Return the versions of what the program is built on, as installed here."""
+    found: dict[str, str] = {}
+    try:
+        wanted = metadata.requires(_PROJECT) or []
+    except metadata.PackageNotFoundError:
+        return found
+    for requirement in wanted:
+        name = _NAME.match(requirement)
+        if name is None or "extra ==" in requirement:
+            continue
+        try:
+            found[name[0]] = metadata.version(name[0])
+        except metadata.PackageNotFoundError:  # for another system
+            continue
+    return dict(sorted(found.items()))
+
+
+def _run(folder: Path) -> dict[str, str]:
+    told = stamp_of(folder)
+    return {"folder": f"{RUNS}/{folder.name}", "workbook_sha256": told.digest, "program": told.program,
+            "mode": told.mode, "seed": told.seed, "participant": told.participant, "condition": told.condition,
+            "began": told.began}  # fmt: skip
+
+
+def differences(told: Mapping[str, Any]) -> list[str]:
+    """Return in words the versions that differ from those in a bundle's list, which is untrusted."""
+    mine = here()
+    out: list[str] = []
+    for part, name in (("program", "RRP Sheets"), ("python", "Python"), ("platform", N_("the system"))):
+        there = _text(told.get(part))
+        if there != mine[part]:
+            words = N_("{name}: {there} there, {here} here")
+            out.append(N_(words, name=name, there=there or N_("not known"), here=mine[part]))
+    others = told.get("dependencies")
+    if isinstance(others, Mapping):
+        changed = [
+            f"{name} {_text(others[name])} → {version}"
+            for name, version in mine["dependencies"].items()
+            if name in others and _text(others[name]) != version
+        ]
+        if changed:
+            some = ", ".join(changed[:8]) + (" …" if len(changed) > 8 else "")
+            out.append(N_("parts of the program: {changed}", changed=some))
+    return out
+
+
+def _text(value: object) -> str:
+    return "".join(c for c in value if c.isprintable())[:60] if isinstance(value, str) else ""
+
 
 _MOST_LIST = 2_000_000  # bytes of the list
 _RATIO, _RATIO_FROM = 400, 10_000_000  # a trace of one value that never changes is honest, and small
@@ -58,7 +196,7 @@ def is_zip(path: Path) -> bool:
     >>> is_zip(Path("study.ZIP")), is_zip(Path("study.xlsx"))
     (True, False)
     """
-    return path.suffix.casefold() == manifest.SUFFIX
+    return path.suffix.casefold() == SUFFIX
 
 
 @contextmanager
@@ -68,7 +206,7 @@ def unpacked(path: Path) -> Iterator[Bundle]:
         yield unpack(path, Path(folder))
 
 
-def unpack(path: Path, folder: Path, most_bytes: int = manifest.MOST_BYTES) -> Bundle:
+def unpack(path: Path, folder: Path, most_bytes: int = MOST_BYTES) -> Bundle:
     """Put the files of a bundle into an empty folder.
 
     Raises:
@@ -93,7 +231,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
         files = _files(told)
         notes: list[str] = []
         for name, entry in entries.items():
-            if name == manifest.LIST:
+            if name == LIST:
                 continue
             if name not in files:
                 notes.append(N_("“{file}” is not in the bundle's list; it was left out.", file=name))
@@ -121,12 +259,12 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     names = {e.filename.casefold() for e in entries}
     if "[content_types].xml" in names:
         raise _Refused(N_("it is a workbook of Excel under another name: let its name end with .xlsx"))
-    if manifest.LIST not in names:
-        raise _Refused(N_("there is no {file} in it", file=manifest.LIST))
+    if LIST not in names:
+        raise _Refused(N_("there is no {file} in it", file=LIST))
     if len(names) != len(entries):
         raise _Refused(N_("two of its files have one name"))
-    if len(entries) > manifest.MOST_FILES:
-        raise _Refused(N_("it has {n:,} files; {most:,} are possible", n=len(entries), most=manifest.MOST_FILES))
+    if len(entries) > MOST_FILES:
+        raise _Refused(N_("it has {n:,} files; {most:,} are possible", n=len(entries), most=MOST_FILES))
     unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
     if unpacked_size > most_bytes:
         raise _Refused(N_("unpacked it would be larger than {n:,} MB", n=most_bytes // 10**6))
@@ -152,15 +290,15 @@ def _judge(e: zipfile.ZipInfo) -> None:
 
 
 def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> dict[str, Any]:
-    if manifest.LIST not in entries or entries[manifest.LIST].file_size > _MOST_LIST:
-        raise _Refused(N_("its {file} is no list", file=manifest.LIST))
+    if LIST not in entries or entries[LIST].file_size > _MOST_LIST:
+        raise _Refused(N_("its {file} is no list", file=LIST))
     try:
-        told = json.loads(archive.read(manifest.LIST).decode())
+        told = json.loads(archive.read(LIST).decode())
     except (ValueError, RecursionError):
-        raise _Refused(N_("its {file} is damaged", file=manifest.LIST)) from None
-    if not isinstance(told, dict) or told.get("kind") != manifest.KIND:
-        raise _Refused(N_("its {file} is another program's", file=manifest.LIST))
-    if told.get("schema") != manifest.SCHEMA:
+        raise _Refused(N_("its {file} is damaged", file=LIST)) from None
+    if not isinstance(told, dict) or told.get("kind") != KIND:
+        raise _Refused(N_("its {file} is another program's", file=LIST))
+    if told.get("schema") != SCHEMA:
         raise _Refused(N_("it was made by a newer version of this program; update it"))
     return told
 
@@ -169,7 +307,7 @@ def _files(told: Mapping[str, Any]) -> dict[str, str]:
     """Return the hash of every file, by name."""
     files = told.get("files")
     if not isinstance(files, dict):
-        raise _Refused(N_("its {file} names no files", file=manifest.LIST))
+        raise _Refused(N_("its {file} names no files", file=LIST))
     return {
         name: str(about.get("sha256", "")) for name, about in files.items() if isinstance(about, dict) and is_safe(name)
     }
@@ -192,7 +330,7 @@ def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:
 def catalogue_note(home: Path) -> list[str]:
     """Return the differences of the catalogues in words; nothing when all that is read has the same bytes."""
     notes: list[str] = []
-    for place in sorted(p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
+    for place in sorted(p for p in (home / ROBOTS).glob("*") if p.is_dir()):
         if place.name not in robot_names():
             notes.append(N_("The robot “{name}” of the bundle is not known here.", name=place.name))
             continue
@@ -208,8 +346,8 @@ def catalogue_note(home: Path) -> list[str]:
 def dress(runs: Iterable[Path], home: Path) -> None:
     """Copy the catalogue, as it was when a run was made, beside the workbook of every run, for its replay."""
     for run in runs:
-        for place in (p for p in (home / manifest.ROBOTS).glob("*") if p.is_dir()):
-            target = run / manifest.ROBOTS / place.name
+        for place in (p for p in (home / ROBOTS).glob("*") if p.is_dir()):
+            target = run / ROBOTS / place.name
             if not target.exists():
                 shutil.copytree(place, target)
                 for table in ("robot.toml", "gestures.toml"):

@@ -19,8 +19,8 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.recording.folder import material
 from rrp_sheets.robots.own_robot import files_of
-from rrp_sheets.services.bundle import manifest
-from rrp_sheets.services.bundle.manifest import is_safe, versions
+from rrp_sheets.services import bundles
+from rrp_sheets.services.bundles import is_safe, versions
 from rrp_sheets.services.printing import HasErrors, make
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.texts import N_, sentences
@@ -72,7 +72,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     _refuse_bundle(path)
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
-    target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{manifest.SUFFIX}")
+    target = target or Path(f"{path.absolute().stem if path.is_file() else path.absolute().name}{bundles.SUFFIX}")
     _refuse_target(target, path)
     notes: list[str] = []
     content = _workbook(path, reading)
@@ -90,15 +90,15 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         notes.append(N_(more if count > 1 else one, n=count))
     if printer is not None:
         try:
-            content[manifest.PAPER], lacks = printer(path)
+            content[bundles.PAPER], lacks = printer(path)
             notes += lacks
         except UnreadableFile:  # the approved version: whoever named it wants to see what changed
             raise
         except SheetsError as error:
             why = sentences(error.message, error.remedy)
-            notes.append(N_("{file} is not in it: {why}", file=manifest.PAPER, why=why))
+            notes.append(N_("{file} is not in it: {why}", file=bundles.PAPER, why=why))
     told = versions(name, reading, checked, folders)
-    content[manifest.README] = readme(name, told, manifest.PAPER in content).encode()
+    content[bundles.README] = readme(name, told, bundles.PAPER in content).encode()
     files = _write(target, content, told)
     return Packed(target, files, tuple(notes), checked.run.language)
 
@@ -141,10 +141,10 @@ def pack_apart(path: str, runs: Sequence[str], target: str) -> None:
 
 def _refuse_bundle(path: Path) -> None:
     """Raise SheetsError when the file is a bundle already, which can be passed on as it is."""
-    if path.suffix.casefold() != manifest.SUFFIX or not path.is_file():
+    if path.suffix.casefold() != bundles.SUFFIX or not path.is_file():
         return
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
-        if manifest.LIST in packed.namelist():
+        if bundles.LIST in packed.namelist():
             raise SheetsError(
                 N_("“{name}” is a bundle already: it can be passed on as it is.", name=path.name),
                 N_(
@@ -155,9 +155,9 @@ def _refuse_bundle(path: Path) -> None:
 
 
 def _refuse_target(target: Path, path: Path) -> None:
-    if target.suffix.casefold() != manifest.SUFFIX:
+    if target.suffix.casefold() != bundles.SUFFIX:
         raise SheetsError(
-            N_("A bundle's name ends with {suffix}, not “{other}”.", suffix=manifest.SUFFIX, other=target.suffix),
+            N_("A bundle's name ends with {suffix}, not “{other}”.", suffix=bundles.SUFFIX, other=target.suffix),
             N_("Name it so with -o."),
         )
     if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
@@ -184,7 +184,7 @@ def _workbook(path: Path, reading: Reading) -> dict[str, Content]:
 def _beside(checked: Checked, home: str, notes: list[str]) -> dict[str, Content]:
     """Return the robot's catalogue, and the sounds and pictures that the workbook names."""
     robot = checked.robot
-    content: dict[str, Content] = {f"{home}{manifest.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
+    content: dict[str, Content] = {f"{home}{bundles.ROBOTS}/{robot.name}/{p.name}": p for p in files_of(robot)}
     found, lacks = material(checked)
     content |= {f"{home}{name}": place for name, place in found.items()}
     notes += lacks
@@ -230,10 +230,10 @@ def _names(beside: Path) -> list[str]:
 
 def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
     content: dict[str, Content] = {}
-    for path in sorted((*folder.iterdir(), *folder.glob(f"{manifest.ROBOTS}/*/*"))):
+    for path in sorted((*folder.iterdir(), *folder.glob(f"{bundles.ROBOTS}/*/*"))):
         if path.is_file() and not path.is_symlink():
             content[f"{RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
-        elif path != folder / manifest.ROBOTS:
+        elif path != folder / bundles.ROBOTS:
             words = N_("“{file}” of the run {run} is not in it: it is no file of that folder.")
             notes.append(N_(words, file=path.name, run=folder.name))
     return content
@@ -249,11 +249,11 @@ def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, obje
     try:
         with os.fdopen(handle, "w+b") as file:
             with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6, strict_timestamps=False) as archive:
-                for name in sorted(content, key=lambda n: (n != manifest.README, n)):
+                for name in sorted(content, key=lambda n: (n != bundles.README, n)):
                     files[name] = _add(archive, name, content[name])
                 everything = {**told, "files": dict(sorted(files.items()))}
                 text = json.dumps(everything, ensure_ascii=False, indent=1) + "\n"
-                files[manifest.LIST] = _add(archive, manifest.LIST, text.encode())
+                files[bundles.LIST] = _add(archive, bundles.LIST, text.encode())
             file.flush()
             os.fsync(file.fileno())
         os.chmod(made, 0o666 & ~_umask())
@@ -341,20 +341,20 @@ def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
     """
     entries = [(workbook, "the workbook: what the robot does, and when")]
     if has_paper:
-        entries.append((manifest.PAPER, "the same as a document for an ethics board"))
-    entries.append((f"{manifest.ROBOTS}/", "the robot's catalogue: its devices, its joints, its shape"))
+        entries.append((bundles.PAPER, "the same as a document for an ethics board"))
+    entries.append((f"{bundles.ROBOTS}/", "the robot's catalogue: its devices, its joints, its shape"))
     runs = told["runs"]
     if runs:
         count = f"{len(runs)} recorded run{'s' if len(runs) > 1 else ''}"
         entries.append((f"{RUNS}/", f"{count}: every event, pictures and sounds"))
     entries.append(
-        (manifest.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
+        (bundles.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
     )
     wide = min(30, max(len(name) for name, _ in entries))
     title = str(told["title"] or workbook)
     return _TEXT.format(
         title=f"{title}\n{'=' * min(len(title), 78)}",
         files="\n  ".join(f"{name:<{wide}}  {what}" for name, what in entries),
-        paper=f", {manifest.PAPER} in any viewer" if has_paper else "",
-        program=told["program"], replay=_REPLAY if runs else "", list=manifest.LIST,
+        paper=f", {bundles.PAPER} in any viewer" if has_paper else "",
+        program=told["program"], replay=_REPLAY if runs else "", list=bundles.LIST,
     )  # fmt: skip

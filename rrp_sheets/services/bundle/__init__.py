@@ -1,1 +1,0 @@
-"""Bundles: zip files with a workbook and all that is needed to run it again elsewhere or later."""
