@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import time
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +118,7 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
         (lambda route: route.fulfill(status=403, body=FAULT), "The server refused this (403). Reload the page."),
         (
             lambda route: route.fulfill(body="{", content_type="application/json"),
-            "The answer could not be shown. Load the page again.",
+            "The answer could not be shown. Reload the page.",
         ),
     ):
         expect(told).to_contain_text("Aya is running a.xlsx")
@@ -130,7 +131,13 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
         page.click("#run-strip .stop")
         expect(told).not_to_have_role("alert")
         page.unroute("**/run/stop?*")
+    # a run that ends takes along what was said of it
+    page.route("**/run/stop?*", lambda route: route.abort())
+    page.click("#run-strip .stop")
+    expect(told).to_have_text("The server cannot be reached.")
+    page.unroute("**/run/stop?*")
     page.unroute("**/run/now")
+    expect(page.locator("#run-strip")).to_be_hidden(timeout=9_000)  # sooner than a refusal goes by itself
 
 
 def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
@@ -159,6 +166,14 @@ def test_keys_that_cannot_stop_a_run_say_why_unless_there_is_none(page: Any) -> 
     page.route("**/run/stop?*", lambda route: route.abort())
     press_twice(page)
     expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
+    expect(page.locator("#run-strip")).to_be_hidden()
+    # of a run elsewhere the strip tells, and only the strip
+    page.click("#run-problem button")
+    going = {"phase": "running", "book": "b.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
+    page.evaluate("(detail) => document.dispatchEvent(new CustomEvent('rrp:elsewhere', { detail }))", going)
+    press_twice(page)
+    expect(page.locator("#run-strip .what")).to_have_text("The server cannot be reached.")
+    expect(page.locator("#run-problem")).to_be_hidden(timeout=9_000)  # sooner than a refusal goes by itself
     page.unroute("**/run/stop?*")
 
 
@@ -168,7 +183,32 @@ def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page
     with page.expect_response("**/run/stop?*") as answered:
         press_twice(page)
     assert answered.value.status == 409
-    expect(page.locator("#run-strip")).to_be_hidden()
+    page.evaluate("fetch('/run/now').then(answer => answer.text())")  # a later answer: the page has taken that one
+    strip = page.locator("#run-strip")
+    expect(strip).to_be_hidden()
+    for answer, words in (
+        (lambda route: route.abort(), "The server cannot be reached."),
+        (lambda route: route.fulfill(status=500, body=FAULT), "The server refused this (500). Reload the page."),
+    ):
+        page.route("**/run/stop?*", answer)
+        press_twice(page)
+        expect(strip.locator(".what")).to_have_text(words)
+        expect(strip.locator(".what")).to_have_role("alert")
+        expect(strip.locator(".badge, a").filter(visible=True)).to_have_count(0)
+        expect(strip.get_by_role("button", name="Stop")).to_be_enabled()
+        page.unroute("**/run/stop?*")
+    going = {"phase": "stopping", "book": "a.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
+    page.clock.install()  # the page does not ask by itself any more
+    page.goto("/")
+    page.clock.pause_at(time.time() + 60)
+    page.route("**/run/now", lambda route: route.fulfill(json=going))
+    page.route("**/run/stop?*", lambda route: route.fulfill(json={}))
+    page.evaluate(
+        "import(document.querySelector('script[src*=\"run/strip.js\"]').src.replace('run/strip.js', 'api.js')).then(api => api.stop())"
+    )
+    expect(strip.locator(".what")).to_have_text("a.xlsx is being stopped.")
+    page.unroute("**/run/stop?*")
+    page.unroute("**/run/now")
 
 
 def test_a_pdf_that_cannot_be_made_says_why(page: Any) -> None:

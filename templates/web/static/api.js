@@ -9,8 +9,8 @@ const PAUSES_S = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // before the ne
 const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
 const SERVER = t("The server cannot be reached. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
-  403: t("You are not logged in any more, or the program was started again. Load the page again."),
-  404: t("It is not there any more: somebody renamed, moved or deleted it. Load the page again."),
+  403: t("You are not logged in any more, or the program was started again. Reload the page."),
+  404: t("It is not there any more: somebody renamed, moved or deleted it. Reload the page."),
 };
 const STOPPED = { // why an edit waits for a person, by status
   0: t("The server cannot be reached. Start it again, then choose Try again."),
@@ -34,8 +34,8 @@ const bar = document.getElementById("runbar");
 /** The address of the run panel of this workbook; empty on other pages. */
 export const panel = bar?.dataset.url ?? "";
 
-/** Send a request: a GET, or a POST of a `body` (an object, or its JSON). It never fails: it gives `ok`, the `status` (0 when
- *  no answer came in time), the `text` of the answer, its `json` (null when it is none; then not `ok` if it should be) and its `etag`. */
+/** Send a GET, or a POST of `body` (an object, or its JSON). The promise is never rejected. It resolves to the answer's `ok`,
+ *  `status` (0: no answer in time), `text`, `json` (null: not JSON) and `etag`. JSON that cannot be read is not `ok`. */
 export async function request(url, { body, patience = ANSWER_WITHIN_MS, keepalive = false } = {}) {
   const post = body && { method: "POST", headers: { "Content-Type": "application/json", "X-RRP": "grid" }, body: typeof body === "string" ? body : JSON.stringify(body) };
   const signal = keepalive ? null : AbortSignal.timeout(patience);
@@ -107,14 +107,14 @@ function until(milliseconds) {
 
 /** The message about an action that was not done. */
 export function refusal(status) {
-  if (status && status < 400) return t("The answer could not be shown. Load the page again.");
+  if (status && status < 400) return t("The answer could not be shown. Reload the page.");
   return status ? t("The server refused this ({status}). Reload the page.", { status }) : t("The server cannot be reached.");
 }
 
 /** The reason why there is nothing to show; the server's own words where it has any. */
 export function why({ status, text }) {
   if (!status) return SERVER;
-  if (status < 400) return t("The answer could not be shown. Load the page again.");
+  if (status < 400) return t("The answer could not be shown. Reload the page.");
   if (WORDS[status]) return WORDS[status];
   const page = new DOMParser().parseFromString(text ?? "", "text/html");
   const told = [...page.querySelectorAll("main.message > p:not(.line)")].map((p) => p.textContent.replace(/^→\s*/, ""));
@@ -225,6 +225,9 @@ export async function act(action, body) {
   if (answer.message) document.dispatchEvent(new CustomEvent("rrp:refused", { detail: answer }));
   return answer;
 }
+
+/** The status of the answer to a Stop when no run is going. */
+export const NO_RUN = 409;
 
 /** Stop the run of whichever workbook, also one that this page has not heard of yet; `rrp:stop` tells the answer. */
 export async function stop() {

@@ -46,7 +46,7 @@ async function awaitFiles(address) {
 async function awaitRecord(notice) {
   const { ok } = await request(notice.dataset.reading, { patience: RECORD_WITHIN_MS });
   if (ok) location.replace(notice.querySelector("a").href);
-  else notice.textContent = t("The record could not be read now. Load the page again.");
+  else notice.textContent = t("The record could not be read now. Reload the page.");
 }
 
 /** Bring the page of a run to life; null on other pages. */

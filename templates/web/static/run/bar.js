@@ -1,6 +1,6 @@
 // The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
 
-import { act, ask, canBeStopped, isNamed, ownName, panel, settings, stop, takesActions } from "../api.js";
+import { act, ask, canBeStopped, isNamed, NO_RUN, ownName, panel, settings, stop, takesActions } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
 import { clock, now } from "./time.js";
@@ -11,7 +11,6 @@ const words = {
 };
 const UNKNOWN = t("This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.");
 const SHOWN = 12000; // ms that a refusal is told
-const NO_RUN = 409; // status of the answer to a Stop when no run is going
 const SMALL = "button small"; // class of the buttons in lines of text
 const modes = { simulated: t("Simulated"), pilot: t("Pilot rehearsal"), real: t("Real robot") };
 
@@ -64,6 +63,7 @@ export function bar(root) {
   });
   document.addEventListener("rrp:refused", ({ detail }) => refused(detail.message));
   document.addEventListener("rrp:stop", ({ detail: { message, status } }) => {
+    if (elsewhere.phase !== "none") return; // the strip shows it
     if (message && (status !== NO_RUN || canBeStopped(state.phase))) refused(message); // that there is none is no news
   });
   document.addEventListener("rrp:log", ({ detail }) => {

@@ -1,12 +1,13 @@
 // On every page: that a run goes on, and Stop. A workbook's page hears it from the server's events, the others ask.
 
-import { canBeStopped, request, stop, why } from "../api.js";
+import { canBeStopped, NO_RUN, request, stop, why } from "../api.js";
 import { pressTwice } from "../commands.js";
 import { put } from "../elements.js";
 import { t, tn } from "../texts.js";
 
 const strip = document.getElementById("run-strip");
 const what = strip.querySelector(".what");
+const listen = document.getElementById("listen"); // on a workbook's page, whose run bar tells of its own run
 const EVERY = 2000; // ms
 const REFUSAL_SHOWN = 12000; // ms
 let run = { phase: "none" };
@@ -15,19 +16,28 @@ let unknown = ""; // why nothing is known of the run, since the server has not a
 let vanishing = 0;
 
 function show(now) {
+  const isOver = run.phase !== "none" && now.phase === "none";
   run = now;
   unknown = "";
-  strip.hidden = now.phase === "none" && !refusal;
-  if (now.phase === "none") return;
-  strip.dataset.mode = now.mode;
-  strip.querySelector(".badge").textContent = now.mode === "pilot" ? t("Pilot rehearsal") : t("Simulated");
+  if (isOver) refused(""); // that was about this run
+  else draw();
+}
+
+function draw() {
+  const none = run.phase === "none"; // as far as the page knows: Stop may still have failed for a run it has not heard of
+  const [badge, link] = [strip.querySelector(".badge"), strip.querySelector("a")];
+  strip.hidden = none && !refusal;
+  badge.hidden = link.hidden = none;
   put(what, words());
-  strip.querySelector("a").href = `/book/${encodeURIComponent(now.book)}/run`;
-  strip.querySelector(".stop").disabled = !canBeStopped(now.phase);
+  strip.querySelector(".stop").disabled = !none && !canBeStopped(run.phase);
+  strip.dataset.mode = none ? "" : run.mode;
+  if (none) return;
+  badge.textContent = run.mode === "pilot" ? t("Pilot rehearsal") : t("Simulated");
+  link.href = `/book/${encodeURIComponent(run.book)}/run`;
 }
 
 function words() {
-  if (refusal || unknown) return refusal || unknown;
+  if (refusal || unknown || run.phase === "none") return refusal || unknown;
   if (run.phase === "stopping" || run.phase === "finishing") return t("{book} is being stopped.", run);
   const minutes = Math.max(0, Math.round((Date.now() / 1000 - run.since) / 60));
   const time = minutes < 1 ? t("less than a minute") : tn("a minute", "{n} minutes", { n: minutes });
@@ -36,10 +46,11 @@ function words() {
 
 strip.querySelector(".stop").addEventListener("click", stop);
 pressTwice("anywhere", stop);
-document.addEventListener("rrp:stop", ({ detail: { message = "" } }) => {
-  if (run.phase === "none") return;
-  refused(message);
-  if (!message && !document.getElementById("listen")) look();
+document.addEventListener("rrp:stop", ({ detail: { message = "", status } }) => {
+  const none = run.phase === "none";
+  if (none && listen) return; // the run bar shows it
+  refused(none && status === NO_RUN ? "" : message); // that there is none is no news
+  if (!message && !listen) look();
 });
 
 /** Show for a while why Stop did nothing; an empty text shows the run again. */
@@ -51,8 +62,7 @@ function refused(message) {
     what.setAttribute("role", "alert");
     vanishing = setTimeout(refused, REFUSAL_SHOWN, "");
   }
-  if (run.phase !== "none") put(what, words());
-  else if (!message) strip.hidden = true;
+  draw();
 }
 
 async function look() {
@@ -65,7 +75,7 @@ async function look() {
   }
 }
 
-if (document.getElementById("listen")) document.addEventListener("rrp:elsewhere", ({ detail }) => show(detail));
+if (listen) document.addEventListener("rrp:elsewhere", ({ detail }) => show(detail));
 else {
   look();
   setInterval(look, EVERY);
