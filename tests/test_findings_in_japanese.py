@@ -224,6 +224,41 @@ def test_every_command_says_in_japanese_what_is_wrong_with_a_japanese_workbook(c
     assert not ENGLISH.search(text), text
 
 
+RUN = """## Protocol
+| Field | Value |
+|---|---|
+| Title | 挨拶 |
+| Language | 日本語 |
+
+## Devices
+| Stream | Device | Every | Text |
+|---|---|---|---|
+| 開始 | Timer | 1 s | |
+| 終わり | Timer | 3 s | |
+| 声 | Say parameter | | こんにちは。 |
+
+## 試し
+| Input streams | Connector | Formula | Output stream |
+|---|---|---|---|
+| 開始 | map | 1 / 0 | 割り算 |
+| 割り算 | subscribe | | Print |
+| 開始 | subscribe | | 声 |
+| 終わり | subscribe | | End run |
+"""
+
+
+def test_a_run_of_a_japanese_workbook_is_told_in_japanese(tmp_path):
+    book = tmp_path / "挨拶.md"
+    book.write_text(RUN, encoding="utf-8")
+    text = said_by("run", book, "--fast", "--for", "5 s", "--out", tmp_path / "out")
+    for words in (
+        "挨拶：4行、5秒間。", "試し!2の誤り：", "発話『こんにちは。』", "実行が終わりました",
+        "行試し!5が実行を終えました。", "件の命令", "すべての出来事",
+    ):  # fmt: skip
+        assert words in text, text
+    assert not ENGLISH.search(text.replace("Timer (", "")), text
+
+
 def test_cells_are_set_in_the_language_of_the_workbook(japanese, tmp_path):
     book = tmp_path / "挨拶.md"
     book.write_text(japanese.read_text(encoding="utf-8"), encoding="utf-8")

@@ -8,20 +8,26 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.cli.run import Watch
+from rrp_sheets.cli.terminal import speak
+from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.runs import RunResult, RunStart, Summary
+from rrp_sheets.texts import N_
 
 FRAME = 33_333  # µs
 
 
-def watched(capsys, commands, summary):
+def watched(capsys, commands, summary, language="en", **left):
     """The lines that a run with these commands (µs, value) of one row prints."""
     watch = Watch()
-    watch.started(RunStart("Book", 10_000_000, Path("out"), actuators={"say": "Say", "look": "Look"}, rows={0: "T!2"}))
+    actuators = {"say": "Say", "look": "Look"}
+    watch.started(RunStart("Book", 10_000_000, Path("out"), actuators=actuators, rows={0: "T!2"}, language=language))
     for us, value in commands:
         watch.event(us, "say", "T!2", value)
-    watch.ended(RunResult(Path("out"), {"trace.jsonl": "every event"}, summary))
-    return capsys.readouterr().out.splitlines()
+    watch.ended(RunResult(Path("out"), {"trace.jsonl": "every event"}, summary, **left))
+    speak("en")
+    said = capsys.readouterr()
+    return [*said.out.splitlines(), *said.err.splitlines()]
 
 
 @pytest.mark.parametrize(
@@ -31,6 +37,17 @@ def watched(capsys, commands, summary):
 def test_the_end_of_a_command_is_told_in_words(capsys, completed, seconds, shown):
     end = DONE.make(value="Hello", completed=completed, seconds=seconds)
     assert f"   1.00 s  Say ← {shown}  (T!2)" in watched(capsys, [(1_000_000, end)], Summary())
+
+
+def test_a_run_that_breaks_off_is_told_in_its_language(capsys):
+    broken = RunBroken(N_("The simulator is not running."), N_("Start the run again."))
+    end = DONE.make(value="Hello", completed=False, seconds=2.21)
+    problems = (N_("The table and the diagram could not be made."),)
+    lines = watched(capsys, [(1_000_000, end), (2_000_000, None)], Summary(), "ja", broken=broken, problems=problems)
+    assert "   1.00 s  Say ← 2.2秒で中断  (T!2)" in lines and "   2.00 s  Say：停止  (T!2)" in lines
+    told = [line for line in lines if re.search("[ぁ-ん]", line)][-3:]
+    assert told[0].startswith("実行は中断しました：") and told[1].startswith("  → ") and len(told) == 3
+    assert not any(text in line for line in lines for text in ("simulator", "Start", "table"))
 
 
 def test_a_blank_for_what_does_nothing_stops_nothing(capsys):

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
-from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, say, speak, translated
+from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, speak, translated
 from rrp_sheets.texts import LANGUAGES, N_, counted
 
 if TYPE_CHECKING:
@@ -120,8 +120,8 @@ def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
     """Print what was changed, cell by cell."""
     changed = click.style(translated(N_("changed")), fg="green", bold=True)
     for c in changes:
-        what = translated(N_("inserted: {text}", text=c.new)) if c.old is None else f"“{c.old}” → “{c.new}”"
-        click.echo(f"{changed} {c.code} {c.place} {what}")
+        what = N_("inserted: {text}", text=c.new) if c.old is None else quoted(c.old, c.new)
+        click.echo(f"{changed} {c.code} {c.place} {translated(what)}")
     made = N_("Made {path}.", path=mended)
     say(made if changes else N_("Nothing to change; {path} is a copy.", path=mended))
 

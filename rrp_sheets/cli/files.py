@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.terminal import say, speak, translated
-from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.cli.terminal import quoted, say, seconds_of, speak, translated
 from rrp_sheets.texts import N_
 
 _SHOWN = 3  # findings
@@ -48,9 +47,10 @@ def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
 
     done = api.set_cell(file, cell, value, sheet)
     speak(done.language)
-    was, now = (N_("“{text}”", text=text) if text else N_("empty") for text in (done.before, done.after))
-    changed = N_("{address}: {before} → {after}") if was != now else N_("{address} is {after} already.")
-    say(N_(changed, address=str(done.address), before=was, after=now))
+    address, after = str(done.address), quoted(done.after)
+    same = N_("{address} is {after} already.", address=address, after=after)
+    change = quoted(done.before, done.after)
+    say(same if done.before == done.after else N_("{address}: {change}", address=address, change=change))
     say(N_("Check: {verdict}", verdict=verdict(done.report)))
     found = [d for d in done.report if d.severity.value != "info"]
     found.sort(key=lambda d: (d.severity.value != "error", d.address != done.address))  # those of this cell first
@@ -103,7 +103,7 @@ def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, a
     from rrp_sheets.cli.check import print_findings, verdict
     from rrp_sheets.services.posing import shown
 
-    done = api.pose(file, name, joints, posture=posture, at=_seconds(at), picture=picture)
+    done = api.pose(file, name, joints, posture=posture, at=seconds_of(at, "--at"), picture=picture)
     speak(done.language)
     for note in done.notes:
         click.echo(f"{click.style('Note:', fg='yellow')} {translated(note)}")
@@ -114,12 +114,3 @@ def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, a
     print_findings([d for d in done.report if d.address and d.address.sheet == done.address.sheet])
     if not done.report.errors:
         click.echo(f'Make it from a row: Output stream Gesture, with the formula "{name}".')
-
-
-def _seconds(text: str) -> float | None:
-    if not text:
-        return None
-    us = parse_duration(text, bare="s")
-    if us is None or us == 0:
-        raise click.BadParameter(f"“{text}” is no time. Write seconds, for example 1.5.", param_hint="--at")
-    return us / 1e6

@@ -14,9 +14,8 @@ import click
 
 from rrp_sheets.cli.check import print_findings
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
-from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text, say, speak
+from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text, say, seconds_of, speak, translated
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart
@@ -59,7 +58,7 @@ def run_command(
 
     settings = api.RunSettings(
         home=home_of(click.get_current_context()),
-        seconds=_seconds(duration), fast=fast, out=out, seed=seed, mode=mode, participant=participant,
+        seconds=seconds_of(duration, "--for"), fast=fast, out=out, seed=seed, mode=mode, participant=participant,
         condition=condition, operator=operator, camera=not no_camera,
     )  # fmt: skip
     watch = Watch()
@@ -84,15 +83,6 @@ def run_command(
     if result.broken is not None:
         sys.exit(BROKEN)
     sys.exit(INTERRUPTED if watch.interrupted else 0)
-
-
-def _seconds(text: str) -> float | None:
-    if not text:
-        return None
-    us = parse_duration(text, bare="s")
-    if not us:
-        raise click.BadParameter(f"“{text}” is not a duration; write for example 20s or 2 min.", param_hint="--for")
-    return us / 1e6
 
 
 def _stop_on_interrupt(watch: Watch) -> None:
@@ -131,10 +121,11 @@ class Watch(RunObserver):
         self._told = 0
         self._hidden = 0  # commands that were not shown
 
-    def _echo(self, text: str, *, nl: bool = True, err: bool = False) -> None:
-        """Print; when the output cannot be written any more, the run goes on without it: its files are what counts."""
+    def _echo(self, text: str, colour: str | None = None, *, err: bool = False) -> None:
+        """Print in the language of the run; when that fails, the run goes on without it: its files are what counts."""
         try:
-            click.echo(plain_text(text), nl=nl, err=err)
+            text = translated(text)
+            click.echo(plain_text(click.style(text, fg=colour) if colour else text), err=err)
         except OSError:  # the reader has gone, or the disk is full
             mute()
 
@@ -148,10 +139,13 @@ class Watch(RunObserver):
         self._until = start.until_us
         speak(start.language)
         print_findings(start.findings, err=True)
-        self._echo(f"{start.title}: {counted(len(start.rows), 'row')} for {start.until_us / 1e6:g} s. Ctrl-C stops.")
+        rows = counted(len(start.rows), "row")
+        words = N_("{title}: {rows} for {seconds:g} s. Ctrl-C stops.")
+        self._echo(N_(words, title=start.title, rows=rows, seconds=start.until_us / 1e6))
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
         self._told = us
+        text = translated(text)
         self._echo(f"{us / 1e6:7.2f} s  {click.style(text, fg=colour) if colour else text}")
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
@@ -160,8 +154,8 @@ class Watch(RunObserver):
         if name is None:
             return
         if self._commands.tell(us, row, value, stream):
-            what = "stops" if value is None else f"← {_short(value)}"
-            self._line(us, f"{name} {what}  ({row})")
+            what = N_("{name} stops", name=name) if value is None else f"{name} ← {translated(_short(value))}"
+            self._line(us, f"{translated(what)}  ({row})")
         else:
             self._hidden += 1
 
@@ -170,46 +164,48 @@ class Watch(RunObserver):
         count = self._failures[row] = self._failures.get(row, 0) + 1
         if count <= _MOST_ERRORS:
             given = ", ".join(show(v) for v in values)
-            self._line(us, f"error in {row}: {failure.message} (it got {given})", "red")
+            words = N_("error in {row}: {message} (it got {values})", row=row, message=failure.message, values=given)
+            self._line(us, words, "red")
 
     def happening(self, us: int, happening: Notice) -> None:
         """Print speech, clamped commands and notes."""
-        verb = {"say": "says", "sound": "plays"}.get(happening.kind)
-        colour = "green" if verb else {"person": "cyan", "error": "red", "clamp": "yellow"}.get(happening.kind)
-        text = f"{verb} “{happening.text}”" if verb else happening.text
-        self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour)
+        words = {"say": N_("says “{text}”"), "sound": N_("plays “{text}”")}.get(happening.kind)
+        colour = {"say": "green", "sound": "green", "person": "cyan", "error": "red", "clamp": "yellow"}
+        text = translated(N_(words, text=happening.text) if words else happening.text)
+        self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour.get(happening.kind))
 
     def frame(self, us: int) -> None:
         """Print the progress when nothing else was printed for a while."""
         if us - self._told >= _TICK_US:
-            self._line(us, f"… of {self._until / 1e6:g} s")
+            self._line(us, N_("… of {seconds:g} s", seconds=self._until / 1e6))
 
     def finishing(self) -> None:
         """Say that the run is over."""
-        self._echo("Stopped: " if self.interrupted else "The run is over: ", nl=False)
-        self._echo("the robot goes to rest, the files are written …")
+        over = N_("Stopped: the robot goes to rest, the files are written …")
+        self._echo(over if self.interrupted else N_("The run is over: the robot goes to rest, the files are written …"))
 
     def ended(self, result: RunResult) -> None:
         """Say what was left where."""
         summary = result.summary
         if result.broken is not None:
-            self._echo(click.style(f"The run broke off: {result.broken.message}", fg="red"), err=True)
-            self._echo(f"  → {result.broken.remedy}", err=True)
+            self._echo(N_("The run broke off: {why}", why=result.broken.message), "red", err=True)
+            self._echo(f"  → {translated(result.broken.remedy)}", err=True)
         if summary.ended == "end run":
-            self._echo(f"The row {summary.ended_by} ended the run.")
+            self._echo(N_("The row {row} ended the run.", row=summary.ended_by))
         for problem in result.problems:
-            self._echo(click.style(problem, fg="red"), err=True)
+            self._echo(problem, "red", err=True)
         speed = summary.simulated / summary.wall if summary.wall else 0
-        commands, errors = sum(summary.commands.values()), sum(summary.errors.values())
-        repeats = " (repeats are not shown)" if self._hidden else ""
-        whole = time.monotonic() - self._began
-        self._echo(f"{round(summary.simulated, 1):g} s in {summary.wall:.1f} s ({speed:.1f} times real time), "
-                   f"{counted(commands, 'command')}{repeats}, {counted(errors, 'error')}.")  # fmt: skip
-        self._echo(f"With start, rest and files it took {whole:.1f} s.")
-        self._echo(f"In {result.folder}:")
+        commands = counted(sum(summary.commands.values()), "command")
+        if self._hidden:
+            commands = N_("{commands} (repeats are not shown)", commands=commands)
+        words = N_("{seconds:g} s in {wall:.1f} s ({speed:.1f} times real time), {commands}, {errors}.")
+        self._echo(N_(words, seconds=round(summary.simulated, 1), wall=summary.wall, speed=speed, commands=commands,
+                      errors=counted(sum(summary.errors.values()), "error")))  # fmt: skip
+        self._echo(N_("With start, rest and files it took {seconds:.1f} s.", seconds=time.monotonic() - self._began))
+        self._echo(N_("In {folder}:", folder=str(result.folder)))
         width = max((len(n) for n in result.files), default=0)
         for name, what in result.files.items():
-            self._echo(f"  {name:<{width}}  {what}")
+            self._echo(f"  {name:<{width}}  {translated(what)}")
 
 
 def _short(value: Value) -> str:
@@ -221,8 +217,10 @@ def _short(value: Value) -> str:
     if not isinstance(value, Record):
         return show(value)
     if value.type == DONE:
-        seconds = value.values["seconds"]
-        after = f" after {round(seconds, 1 if seconds >= 0.1 else 2):g} s" if isinstance(seconds, (int, float)) else ""
-        return f"{'completed' if value.values['completed'] else 'broken off'}{after}"
+        completed, seconds = value.values["completed"], value.values["seconds"]
+        if not isinstance(seconds, (int, float)):
+            return N_("completed") if completed else N_("broken off")
+        words = N_("completed after {seconds:g} s") if completed else N_("broken off after {seconds:g} s")
+        return N_(words, seconds=round(seconds, 1 if seconds >= 0.1 else 2))
     told = [f"{n} {show(v)}" for n, v in value.as_dict().items() if n in _TELLING and v not in (None, "")]
     return f"{value.type.name} ({', '.join(told[:2])})" if told else value.type.name

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import click
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_, translate
+from rrp_sheets.model.durations import parse_duration
+from rrp_sheets.texts import N_, listed, translate
 
 if TYPE_CHECKING:
     from rrp_sheets.services.bundles import Bundle
@@ -149,10 +150,31 @@ def _opened(ctx: click.Context, path: Path) -> Bundle:
     return bundle
 
 
+_NOUNS = {
+    "row": (N_("{n} row"), N_("{n} rows")), "command": (N_("{n} command"), N_("{n} commands")),
+    "error": (N_("{n} error"), N_("{n} errors")), "run": (N_("{n} run"), N_("{n} runs")),
+    "file": (N_("{n} file"), N_("{n} files")), "sound": (N_("{n} sound"), N_("{n} sounds")),
+    "remembered face": (N_("{n} remembered face"), N_("{n} remembered faces")),
+    "picture and film": (N_("{n} picture and film"), N_("{n} pictures and films")),
+}  # fmt: skip
+
+
 def counted(number: int, what: str) -> str:
     """Return a number with its noun: `1 command`, `2 commands`."""
-    several = {"picture and film": "pictures and films"}.get(what, f"{what}s")
-    return f"{number:,} {what if number == 1 else several}"
+    return N_(_NOUNS[what][number != 1], n=f"{number:,}")
+
+
+def quoted(*states: str) -> str:
+    """Return the text of a cell in quotes, before and after a change if two are given: `empty → “Say parameter”`."""
+    return listed([N_("“{text}”", text=text) if text else N_("empty") for text in states], "→")
+
+
+def seconds_of(text: str, option: str) -> float | None:
+    """Return the seconds of a duration as typed for an option; None when it was left out."""
+    us = parse_duration(text, bare="s")
+    if text and not us:
+        raise click.BadParameter(f"“{text}” is not a duration; write for example 1.5, 20s or 2 min.", param_hint=option)
+    return us / 1e6 if us else None
 
 
 def print_notes(notes: Iterable[str]) -> None:
