@@ -1,4 +1,4 @@
-"""The tutorial, done as a newcomer does it: in the real grid, by the keyboard, lesson by lesson until all tests hold."""
+"""The tutorial, done as a newcomer does it: in the real grid, by the keyboard, lesson by lesson until all tests pass."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def write(page: GridPage, row: int, *cells: str, begin: str = "B") -> None:
 
 
 def holds(page: GridPage, count: int) -> None:
-    """Wait until so many tests hold, as it is shown."""
+    """Wait until so many tests pass, as it is shown."""
     words = f"{count} of 10 lessons done" if count < 10 else "All 10 lessons are done"
     try:
         page.page.wait_for_selector(f".tests-count:text-is('{words}')")
@@ -186,7 +186,7 @@ def test_the_first_lessons_by_the_keyboard(page: GridPage) -> None:
     first_lessons(page)
     eventually(lambda: "Lesson 2 Near is done. 2 of 10 lessons done." in page.page.locator("#status").inner_text())
     shown = page.page.locator(".tests-list li")
-    becomes(lambda: [shown.nth(n).get_attribute("class") for n in range(3)], ["is-holds", "is-holds", "is-now"])
+    becomes(lambda: [shown.nth(n).get_attribute("class") for n in range(3)], ["is-passes", "is-passes", "is-now"])
     eventually(lambda: shown.nth(3).get_attribute("class") == "is-later" and not page.page.locator(".is-fails").count())
     for text in ("Now: Lesson 3 Name it", "New here: map"):
         expect(page.page.locator(".tests-first")).to_contain_text(text)
@@ -201,7 +201,7 @@ def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) ->
     page.page.click(".tests-list li:nth-child(2) a")
     becomes(lambda: page.here, f"B{row}")
     write(page, row, "redBall.distance < 5", begin="D")
-    page.page.wait_for_selector(".tests-first:has-text('Lesson 2 Near does not hold any more')")
+    page.page.wait_for_selector(".tests-first:has-text('Lesson 2 Near now fails')")
     eventually(
         lambda: (
             page.page.locator(".tests-list .is-fails").count() == 1

@@ -107,22 +107,22 @@ def test_what_holds_and_what_does_not_is_told_and_marked(page: Callable[..., Pag
     here = page(GOOD, A=HOLDS, B=FAILS)
     here.run()
     panel = panel_of(here.tests, here.document, "Talk")
-    assert panel is not None and panel.count == "1 of 2 tests holds" and panel.first == "B"
+    assert panel is not None and panel.count == "1 of 2 tests passed" and panel.first == "B"
     assert [(m.at, m.stream, m.expected, m.got) for m in panel.missed] == [
         ("at 0 ms", "Print", "3", "2 at 0 ms from Talk!3")
     ]
     assert [(line.sheet, line.sign, line.words) for line in panel.lines] == [
-        ("A", "✓", "holds"), ("B", "✗", "does not hold"),
+        ("A", "✓", "passed"), ("B", "✗", "failed"),
     ]  # fmt: skip
     grid = here.document.grids["B"]
     assert here.tests.marks("B") == {grid.rows[1]: "2 at 0 ms from Talk!3"}
     here.set("B", (3, 4), "2")
     here.run()
-    assert here.news[-1] == "B holds now. All 2 tests hold." and here.tests.marks("B") == {grid.rows[1]: ""}
+    assert here.news[-1] == "B now passes. All 2 tests passed." and here.tests.marks("B") == {grid.rows[1]: ""}
     assert panel_of(here.tests, here.document, "Talk").done  # type: ignore[union-attr]
     here.set("Talk", (2, 3), "redBall.distance + 1")
     here.run()
-    assert here.news[-1] == "A does not hold any more. B does not hold any more. 0 of 2 tests hold."
+    assert here.news[-1] == "A now fails. B now fails. 0 of 2 tests passed."
 
 
 def test_what_came_is_shown_as_text(page: Callable[..., Page]) -> None:
@@ -132,7 +132,7 @@ def test_what_came_is_shown_as_text(page: Callable[..., Page]) -> None:
     renderer = RowRenderer(here.document.grids["A"])
     renderer._marks = here.tests.marks("A")
     html = str(renderer.rows(0, 10))
-    assert "does not hold" in html and "&lt;script&gt;" in html and "<script>" not in html
+    assert "failed;" in html and "&lt;script&gt;" in html and "<script>" not in html
 
 
 def test_of_a_long_test_some_rows_are_told_and_all_are_marked(page: Callable[..., Page]) -> None:
@@ -156,7 +156,7 @@ def test_tests_that_take_long_are_run_only_when_asked(
     panel = panel_of(here.tests, here.document, "Talk")
     assert panel is not None and any("Press Run tests" in note for note in panel.notes)
     here.run(asked=True, told=2)
-    assert [t.state for t in here.tests.results.tests] == ["holds", "fails"] and not here.tests.results.stale
+    assert [t.state for t in here.tests.results.tests] == ["passes", "fails"] and not here.tests.results.stale
 
 
 def test_a_test_that_does_not_end_is_ended_and_said(
@@ -191,4 +191,4 @@ def test_when_their_process_is_killed_that_is_said_and_the_next_check_runs_them_
     assert panel.notes[0].startswith("The tests were ended: they ended unexpectedly (signal 9). Press Run tests")
     assert here.tests.marks("A") == {}
     here.run()  # as after the next check: nobody has asked for it
-    assert [t.state for t in here.tests.results.tests] == ["holds"] and not here.tests.results.stale
+    assert [t.state for t in here.tests.results.tests] == ["passes"] and not here.tests.results.stale

@@ -157,9 +157,9 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
     """Run the test sheets of FILE: what they send goes in, what they expect must come out.
 
     Every sheet with the headers Time (ms), Stream, Send and Expect is a test. It runs without robot and simulator, as
-    fast as the machine can. What does not hold is shown with its cell, what came instead, and the marble diagram.
+    fast as the machine can. What fails is shown with its cell, what came instead, and the marble diagram.
 
-    Exit code: 0 all tests hold, 1 some do not, 2 the file cannot be read or has errors, 5 it has no tests or they
+    Exit code: 0 all tests pass, 1 some fail, 2 the file cannot be read or has errors, 5 it has no tests or they
     expect nothing, 130 stopped with Ctrl-C.
     """
     from rrp_sheets import api
@@ -218,7 +218,7 @@ def _show(report: TestReport) -> None:
         one = N_("{failed} of {n} test fails ({seconds:.2f} s).")
         say(N_(words if count > 1 else one, failed=failed, n=count, seconds=seconds))
     elif count:
-        words = N_("{n} tests hold ({seconds:.2f} s).") if count > 1 else N_("{n} test holds ({seconds:.2f} s).")
+        words = N_("{n} tests passed ({seconds:.2f} s).") if count > 1 else N_("{n} test passed ({seconds:.2f} s).")
         say(N_(words, n=count, seconds=seconds))
 
 

@@ -225,7 +225,7 @@ def _verdict(got: str) -> str:
     """Render the result of a test row, with what came instead if it failed."""
     if not got:
         return f'<span class="verdict holds">✓<span class="only-spoken"> {escape(N_("holds"))}</span></span>'
-    spoken = f'<span class="only-spoken"> {escape(N_("does not hold;"))}</span>'
+    spoken = f'<span class="only-spoken"> {escape(N_("failed;"))}</span>'
     return f'<span class="verdict fails">✗{spoken} {escape(N_("got: {value}", value=got))}</span>'
 
 

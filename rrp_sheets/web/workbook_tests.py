@@ -1,7 +1,7 @@
 """Tests of an open workbook, and their panel beside a sheet.
 
-A thread runs them after every check if they are quick, in a process with a memory limit. The panel tells which of them
-hold, and what the first failing one lacks. Lessons are tests named “Lesson 1 …” that are done one after the other; a
+A thread runs them after every check if they are quick, in a process with a memory limit. The panel shows which of them
+pass, and what the first failing one lacks. Lessons are tests named “Lesson 1 …” that are done one after the other; a
 comment `# LESSON 1: …` says what to do. One that was not begun is no failure: it is shown as “not yet”, and the first
 of them as the one to do now.
 """
@@ -36,8 +36,8 @@ GRACE = 10.0
 """Seconds that a process may take besides its time, since it is not alone on the machine; then it is ended."""
 START = 20.0
 """Seconds more when it has to be started first."""
-HOLDS, FAILS, IDLE, WAITS, LATE = "holds", "fails", "idle", "waits", "late"
-"""States of a test: its rows hold, or not; it expects nothing; it has errors; it was not reached in time."""
+PASSES, FAILS, IDLE, WAITS, LATE = "passes", "fails", "idle", "waits", "late"
+"""States of a test: it passes or fails; it expects nothing; it has errors; it was not reached in time."""
 _TASK = f"{__name__}.run_workbook_tests"
 _LESSON = re.compile(r"lesson\s+(\d{1,3})\b", re.IGNORECASE)
 
@@ -54,7 +54,7 @@ def number_of(test: str) -> int | None:
 
 @dataclass(frozen=True)
 class Missed:
-    """Row of a test that does not hold, in words: what should have come `at` what time, what came, what explains it."""
+    """Failing row of a test, in words: what should have come `at` what time, what came, what explains it."""
 
     row: int
     at: str
@@ -70,7 +70,7 @@ class Tested:
     """Result of one test.
 
     Attributes:
-        marks: by the row's id, an empty text where the row holds, else the actual value.
+        marks: by the row's id, an empty text where the row passes, else the actual value.
         count: how many rows expect something.
         unsent: rows that could not send what they should, in words.
     """
@@ -105,9 +105,9 @@ class Results:
     why: str = ""
 
     @property
-    def holding(self) -> int:
-        """Number of tests that hold."""
-        return sum(t.state == HOLDS for t in self.tests)
+    def passed(self) -> int:
+        """Number of tests that pass."""
+        return sum(t.state == PASSES for t in self.tests)
 
     def of(self, sheet: str) -> Tested | None:
         """Return the result of the test on a sheet, if there is one."""
@@ -250,7 +250,7 @@ class WorkbookTests:
         for state, names in ((WAITS, answer.waiting), (LATE, answer.late)):
             found |= {name: Tested(name, state) for name in names}
         ordered = tuple(found[name] for name in self.sheets if name in found)
-        self._held |= {test.sheet for test in ordered if test.state == HOLDS}
+        self._held |= {test.sheet for test in ordered if test.state == PASSES}
         rows = tuple(N_("{sheet} row {row}", sheet=a.sheet, row=a.row) for a in answer.rows)
         return Results(ordered, rows=rows, held=self._held)
 
@@ -265,12 +265,12 @@ class WorkbookTests:
         if not before or before == self._said:
             return ""
         news = [
-            N_("{test} is done." if number_of(n) else "{test} holds now.", test=n)
+            N_("{test} is done." if number_of(n) else "{test} now passes.", test=n)
             for n, s in self._said.items()
-            if s == HOLDS != before.get(n, HOLDS)
+            if s == PASSES != before.get(n, PASSES)
         ]
-        failed = [n for n, s in self._said.items() if s == FAILS and before.get(n) == HOLDS]
-        news += [N_("{test} does not hold any more.", test=n) for n in failed]
+        failed = [n for n, s in self._said.items() if s == FAILS and before.get(n) == PASSES]
+        news += [N_("{test} now fails.", test=n) for n in failed]
         return sentences(*news[:3], N_("{count}.", count=counted(results))) if news else ""
 
     def _say(self, results: Results, news: str) -> None:
@@ -280,27 +280,23 @@ class WorkbookTests:
 
 
 def counted(results: Results) -> str:
-    """Describe how many tests hold: `3 of 10 tests hold`; of lessons, `3 of 10 lessons done`.
+    """Describe how many tests pass: `3 of 10 tests passed`; of lessons, `3 of 10 lessons done`.
 
-    >>> counted(Results((Tested("A", HOLDS),))), counted(Results((Tested("A", HOLDS), Tested("B", FAILS))))
-    ('The test holds', '1 of 2 tests holds')
+    >>> counted(Results((Tested("A", PASSES),))), counted(Results((Tested("A", PASSES), Tested("B", FAILS))))
+    ('Test passed', '1 of 2 tests passed')
     """
-    every, holding = len(results.tests), results.holding
+    every, passed = len(results.tests), results.passed
     if every > 1 and all(number_of(t.sheet) for t in results.tests):
-        return N_(
-            "All {n} lessons are done" if every == holding else "{done} of {n} lessons done", n=every, done=holding
-        )
-    if every == holding and every:
-        return N_("The test holds" if every == 1 else "All {n} tests hold", n=every)
+        return N_("All {n} lessons are done" if every == passed else "{done} of {n} lessons done", n=every, done=passed)
     if every == 1:
-        return N_("The test does not hold")
+        return N_("Test passed" if passed else "Test failed")
     return N_(
-        "{holding} of {n} tests holds" if holding == 1 else "{holding} of {n} tests hold", n=every, holding=holding
+        "All {n} tests passed" if every == passed != 0 else "{passed} of {n} tests passed", n=every, passed=passed
     )
 
 
 # ---- in the worker process
-MOST_TOLD = 200  # rows of one test that do not hold and are told in words; the others are only marked
+MOST_TOLD = 200  # failing rows of one test that are told in words; the others are only marked
 _LONGEST = 300  # letters of one line
 
 
@@ -328,7 +324,7 @@ def _tested(case: CaseResult) -> tuple[Tested, dict[int, str]]:
         N_("Row {row} could not be sent: {why}", row=number, why=_short(words))
         for number, words in list(case.broken.items())[:MOST_TOLD]
     )
-    state = FAILS if missed or unsent else HOLDS if case.rows else IDLE
+    state = FAILS if missed or unsent else PASSES if case.rows else IDLE
     marks = {r.row.row: "" for r in case.rows if r.passed} | {r.row.row: N_("something else") for r in more}
     marks |= {m.row: m.got for m in missed}
     return Tested(case.case.name, state, len(case.rows), missed, len(more), unsent), marks
@@ -353,14 +349,14 @@ def _short(text: str) -> str:
 
 MOST_MISSED = 3  # rows of a test that are told beside the sheet
 NOW, LATER = "now", "later"
-"""Of lessons that do not hold and have not held before: the one to do, and those after it."""
-_SIGNS = {HOLDS: "✓", FAILS: "✗", IDLE: "–", WAITS: "!", LATE: "…"}
+"""Of lessons that fail and have not passed before: the one to do, and those after it."""
+_SIGNS = {PASSES: "✓", FAILS: "✗", IDLE: "–", WAITS: "!", LATE: "…"}
 _WORDS = {
-    HOLDS: N_("holds"), FAILS: N_("does not hold"), IDLE: N_("expects nothing"),
-    WAITS: N_("waits for errors to be mended"), LATE: N_("was not reached in time"),
+    PASSES: N_("passed"), FAILS: N_("failed"), IDLE: N_("expects nothing"),
+    WAITS: N_("waits for errors to be fixed"), LATE: N_("was not reached in time"),
     NOW: N_("the lesson to do now"), LATER: N_("not yet"),
 }  # fmt: skip
-_DONE = {HOLDS: N_("done"), FAILS: N_("does not hold any more")}
+_DONE = {PASSES: N_("done"), FAILS: N_("now fails")}
 """Words for lessons instead."""
 _TOLD = re.compile(r"#+\s*lesson\s+(\d{1,3})\b", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z]+")
@@ -392,12 +388,12 @@ class TestsPanel:
     """Panel with the tests of a workbook beside the sheet.
 
     Attributes:
-        count: how many hold, in words.
+        count: how many pass, in words.
         first: the name of the test whose failing rows are listed; empty for none.
         state: of that test, as of a line.
-        broken: whether it has held before.
+        broken: whether it has passed before.
         terms: new words of the current lesson, linked to their help.
-        missed: those of its rows that do not hold; `left_out` is how many more there are.
+        missed: its failing rows; `left_out` is how many more there are.
         unsent: what could not be sent, in words.
     """
 
@@ -432,7 +428,7 @@ def panel_of(tests: WorkbookTests, document: Document, sheet: str) -> TestsPanel
     missed = first.missed[:MOST_MISSED] if first is not None else ()
     more = len(first.missed) - len(missed) + first.left_out if first is not None else 0
     return TestsPanel(
-        count=counted(results) if results.tests else "", done=bool(lines) and results.holding == len(lines),
+        count=counted(results) if results.tests else "", done=bool(lines) and results.passed == len(lines),
         lines=lines, first=first.sheet if first is not None else "", state=state,
         broken=first is not None and first.sheet in results.held, terms=lesson.terms if lesson is not None else (),
         missed=missed, left_out=more,
@@ -443,7 +439,7 @@ def panel_of(tests: WorkbookTests, document: Document, sheet: str) -> TestsPanel
 
 def _undone(test: Tested, results: Results) -> bool:
     """Return whether a test has not held since the workbook was opened."""
-    return test.state != HOLDS and test.sheet not in results.held
+    return test.state != PASSES and test.sheet not in results.held
 
 
 def _line(test: Tested, sheet: str, now: str, results: Results, told: Mapping[int, Lesson]) -> TestLine:
