@@ -59,7 +59,7 @@ class Broadcaster:
             self.listeners.append(listener)
 
     def is_of(self, client: str, person: str) -> bool:
-        """Return whether no stream of a page, earlier loads of it included, belongs to another session."""
+        """Return whether no stream of a page, earlier loads of it included, belongs to another login."""
         mine = identity(client)
         with self._lock:
             return all(one.person == person for one in self.listeners if identity(one.client) == mine)
@@ -319,9 +319,9 @@ class Answers:
         self._kept: OrderedDict[str, Future[Answer]] = OrderedDict()
 
     def once(self, request: str, make: Callable[[], Answer]) -> Answer:
-        """The answer to a request, which is made the first time; who asks meanwhile waits for the same.
+        """Return the answer to a request, which `make` makes once per id; concurrent calls wait for it.
 
-        A request without id is never sent again.
+        A request without id is never repeated.
         """
         if not request:
             return make()

@@ -22,8 +22,8 @@ from rrp_sheets.recording.timeline import Drag, clock, dragged, value_text
 from rrp_sheets.runs.run_data import QUIET_US, Commands, RunStart, Summary
 from rrp_sheets.texts import N_, sentences
 
-_KEPT_LINES = 400  # lines
-_MOST_NEW = 60  # lines that are told at once; of more the last
+_KEPT_LINES = 400
+_MOST_NEW = 60  # lines in one update; of more, the newest
 _LONGEST_LINE = 300  # letters
 _SETTLED = 0.7  # seconds of the wall clock after which a thing that was dragged stands where it was put
 _AGAIN_US = 10_000_000  # the same trouble of the same row

@@ -1,4 +1,4 @@
-"""Parts of a package as trees, which keep what other programs wrote: prefixes, comments, attribute order, encoding.
+"""XML parts of an .xlsx package, edited with lxml; prefixes, comments, attribute order and encoding are preserved.
 
 The rows of a sheet are kept as bytes in blocks, of which only those that are looked at are parsed.
 """
