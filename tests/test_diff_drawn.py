@@ -19,7 +19,7 @@ from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, ChangedBehaviour
 from rrp_sheets.render.change_diagram import MOST_DRAWN, draw_changes, drawn_rows, legend_page
 from rrp_sheets.render.diagram import draw_legend
 from rrp_sheets.render.style import SANS, escape
-from rrp_sheets.services.changes_drawn import Compared
+from rrp_sheets.services.changes_drawn import Compared, compared
 
 ROW_5 = "| | | Steady | filter | steady < 20 | Close ball | |\n"
 AFTER = edited(
@@ -208,6 +208,8 @@ def test_svg_by_its_flag_or_by_the_files_name(pair: tuple[Path, Path], tmp_path:
 def test_nothing_to_draw_is_said_in_the_picture(pair: tuple[Path, Path]) -> None:
     result = run(pair[0], pair[0], "--svg")
     assert result.exit_code == 0 and "there is nothing to draw" in result.output
+    drawn = compared(pair[0], pair[0]).svg("ja")
+    assert "違う行がない" in drawn and "No row" not in drawn and "Same behaviour" not in drawn
 
 
 @pytest.mark.parametrize(

@@ -24,11 +24,13 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
+from rrp_sheets.model.run_files import Stamp
 from rrp_sheets.recording import exporting
 from rrp_sheets.recording.deleting import places_of
 from rrp_sheets.recording.exporting import ExportKind
 from rrp_sheets.recording.folder import stamp_pictures
 from rrp_sheets.recording.metadata import stamp_of
+from rrp_sheets.recording.table import properties_of
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
 from rrp_sheets.services import bundles
@@ -387,6 +389,33 @@ def test_marbles_say_at_their_foot_where_they_come_from(session: Path, tmp_path:
     target = tmp_path / f"marbles.{form}"
     assert api.draw_marbles(api.marbles(session)[1] or [], target) == []
     assert stamp_of(session).line() in target.read_text(encoding="utf-8")
+
+
+def test_no_two_kinds_of_exports_share_a_suffix_and_tables_are_also_xlsx() -> None:
+    suffixes = [suffix for kind in exporting.EXPORTS for suffix in kind.types]
+    assert len(suffixes) == len(set(suffixes))
+    assert all(".xlsx" in kind.types for kind in exporting.EXPORTS if not kind.picture)
+
+
+def test_the_title_of_a_table_is_in_the_language_of_its_run() -> None:
+    stamp = Stamp(run="2026-a", workbook="挨拶.xlsx", language="ja")
+    assert (
+        properties_of([stamp])["title"] == "挨拶.xlsxの実行2026-a"
+        and properties_of([stamp] * 2)["title"] == "2回の実行"
+    )
+
+
+@pytest.mark.parametrize("reason", ["No space left on device", None])
+def test_a_file_that_cannot_be_written_is_told_with_a_reason(
+    session: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reason: str | None
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, reason) if reason else OSError("?")
+
+    monkeypatch.setattr("rrp_sheets.recording.table.os.replace", full)
+    with pytest.raises(SheetsError) as caught:
+        api.export([session], tmp_path / "run.csv")
+    assert str(caught.value.message).endswith(f"cannot be written: {reason or 'the system refuses it'}.")
 
 
 def test_what_cannot_be_exported_is_told_with_a_remedy(session: Path, tmp_path: Path) -> None:

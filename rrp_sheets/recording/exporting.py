@@ -18,9 +18,10 @@ from rrp_sheets.render.output import render_picture
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.atomic import unwritable, write_atomically
 
 XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
+PICTURE_TYPES = {".svg": "image/svg+xml", ".pdf": "application/pdf", ".png": "image/png"}
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,9 @@ class ExportKind:
     Attributes:
         name: of a file that is downloaded, before its suffix.
         title: what such a file is, in words.
-        types: the suffixes of its formats, each with the media type.
+        types: the suffixes of its formats, each with the media type; no two kinds share one. Of a kind that takes
+            several runs, the first has a full label on the page Runs (runs.html), and the page of two runs links to
+            “.xlsx” (runpair.html).
         write: writes traces to a file, of a picture only these streams (all when empty); returns notes for the user.
         links: the suffixes that the page of a run offers, each with the words beside its link.
         picture: whether it shows the numbers of one run; any other takes several runs, and all that they recorded.
@@ -44,7 +47,7 @@ class ExportKind:
     picture: bool = False
 
 
-def kind_of(suffix: str) -> ExportKind | None:
+def export_kind(suffix: str) -> ExportKind | None:
     """Return the kind of export that has this suffix; None when there is none."""
     return next((kind for kind in EXPORTS if suffix in kind.types), None)
 
@@ -62,7 +65,7 @@ def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> l
 
 
 def _kind_for(target: Path, runs: int, streams: Sequence[str]) -> ExportKind:
-    kind = kind_of(target.suffix.casefold())
+    kind = export_kind(target.suffix.casefold())
     if kind is None:
         kinds = [N_("{suffixes} for {title}", suffixes=", ".join(k.types), title=k.title) for k in EXPORTS]
         raise SheetsError(
@@ -84,16 +87,11 @@ def trace_of(run: Path) -> Path:
         UnreadableFile: there is none, or it does not begin as one.
     """
     trace = run / TRACE if run.is_dir() else run
+    remedy = N_("Name a run's folder; see `rrp-sheets runs`.")
     if not trace.is_file():
-        raise UnreadableFile(
-            "FILE001", N_("There is no run “{run}”.", run=run), N_("Name a run's folder; see `rrp-sheets runs`.")
-        )
+        raise UnreadableFile("FILE001", N_("There is no run “{run}”.", run=run), remedy)
     if trace.suffix != Path(TRACE).suffix:
-        raise UnreadableFile(
-            "FILE001",
-            N_("“{run}” is not a record of a run.", run=run),
-            N_("Name a run's folder; see `rrp-sheets runs`."),
-        )
+        raise UnreadableFile("FILE001", N_("“{run}” is not a record of a run.", run=run), remedy)
     if trace.name == TRACE:
         facts = facts_of(trace.parent)
         if not facts.readable:
@@ -112,9 +110,8 @@ def _require_apart(traces: Sequence[Path], target: Path) -> None:
             raise SheetsError(N_("The run “{run}” is named twice.", run=trace.parent.name), N_("Name every run once."))
         seen.add(place)
         if target.absolute().parent.resolve() == place.parent and target.name in (WORKBOOK, TABLE):
-            raise SheetsError(
-                N_("“{name}” belongs to the record of the run.", name=target.name), N_("Give the file another name.")
-            )
+            message = N_("“{name}” belongs to the record of the run.", name=target.name)
+            raise SheetsError(message, N_("Give the file another name."))
 
 
 def _pilots(traces: Sequence[Path]) -> list[str]:
@@ -133,9 +130,7 @@ def _write_table(traces: Sequence[Path], target: Path, streams: Sequence[str]) -
     try:
         (write_csv if target.suffix.casefold() == ".csv" else write_xlsx)(traces, target)
     except OSError as error:
-        raise SheetsError(
-            N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror), N_("Name another file.")
-        ) from None
+        raise unwritable(target, error) from None
     return []
 
 
@@ -155,7 +150,7 @@ EXPORTS = (
         links={".csv": N_("one row per event")},
     ),
     ExportKind(
-        "plots", N_("plots"), {".svg": "image/svg+xml", ".pdf": "application/pdf", ".png": "image/png"}, _write_plots,
+        "plots", N_("plots"), PICTURE_TYPES, _write_plots,
         links={".pdf": N_("its numbers over time"), ".svg": N_("the same, to be edited")}, picture=True,
     ),
 )  # fmt: skip
@@ -189,19 +184,12 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
         if e["kind"] != "command"
     ]  # the curves of the actuators tell those
     stamp = stamp_of(place)
-    more = ""
-    if told["more_curves"]:
-        more = texts(stamp.language).get("plots.more", n=told["more_curves"])
+    left_out = told["more_curves"]
+    more = texts(stamp.language).get("plots.more", n=left_out) if left_out else ""
     return draw_plots(
-        title_of(stamp),
-        curves,
-        notes,
-        float(told["seconds"]),
-        foot=stamp.line(),
-        more=more,
-        about=dict(stamp.pairs()),
-        language=stamp.language,
-    )
+        title_of(stamp), curves, notes, float(told["seconds"]), foot=stamp.line(), more=more,
+        about=dict(stamp.pairs()), language=stamp.language,
+    )  # fmt: skip
 
 
 def _nothing(place: Path, only: Collection[str]) -> SheetsError:
@@ -244,10 +232,7 @@ def pair(first: Path, second: Path) -> dict[str, Any]:
     """
     left, right = streams_of(first), streams_of(second)
     names = list(dict.fromkeys([*left, *right]))
-    return {
-        "streams": [_both(left.get(n), right.get(n)) for n in names],
-        "svg": _overlaid(first, second),
-    }
+    return {"streams": [_both(left.get(n), right.get(n)) for n in names], "svg": _overlaid(first, second)}
 
 
 def streams_of(place: Path) -> dict[str, Seen]:

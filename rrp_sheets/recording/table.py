@@ -27,8 +27,8 @@ from rrp_sheets.model.run_files import PROGRAM, RecordedAction, RecordedEvent, R
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
 from rrp_sheets.robots import load_robot, robot_names
-from rrp_sheets.texts import N_
-from rrp_sheets.workbook.atomic import refuse_open_file
+from rrp_sheets.texts import N_, translate
+from rrp_sheets.workbook.atomic import refuse_open_file, unwritable
 from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.table import MoreSheet, write_table
 
@@ -96,7 +96,8 @@ def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
     """Return the document properties of a table's file."""
     lines = " | ".join(s.line() for s in stamps)
     first = stamps[0]
-    title = f"Run {first.run} of {first.workbook}" if len(stamps) == 1 else f"{len(stamps)} runs"
+    one = N_("Run {run} of {workbook}", run=first.run, workbook=first.workbook)
+    title = translate(one if len(stamps) == 1 else N_("{n} runs", n=len(stamps)), first.language)
     return {"title": title, "subject": lines, "description": lines, "keywords": first.digest, "creator": PROGRAM}
 
 
@@ -119,9 +120,7 @@ def refuse_other_table(target: Path) -> None:
         if ours is None or not target.is_file() or not target.stat().st_size or ours(target):
             return
     except OSError as error:
-        raise SheetsError(
-            N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror), N_("Name another file.")
-        ) from None
+        raise unwritable(target, error) from None
     raise SheetsError(
         N_("“{path}” is there already and is no table of a run; it was left as it is.", path=target),
         N_("Give the file another name."),

@@ -8,7 +8,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RecordedEvent, RecordedValue, Stamp
 from rrp_sheets.recording.marbles import stamped, value_from_json
 from rrp_sheets.recording.table import Seconds, about_runs, csv_cell, properties_of, refuse_other_table
@@ -18,7 +17,7 @@ from rrp_sheets.replay.record import same_json
 from rrp_sheets.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
 from rrp_sheets.replay.result import EXTRA, MISSING, ROW, TIME, VALUE, Difference, Replayed
 from rrp_sheets.texts import N_, translate
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.atomic import unwritable, write_atomically
 
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
 _HEADER = ("time_s", "kind", "stream", "row", "row_now", "recorded", "came", "came_at_s", "what")
@@ -57,9 +56,7 @@ def write(found: Replayed, target: Path) -> list[str]:
             write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties, count)
             return []
     except OSError as error:
-        raise SheetsError(
-            N_("“{path}” cannot be written ({reason}).", path=target, reason=error.strerror), N_("Name another file.")
-        ) from None
+        raise unwritable(target, error) from None
     scores = difference_scores(found)
     if not scores:
         return [N_("Nothing differs that could be drawn, so “{name}” is not written.", name=target.name)]

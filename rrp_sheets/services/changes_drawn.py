@@ -17,7 +17,7 @@ from rrp_sheets.model.changed import ADDED, REMOVED, SIGN_NAMES, ChangedBehaviou
 from rrp_sheets.render.change_diagram import draw_changes, legend_page
 from rrp_sheets.render.diagram import Page
 from rrp_sheets.render.output import stack
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, sentences, translate
 
 _MOST_BEHAVIOURS = 12  # that are drawn; lists name all
 Drawn = tuple[ChangedBehaviour, list[Page], str]  # a behaviour, its pictures, and what is wrong with them
@@ -42,15 +42,16 @@ class Compared:
                 )
         return out
 
-    def svg(self) -> str:
-        """Return all pictures below each other, with the legend on top.
+    def svg(self, language: str = "en") -> str:
+        """Return all pictures below each other, under a title in a language and the legend.
 
         Raises:
             SheetsError: when it cannot be drawn.
         """
         first, second = (file_name(v) for v in (self.comparison.first, self.comparison.second))
-        none = "" if self.behaviours else " No row is different: there is nothing to draw."
-        pages = [legend_page(f"{first} → {second}. {verdict(self.comparison)}{none}")]
+        none = "" if self.behaviours else N_("No row is different: there is nothing to draw.")
+        title = sentences(N_("{first} → {second}.", first=first, second=second), verdict(self.comparison), none)
+        pages = [legend_page(translate(title, language))]
         for number, behaviour in enumerate(self.behaviours[:_MOST_BEHAVIOURS], 1):
             pages += draw_changes(behaviour, number)
         return stack(pages)[0]

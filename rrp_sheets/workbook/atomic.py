@@ -18,7 +18,6 @@ from rrp_sheets.workbook.raw import unreadable
 _ABANDONED_S = 600
 _HALF = ".part"
 _MOST_BYTES = 200  # of 255 that a name may have
-_REMEDY = N_("Choose another folder, or free some space.")
 
 
 def refuse_open_file(path: Path) -> None:
@@ -37,6 +36,14 @@ def already_there(path: Path) -> SheetsError:
         N_("There is already a file “{name}”; it was left as it is.", name=path.name),
         N_("Choose another name, or move that file."),
     )
+
+
+def unwritable(path: Path, error: OSError, remedy: str = N_("Name another file.")) -> SheetsError:
+    """The error for a file that the system does not let us write."""
+    reason = error.strerror or N_("the system refuses it")
+    if error.errno == errno.ENAMETOOLONG:
+        remedy = N_("Choose a shorter name.")
+    return SheetsError(N_("“{file}” cannot be written: {reason}.", file=str(path), reason=reason), remedy)
 
 
 def refuse_workbook(target: Path, source: Path) -> None:
@@ -115,9 +122,7 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
     except FileExistsError:
         raise already_there(path) from None
     except OSError as error:
-        reason = error.strerror or N_("the system refuses it")
-        remedy = N_("Choose a shorter name.") if error.errno == errno.ENAMETOOLONG else _REMEDY
-        raise SheetsError(N_("“{file}” cannot be written: {reason}.", file=str(path), reason=reason), remedy) from error
+        raise unwritable(path, error, N_("Choose another folder, or free some space.")) from error
     finally:
         if half:
             with contextlib.suppress(FileNotFoundError):

@@ -99,16 +99,16 @@ class RunStore:
         place = self.place(name)
         found: dict[str, tuple[Path, str]] = {}
         for path in sorted(place.iterdir(), key=lambda p: p.name):
-            kind = kind_of(path.name)
+            kind = media_type(path.name)
             if kind and path.is_file() and not path.is_symlink():
                 found[path.name] = (path, kind)
         return found
 
 
-def kind_of(name: str) -> str:
+def media_type(name: str) -> str:
     """Return the media type of a file of a run; empty for one that is not served.
 
-    >>> kind_of("say-001.wav"), kind_of("film.gif"), kind_of("evil.html"), kind_of("run.xlsx") == XLSX
+    >>> media_type("say-001.wav"), media_type("film.gif"), media_type("evil.html"), media_type("run.xlsx") == XLSX
     ('audio/wav', 'image/gif', '', True)
     """
     if name.endswith(".wav") and name[0] != ".":

@@ -5,13 +5,14 @@ from __future__ import annotations
 import tempfile
 import zipfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from flask import Blueprint, Response, abort, request, send_file
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
-from rrp_sheets.recording.exporting import kind_of
+from rrp_sheets.recording.exporting import EXPORTS, PICTURE_TYPES, export_kind
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404, seconds_of
 from rrp_sheets.web.runs.run_store import made
@@ -65,11 +66,12 @@ def everything(run: str) -> Response:
 @blueprint.get("/runs/<run>/<export>.<form>")
 def exported(run: str, export: str, form: str) -> Response:
     """Send an export of a run; a picture is shown unless `take` asks for the file."""
-    kind, places = kind_of(f".{form}"), [services().runs.place(run_or_404(run))]
-    if kind is None or export != kind.name:
+    suffix, places = f".{form}", [services().runs.place(run_or_404(run))]
+    kind = next((kind for kind in EXPORTS if kind.name == export and suffix in kind.types), None)
+    if kind is None:
         abort(404)
     name, take = (f"{run}-{export}", "take" in request.args) if kind.picture else (run, True)
-    return _send(f".{form}", name, lambda target: _export(places, target), take=take)
+    return _send(suffix, kind.types[suffix], name, lambda target: _export(places, target), take=take)
 
 
 @blueprint.get("/runs/<run>/marbles.<any(svg,png,pdf):form>")
@@ -78,14 +80,15 @@ def marbles(run: str, form: str) -> Response:
     place = services().runs.place(run_or_404(run))
     behaviour, *window = (request.args.get(name, "")[:300] for name in ("behaviour", "from", "to"))
     asked = (str(place), behaviour, rows_asked(), [seconds_of(w) for w in window])
-    exporter = services().exporter
-    return _send(f".{form}", f"{run}-marbles", lambda target: exporter.ask(run, "write_marbles", *asked, str(target)))
+    suffix, export = f".{form}", partial(services().exporter.ask, run, "write_marbles", *asked)
+    return _send(suffix, PICTURE_TYPES[suffix], f"{run}-marbles", lambda target: export(str(target)))
 
 
 @blueprint.get("/runs/table.<form>")
 def table(form: str) -> Response:
     """Send one export of some runs."""
-    kind = kind_of(f".{form}")
+    suffix = f".{form}"
+    kind = export_kind(suffix)
     if kind is None or kind.picture:
         abort(404)
     chosen = request.args.getlist("run")[:MOST_RUNS]
@@ -93,7 +96,7 @@ def table(form: str) -> Response:
         raise SheetsError(N_("No run is chosen."), N_("Tick the runs that the table shall have."))
     places = [services().runs.place(run) for run in dict.fromkeys(chosen)]
     name = places[0].name if len(places) == 1 else "runs"
-    return _send(f".{form}", name, lambda target: _export(places, target))
+    return _send(suffix, kind.types[suffix], name, lambda target: _export(places, target))
 
 
 @blueprint.get("/book/<name>/bundle.zip")
@@ -105,15 +108,15 @@ def bundle(name: str) -> Response:
         abort(404)
     path = repository.path(name).absolute()
     places = [runs.place(run).absolute() for run in wanted]
-    return _send(".zip", f"{printable(path.stem)}-bundle", lambda target: packer.pack(path, places, target))
+    name = f"{printable(path.stem)}-bundle"
+    return _send(".zip", "application/zip", name, lambda target: packer.pack(path, places, target))
 
 
 def _export(places: Sequence[Path], target: Path) -> None:
     services().exporter.ask(places[0].name, "export_runs", [str(place) for place in places], str(target))
 
 
-def _send(suffix: str, name: str, make: Callable[[Path], object], *, take: bool = True) -> Response:
+def _send(suffix: str, mimetype: str, name: str, make: Callable[[Path], object], *, take: bool = True) -> Response:
     """Send a temporary file that `make` writes to the path it is given."""
-    file, kind = made(f"made{suffix}", make), kind_of(suffix)
-    mimetype = kind.types[suffix] if kind else "application/zip"
+    file = made(f"made{suffix}", make)
     return send_file(file, mimetype=mimetype, as_attachment=take, download_name=f"{name}{suffix}")
