@@ -121,6 +121,7 @@ def _workers_are_forked():
     yield
     if WorkerProcess.fork_server is not None:
         WorkerProcess.fork_server.close()
+        WorkerProcess.fork_server = None
 
 
 @pytest.fixture(scope="session", autouse=True)

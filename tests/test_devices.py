@@ -44,6 +44,18 @@ def test_every_expected_device_is_in_the_catalogue(kind):
     assert {d.name for d in ROBOT.devices.values() if d.kind == kind} >= set(EXPECTED_DEVICES[kind].split())
 
 
+@pytest.mark.parametrize("kind", EXPECTED_DEVICES)
+def test_the_devices_of_the_catalogue_are_those_that_have_a_class(kind):
+    """So a device that comes by mistake is found, and one that is added in its three places needs no edit here."""
+    pytest.importorskip("pybullet")
+    from rrp_sheets.sim.actuators import ACTUATORS
+    from rrp_sheets.sim.sensors import SENSORS
+
+    classes = {"sensor": SENSORS, "actuator": ACTUATORS}
+    carried_out = {d.name for d in ROBOT.devices.values() if d.kind == kind and d.simulated and not d.engine}
+    assert set(classes[kind]) == carried_out and not set(SENSORS) & set(ACTUATORS)
+
+
 @pytest.mark.parametrize("device", list(ROBOT.devices.values()), ids=lambda d: d.name)
 def test_every_device_tells_what_it_is(device):
     assert device.help and device.says

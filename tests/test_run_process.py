@@ -36,6 +36,7 @@ from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunStart, Star
 from rrp_sheets.runs.run_process import RunProcess
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, encode
+from rrp_sheets.workers.worker_process import WorkerProcess
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
 
@@ -214,7 +215,14 @@ def test_findings_settings_and_errors_arrive_as_they_were():
         assert getattr(again, "code", "") == getattr(error, "code", "")
 
 
-def test_a_server_starts_a_run_gets_its_events_and_stops_it(tmp_path):
+@pytest.fixture(params=["forked", "started"])
+def begun(request, monkeypatch):
+    """Processes are forked where they can be; those of a command, and of Windows, are started."""
+    if request.param == "started":
+        monkeypatch.setattr(WorkerProcess, "fork_server", None)
+
+
+def test_a_server_starts_a_run_gets_its_events_and_stops_it(begun, tmp_path):
     pytest.importorskip("pybullet")
 
     class Stopper(Taken):
