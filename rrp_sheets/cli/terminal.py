@@ -131,10 +131,8 @@ def runs_of(path: Path) -> tuple[Path, ...]:
     """
     runs = _opened(click.get_current_context(), path).runs
     if not runs:
-        raise SheetsError(
-            N_("There is no recorded run in “{name}”.", name=path.name),
-            N_("Pack it with one: rrp-sheets pack FILE --run RUN"),
-        )
+        message = N_("There is no recorded run in “{name}”.", name=path.name)
+        raise SheetsError(message, N_("Pack it with one: rrp-sheets pack FILE --run RUN"))
     return runs
 
 

@@ -68,10 +68,8 @@ def _kind_for(target: Path, runs: int, streams: Sequence[str]) -> ExportKind:
     kind = export_kind(target.suffix.casefold())
     if kind is None:
         kinds = [N_("{suffixes} for {title}", suffixes=", ".join(k.types), title=k.title) for k in EXPORTS]
-        raise SheetsError(
-            N_("A run cannot be exported as “{suffix}”.", suffix=target.suffix or target.name),
-            N_("Let the file's name end with {kinds}.", kinds=listed(kinds)),
-        )
+        message = N_("A run cannot be exported as “{suffix}”.", suffix=target.suffix or target.name)
+        raise SheetsError(message, N_("Let the file's name end with {kinds}.", kinds=listed(kinds)))
     if streams and not kind.picture:
         message = N_("Streams can be chosen for plots, not for {title}.", title=kind.title)
         raise SheetsError(message, N_("Leave out --streams."))
@@ -95,9 +93,8 @@ def trace_of(run: Path) -> Path:
     if trace.name == TRACE:
         facts = facts_of(trace.parent)
         if not facts.readable:
-            raise UnreadableFile(
-                "FILE001", N_("“{run}” is not a record of a run: {why}", run=run, why=facts.why), facts.remedy
-            )
+            message = N_("“{run}” is not a record of a run: {why}", run=run, why=facts.why)
+            raise UnreadableFile("FILE001", message, facts.remedy)
     return trace
 
 
@@ -194,9 +191,8 @@ def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float,
 
 def _nothing(place: Path, only: Collection[str]) -> SheetsError:
     if not only:
-        return SheetsError(
-            N_("“{name}” has no numbers that change.", name=place.name), N_("Export it as a table: -o run.xlsx")
-        )
+        message = N_("“{name}” has no numbers that change.", name=place.name)
+        return SheetsError(message, N_("Export it as a table: -o run.xlsx"))
     known = [c["name"] for c in build_timeline(place)["curves"]]
     numbers = N_("Streams with numbers are: {names}.", names=", ".join(known[:20]))
     remedy = numbers if known else N_("This run has no numbers at all.")
@@ -292,9 +288,8 @@ def _overlaid(first: Path, second: Path) -> str:
 
 def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
     known: Any = left or right
-    return Curve(
-        known["name"], known["kind"], known["unit"], _points(left), left["count"] if left else 0, _points(right)
-    )
+    count = left["count"] if left else 0
+    return Curve(known["name"], known["kind"], known["unit"], _points(left), count, _points(right))
 
 
 def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:

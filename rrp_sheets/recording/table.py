@@ -121,10 +121,8 @@ def refuse_other_table(target: Path) -> None:
             return
     except OSError as error:
         raise unwritable(target, error) from None
-    raise SheetsError(
-        N_("“{path}” is there already and is no table of a run; it was left as it is.", path=target),
-        N_("Give the file another name."),
-    )
+    message = N_("“{path}” is there already and is no table of a run; it was left as it is.", path=target)
+    raise SheetsError(message, N_("Give the file another name."))
 
 
 def _ours_xlsx(path: Path) -> bool:

@@ -37,9 +37,8 @@ class Compared:
             try:
                 out.append((behaviour, draw_changes(behaviour, number), ""))
             except SheetsError as error:
-                out.append(
-                    (behaviour, [], N_("It could not be drawn: {why}", why=sentences(error.message, error.remedy)))
-                )
+                why = sentences(error.message, error.remedy)
+                out.append((behaviour, [], N_("It could not be drawn: {why}", why=why)))
         return out
 
     def svg(self, language: str = "en") -> str:

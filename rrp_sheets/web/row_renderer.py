@@ -118,15 +118,8 @@ class RowRenderer:
                       for n in _names(texts.get(c.number, "")))  # fmt: skip
         problems = tuple((n, d.id, len(d.fixes)) for n, d in self._problems.get(number, ()))
         taken = tuple(self._taken.get((row, c.number)) for c in self.grid.columns)
-        return (
-            tuple(texts.items()),
-            names,
-            problems,
-            self._examples.get(number, ""),
-            number in self._anonymous,
-            taken,
-            self._marks.get(row),
-        )
+        example, is_anonymous = self._examples.get(number, ""), number in self._anonymous
+        return tuple(texts.items()), names, problems, example, is_anonymous, taken, self._marks.get(row)
 
     def _pairs(self) -> list[tuple[GridColumn, str]]:
         return list(zip(self.grid.columns, self.kinds, strict=True))

@@ -290,9 +290,8 @@ def counted(results: Results) -> str:
         return N_("All {n} lessons are done" if every == passed else "{done} of {n} lessons done", n=every, done=passed)
     if every == 1:
         return N_("Test passed" if passed else "Test failed")
-    return N_(
-        "All {n} tests passed" if every == passed != 0 else "{passed} of {n} tests passed", n=every, passed=passed
-    )
+    all_passed = every == passed != 0
+    return N_("All {n} tests passed" if all_passed else "{passed} of {n} tests passed", n=every, passed=passed)
 
 
 # ---- in the worker process
@@ -320,10 +319,8 @@ def run_workbook_tests(path: str, within: float) -> TestRun:
 def _tested(case: CaseResult) -> tuple[Tested, dict[int, str]]:
     failed, more = case.failed_rows[:MOST_TOLD], case.failed_rows[MOST_TOLD:]
     missed = tuple(map(_missed, failed))
-    unsent = tuple(
-        N_("Row {row} could not be sent: {why}", row=number, why=_short(words))
-        for number, words in list(case.broken.items())[:MOST_TOLD]
-    )
+    broken = list(case.broken.items())[:MOST_TOLD]
+    unsent = tuple(N_("Row {row} could not be sent: {why}", row=n, why=_short(words)) for n, words in broken)
     state = FAILS if missed or unsent else PASSES if case.rows else IDLE
     marks = {r.row.row: "" for r in case.rows if r.passed} | {r.row.row: N_("something else") for r in more}
     marks |= {m.row: m.got for m in missed}
@@ -481,9 +478,8 @@ def _notes(results: Results) -> list[str]:
             )
         )
     if results.stale:
-        notes.append(
-            N_("This is from before the newest change. These tests take long: press Run tests to see how it is now.")
-        )
+        why = N_("This is from before the newest change. These tests take long: press Run tests to see how it is now.")
+        notes.append(why)
     if any(t.state == LATE for t in results.tests):
         notes.append(N_("The tests take long. Press Run tests to let them have more time."))
     return notes

@@ -32,10 +32,8 @@ def refuse_open_file(path: Path) -> None:
 
 def already_there(path: Path) -> SheetsError:
     """The error for a file that must not be replaced."""
-    return SheetsError(
-        N_("There is already a file “{name}”; it was left as it is.", name=path.name),
-        N_("Choose another name, or move that file."),
-    )
+    message = N_("There is already a file “{name}”; it was left as it is.", name=path.name)
+    return SheetsError(message, N_("Choose another name, or move that file."))
 
 
 def unwritable(path: Path, error: OSError, remedy: str = N_("Name another file.")) -> SheetsError:

@@ -319,9 +319,8 @@ class RunState(RunObserver):
                 return
             self._plots.take(us, known.name, value, fields=known.kind == "sensor")
             if known.kind == "sensor" and isinstance(value, Record):
-                self._fields[known.name] = {
-                    n: v for n, v in value.as_dict().items() if isinstance(v, (int, float, str))
-                }
+                fields = value.as_dict().items()
+                self._fields[known.name] = {n: v for n, v in fields if isinstance(v, (int, float, str))}
                 self._new_fields.add(known.name)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
@@ -481,11 +480,8 @@ class RunState(RunObserver):
     def button_counts(self) -> dict[str, int]:
         """Return the number of presses of each operator button, by its stream's name."""
         with self._lock:
-            names = (
-                [self._streams[s].name if s in self._streams else s for s, _ in self.start.buttons]
-                if self.start
-                else []
-            )
+            buttons = self.start.buttons if self.start else ()
+            names = [self._streams[s].name if s in self._streams else s for s, _ in buttons]
             return {name: self._newest.count(name) for name in names}
 
 

@@ -43,9 +43,8 @@ def everything(run: str) -> Response:
     """Send all files of a run, and its events as CSV, in a zip."""
     files = services().runs.files(run_or_404(run))
     if sum(path.stat().st_size for path, _ in files.values()) > _MOST_ZIP:
-        raise SheetsError(
-            N_("This run is too large for a zip."), N_("Copy the folder {folder} itself.", folder=f"runs/{run}")
-        )
+        remedy = N_("Copy the folder {folder} itself.", folder=f"runs/{run}")
+        raise SheetsError(N_("This run is too large for a zip."), remedy)
     packed = tempfile.TemporaryFile()  # noqa: SIM115  # the answer closes it
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED, compresslevel=3) as whole:
         for name, (path, _) in files.items():
