@@ -17,7 +17,8 @@ export function button(text, action, className = "button") {
   return element;
 }
 
-/** A dialog that is shown at once; the focus goes to its first button and back. */
+/** A dialog that is shown at once; the focus goes to its first button, and to the grid when it closes, or stays in an editor
+ *  that was opened then. */
 export function open(title, parts) {
   const dialog = make("dialog");
   dialog.className = "ask";
@@ -25,7 +26,7 @@ export function open(title, parts) {
   dialog.append(make("h2", title), ...parts);
   dialog.addEventListener("close", () => {
     dialog.remove();
-    document.querySelector("[role=grid] [tabindex='0']")?.focus({ preventScroll: true });
+    if (!document.activeElement?.closest(".editor")) document.querySelector("[role=grid] [tabindex='0']")?.focus({ preventScroll: true });
   });
   document.body.append(dialog);
   dialog.showModal();

@@ -394,15 +394,11 @@ export class Drafts {
       : t("You had not finished {cell}, and its row is gone now. Copy your text, and paste it where it belongs.", { cell: draft.address });
     return new Promise((resolve) => {
       const dialog = open(t("You were typing"), [make("p", words), text]);
-      let after = () => {};
-      dialog.addEventListener("close", () => {
-        after();
-        resolve();
-      });
+      dialog.addEventListener("close", resolve);
       const ends = (title, action) => dialog.append(button(title, () => {
         this.drop(draft);
-        after = action;
         dialog.close();
+        action(); // at once: the next key is for the editor
       }));
       if (cell && !fixed) {
         ends(t("Go on typing"), () => {
