@@ -303,6 +303,20 @@ def test_a_line_does_not_go_across_a_gap(tmp_path: Path) -> None:
     assert [e.get("d", "").count("L") for e in ways] == [29, 29]
 
 
+def test_units_are_those_of_the_robot_in_the_folder_of_the_run(tmp_path: Path) -> None:
+    event = {"t": 0.5, "stream": "Red ball", "value": {"x": 0.1, "y": 0.2, "width": 0.1, "distance": 1.5}}
+    place = write_run(tmp_path, "one", {**HEADER, "robot": "labnao"}, event, END)
+    api.export([place], tmp_path / "without.csv")
+    shutil.copytree(bundled("robots", "nao"), place / "robots" / "labnao")
+    api.export([place], tmp_path / "with.csv")
+    header = [
+        (tmp_path / f"{name}.csv").read_text(encoding="utf-8-sig").splitlines()[0] for name in ("without", "with")
+    ]
+    assert "distance_m" not in header[0] and "distance_m" in header[1]
+    (place / "robots" / "labnao" / "robot.toml").write_text("[broken", encoding="utf-8")
+    api.export([place], tmp_path / "broken.csv")
+
+
 def film(place: Path, seconds: int) -> None:
     from rrp_sheets.sim.camera import Shot
     from rrp_sheets.sim.film import FilmFile

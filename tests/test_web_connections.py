@@ -17,7 +17,7 @@ import pytest
 from busy import crowded
 from test_killed_server import HEADER, Served, wait_for
 
-from rrp_sheets.web.serving import MOST_OF_ONE, THREADS, bind, make_server
+from rrp_sheets.web.serving import MOST_OF_ADDRESS, THREADS, bind, make_server
 from rrp_sheets.web.workbook_repository import MOST_HERE
 from rrp_sheets.workbook.maker import make_workbook
 
@@ -136,7 +136,7 @@ def test_what_is_half_sent_or_silent_is_closed_after_its_time(server: Served) ->
 
 def test_one_address_has_only_so_many_connections_and_the_newest_gets_in(server: Served) -> None:
     with ExitStack() as opened:
-        lines = [sent(server, b"", opened) for _ in range(MOST_OF_ONE + 20)]
+        lines = [sent(server, b"", opened) for _ in range(MOST_OF_ADDRESS + 20)]
         assert [closed_within(line, 10) for line in lines[:20]] == [True] * 20  # the oldest
         assert stop(server)[0] == 409
         assert not any(closed_within(line, 0.01) for line in lines[-20:])
@@ -147,7 +147,7 @@ def test_who_is_let_in_keeps_a_connection_while_strangers_fill_the_places(server
         host = server.home.removeprefix("http://")
         ours = sent(server, f"GET / HTTP/1.1\r\nHost: {host}\r\nCookie: {server.cookie()}\r\n\r\n".encode(), opened)
         assert ours.recv(12) == b"HTTP/1.1 200"
-        for _ in range(2 * MOST_OF_ONE):
+        for _ in range(2 * MOST_OF_ADDRESS):
             stranger = sent(server, f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode(), opened)
             assert stranger.recv(12) == b"HTTP/1.1 403"
         ours.settimeout(20)

@@ -17,7 +17,7 @@ from chromium import LATEST_ANSWER, GridPage, becomes, eventually, let_in, liste
 
 from rrp_sheets.web.password import Password
 from rrp_sheets.web.security import Lan
-from rrp_sheets.web.workbook_repository import MOST_HERE, MOST_LISTENERS, MOST_OF_ONE
+from rrp_sheets.web.workbook_repository import MOST_HERE, MOST_LISTENERS, MOST_OF_LOGIN
 from rrp_sheets.workbook.maker import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
@@ -87,11 +87,11 @@ def put(url: str, cookie: str, text: str, client: str = "other") -> None:
 
 def test_one_who_logged_in_has_only_so_many_pages_and_the_others_theirs(url: str) -> None:
     anna, bob = person(url, "Anna"), person(url, "Bob")
-    lines = [Line(url, anna, client=f"a{n}") for n in range(MOST_OF_ONE)]
+    lines = [Line(url, anna, client=f"a{n}") for n in range(MOST_OF_LOGIN)]
     try:
         refused = Line(url, anna)
         assert refused.answer.status == 503 and refused.answer.headers["Retry-After"] == "5"
-        assert refused.answer.read().decode().startswith(f"You have {MOST_OF_ONE} pages open here. Close one")
+        assert refused.answer.read().decode().startswith(f"You have {MOST_OF_LOGIN} pages open here. Close one")
         other = Line(url, bob)
         assert other.answer.status == 200
         other.close()
@@ -229,7 +229,7 @@ def test_when_all_lines_are_taken_one_is_told_so_and_how_many_are_ones_own(url: 
     # the server notices within seconds that those of other tests have left
     deadline = time.monotonic() + 40 + MOST_LISTENERS * LATEST_ANSWER
     for number in range(MOST_LISTENERS):
-        if number % MOST_OF_ONE == 0:
+        if number % MOST_OF_LOGIN == 0:
             cookie = person(url, f"Person {number}")
         while (line := Line(url, cookie, client=f"o{number}")).answer.status != 200:
             line.close()

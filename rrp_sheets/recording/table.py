@@ -16,17 +16,20 @@ import re
 import unicodedata
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import PROGRAM, RecordedAction, RecordedEvent, RecordedNotice, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import stamp_of
-from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
+from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.robots import load_robot, robot_names
+from rrp_sheets.robots.own_robot import own_robot
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook.atomic import refuse_open_file, unwritable
 from rrp_sheets.workbook.package import BROKEN_ZIP
@@ -284,7 +287,7 @@ def snake_case(name: str) -> str:
 
 
 def _look(reader: TraceReader) -> _Look:
-    units = units_of(reader.header)
+    units = units_of(reader)
     streams = reader.header.streams
     found = _Look(
         kinds={s.name: s.kind for s in streams}, printing={s.name for s in streams if s.device == "Print"},
@@ -313,18 +316,20 @@ def _units_told(units: Mapping[str, str]) -> str:
     return ", ".join(f"{field}: {unit}" if field else unit for field, unit in units.items() if unit)
 
 
-def units_of(header: TraceHeader) -> dict[str, dict[str, str]]:
+def units_of(reader: TraceReader) -> dict[str, dict[str, str]]:
     """Return the units of a trace's sensor and actuator streams, by the key of a field; a plain value's by `""`.
 
-    Streams that rows make have none: a formula does not say what its number means.
+    Streams that rows make have none: a formula does not say what its number means. The robot is that of the run's
+    folder, if it has one.
     """
-    robot = header.text("robot")
-    if robot not in robot_names():
+    name, robot = reader.header.text("robot"), None
+    with suppress(UnreadableWorkbook):
+        robot = own_robot(reader.path.parent, name) or (load_robot(name) if name in robot_names() else None)
+    if robot is None:
         return {}
-    devices = load_robot(robot).devices
     found: dict[str, dict[str, str]] = {}
-    for stream in header.streams:
-        device = devices.get(key(stream.device))
+    for stream in reader.header.streams:
+        device = robot.devices.get(key(stream.device))
         if device is not None:
             fields = {key(f.name): f.unit for f in device.payload.fields} if device.payload else {}
             found[stream.name] = {"": device.unit, **fields}

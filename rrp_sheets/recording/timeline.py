@@ -95,7 +95,7 @@ def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
             log.add(event)
     labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
     wanted = {k: c for k, c in labelled.items() if not only or wanted_names & _names_of(k)}
-    shown, more = _chosen(wanted, units_of(reader.header))
+    shown, more = _chosen(wanted, units_of(reader))
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
         "curves": shown, "more_curves": more,

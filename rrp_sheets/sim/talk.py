@@ -79,6 +79,7 @@ class Utterance:
         sound: without noise.
         noise: of the room, 0 to 1, in the mean.
         is_last: False for the first parts of a long speech.
+        recorded: the sound with noise, once a sensor has listened to it.
     """
 
     start_us: int
@@ -88,6 +89,7 @@ class Utterance:
     noise: float = 0.0
     steps: int = 0
     is_last: bool = True
+    recorded: Signal | None = None
 
     @property
     def end_us(self) -> int:
@@ -245,7 +247,6 @@ class Hearing:
         self._tell = tell
         self._ear: Ear | None = None
         self._listeners: list[tuple[tuple[str, ...], Listener]] = []
-        self._heard: dict[int, Signal] = {}
         if wanted:
             try:
                 self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech.library)
@@ -287,7 +288,6 @@ class Hearing:
 
     def notes(self) -> list[Notice]:
         """Return notes on speech in which no sensor recognised a word; call it after the sensors were read."""
-        self._heard.clear()
         return [
             Notice("note", self._unheard(said, utterance), row=f"Scene!{said.action.row}" if said.action.row else "")
             for utterance in self._talk.over if utterance.is_last
@@ -295,9 +295,9 @@ class Hearing:
         ]  # fmt: skip
 
     def _sound(self, utterance: Utterance) -> Signal:
-        if id(utterance) not in self._heard:
-            self._heard[id(utterance)] = self._talk.microphone(utterance)
-        return self._heard[id(utterance)]
+        if utterance.recorded is None:
+            utterance.recorded = self._talk.microphone(utterance)
+        return utterance.recorded
 
     def _unheard(self, said: PendingSpeech, utterance: Utterance) -> str:
         template = N_("{thing} says “{words}”: the robot has not understood it.")

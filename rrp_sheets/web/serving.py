@@ -31,7 +31,7 @@ from rrp_sheets.web.statics import HEADERS
 from rrp_sheets.web.workbook_repository import MOST_LISTENERS
 
 MOST_CONNECTIONS = 240  # at once; macOS gives a program 256 files
-MOST_OF_ONE = 80  # connections of one address
+MOST_OF_ADDRESS = 80  # connections of one address
 HEAD_SECONDS = 5.0  # for the head of a request, from the opening of the connection or from the head's first byte
 _SLOW_SECONDS = 1.0  # a head that takes longer has to make room for others
 _SPARE = 20  # of all connections: a place is free for the next one before the limit is reached
@@ -118,7 +118,7 @@ class Channel(HTTPChannel):  # type: ignore[misc]
         """Close the least important connection, if there are too many."""
         everyone = [one for one in list(self._map.values()) if isinstance(one, Channel) and not one._is_over]
         mine = [one for one in everyone if one.addr[0] == self.addr[0]]
-        crowd = mine if len(mine) > MOST_OF_ONE else everyone if len(everyone) > MOST_CONNECTIONS - _SPARE else []
+        crowd = mine if len(mine) > MOST_OF_ADDRESS else everyone if len(everyone) > MOST_CONNECTIONS - _SPARE else []
         if crowd:
             others = [one for one in crowd if one is not self and one._worth() < _BUSY]
             min(others, key=lambda one: (one._worth(), one.creation_time), default=self)._is_over = True

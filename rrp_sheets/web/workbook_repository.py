@@ -31,7 +31,7 @@ NO_SHEETS = "FILE017"
 _KEPT = 64
 MOST_LISTENERS = 32  # event streams at once, for all workbooks
 MOST_HERE = 24  # of them, of those who have the address of this computer
-MOST_OF_ONE = 8  # of them, of one who has logged in
+MOST_OF_LOGIN = 8  # of them, of one who has logged in
 POLL_EVERY = 1.0  # seconds between two looks for changes by another program
 
 
@@ -313,7 +313,7 @@ class OpenWorkbooks:
         with self._lock:
             listeners = [one for session in self._sessions.values() for one in session.listeners]
         mine = sum(one.person == person for one in listeners)
-        if mine >= (MOST_OF_ONE if person else MOST_HERE):
+        if mine >= (MOST_OF_LOGIN if person else MOST_HERE):
             return N_("You have {n} pages open here. Close one; this page then goes on by itself.", n=mine)
         if len(listeners) >= MOST_LISTENERS:
             return N_(

@@ -1,4 +1,4 @@
-"""Rows that can drive one part of the robot at one time.
+"""LINT003 and LINT004: rows that can drive one part of the robot at one time.
 
 Two rows conflict when they use one resource at equal Priority, their conditions can hold together, and
 

@@ -1,4 +1,4 @@
-"""Rows that wait for the end of a command which only they themselves can cause.
+"""LINT017: rows that wait for the end of a command which only they themselves can cause.
 
 A row can act once every input that it needs can have a value. A done stream can have one once a row that drives its
 actuator can act. Whatever is not reached in this way from the sensors never acts.

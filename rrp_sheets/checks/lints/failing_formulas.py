@@ -1,4 +1,4 @@
-"""Formulas that fail on the examples, give no condition to a filter, or read merged values of different kinds."""
+"""LINT006, LINT010, LINT011: formulas that fail on examples, are no condition, or read merged values of two kinds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Speech that is driven by streams with many values a second."""
+"""LINT002: speech that is driven by streams with many values a second."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values that an actuator cannot use, or that exceed its limits, by the rules of its driver."""
+"""LINT012, LINT013, LINT014: values that an actuator cannot use, or that exceed its limits, as its driver has them."""
 
 from __future__ import annotations
 

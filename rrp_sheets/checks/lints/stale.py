@@ -1,4 +1,4 @@
-"""The stale combination: combineLatest joins a value that has ended long ago with new ones; with fixes for it."""
+"""LINT001: combineLatest that joins a value which has ended long ago with new ones, and fixes for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Cells of a table that are compared with a sensor's value but never equal to it, such as a misspelt place."""
+"""LINT016: cells of a table that are compared with a sensor's value but never equal to it, such as a misspelt place."""
 
 from __future__ import annotations
 

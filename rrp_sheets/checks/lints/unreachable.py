@@ -1,4 +1,4 @@
-"""Filters that nothing can pass or nothing can stop, and done streams that never have a value."""
+"""LINT005, LINT007, LINT015: filters that nothing passes or nothing stops, and done streams that never have a value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Helpers, and inputs of helpers, that nothing uses."""
+"""LINT008 and LINT009: helpers, and inputs of helpers, that nothing uses."""
 
 from __future__ import annotations
 
