@@ -14,7 +14,7 @@ from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope, mak
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.formulas.problems import kind_of_value
-from rrp_sheets.help.functions import examples, typed
+from rrp_sheets.help.functions import examples, literal_text
 from rrp_sheets.model.values import Failure, record_from_mapping, to_json
 
 FUNCTIONS = {f.name: f for f in library()}
@@ -33,7 +33,7 @@ def test_every_function_has_help_and_an_example_in_the_users_spelling_that_is_tr
     assert shown
     for formula, result in shown:
         assert f"{name}(" in formula
-        assert typed(to_json(evaluate(formula))) == result, formula
+        assert literal_text(to_json(evaluate(formula))) == result, formula
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help.connectors import IN_USE, marbles, one_connector, workbook
 from rrp_sheets.help.devices import DONE_EXAMPLE
-from rrp_sheets.help.functions import examples, typed
+from rrp_sheets.help.functions import examples, literal_text
 from rrp_sheets.help.layout import checked
 from rrp_sheets.help.scene_page import EXAMPLE, TIMES
 from rrp_sheets.help.topics import EXAMPLES, TOPICS
@@ -130,7 +130,7 @@ def test_every_function_has_examples_and_they_are_right(name):
     assert shown
     for formula, result in shown:
         assert formula.isascii() or '"' in formula
-        assert typed(value_of(formula)) == result, formula
+        assert literal_text(value_of(formula)) == result, formula
 
 
 def table(name: str, heading: str) -> list[list[str]]:

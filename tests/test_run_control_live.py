@@ -224,8 +224,8 @@ class Panel(RunObserver):
     def paused(self, us, is_paused):
         self._note("paused", us, is_paused)
 
-    def standing(self, us):
-        self._note("standing", us)
+    def kept_alive(self, us):
+        self._note("kept_alive", us)
 
     def state(self, us, state):
         self._note("state", us, state)
@@ -270,7 +270,7 @@ def test_a_panel_in_another_process_does_it_all(tmp_path):
     run.command("send", "Bo", stream="Red ball", text="distance=0.3")
     run.command("send", "Bo", stream="Red ball", text="distanc=0.3")
     run.command("mark", "Anna", note="she smiles")
-    panel.until(lambda: len(panel.of("acted")) == 4 and len(panel.of("standing")) >= 2)
+    panel.until(lambda: len(panel.of("acted")) == 4 and len(panel.of("kept_alive")) >= 2)
     assert len(panel.of("frame")) == frames and panel.of("refused")[0][3].endswith("“distanc”.")
     edited = shutil.copy(bundled("workbooks", "simple-tracking.xlsx"), tmp_path / "b.xlsx")
     api.set_cell(Path(edited), "C3", "distance >= 0.9", sheet="Tracking")

@@ -15,6 +15,7 @@ from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.run_events import (
     FormulaFailure,
     FrameEnd,
+    KeepAliveEvent,
     NoticeEvent,
     OperatorEvent,
     PauseEvent,
@@ -22,7 +23,6 @@ from rrp_sheets.engine.run_events import (
     RefusalEvent,
     RunEvent,
     RunObserver,
-    StandingEvent,
     StateEvent,
     StreamEvent,
 )
@@ -92,8 +92,8 @@ class Taken(RunObserver):
     def paused(self, *what):
         self.got.append(("paused", *what))
 
-    def standing(self, *what):
-        self.got.append(("standing", *what))
+    def kept_alive(self, *what):
+        self.got.append(("kept_alive", *what))
 
     def state(self, *what):
         self.got.append(("state", *what))
@@ -148,7 +148,7 @@ def test_everything_that_a_view_is_told_arrives_in_order():
         OperatorEvent(5, OperatorAction("scene", "Red ball is put …", "Anna", put)),
         RefusalEvent("send", "No such stream.", "Did you mean …?"),
         PauseEvent(5, True),
-        StandingEvent(5),
+        KeepAliveEvent(5),
         StateEvent(6, state),
         PictureEvent(6, bytes(range(256))),
         StartEvent(RunStart("Book", 5, Path("run"), rows={2: "T!2"}, things=(("Ball", "ball", (1.0, 0.0, 0.4)),))),

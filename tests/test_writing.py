@@ -15,7 +15,7 @@ from lossless import FEATURES, SHEET, cell, edited, make, parts, refused, repack
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.editing import edit, read_sheets
-from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows, SetCell, typed
+from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows, SetCell, parse_typed
 from rrp_sheets.workbook.raw import Extent
 from rrp_sheets.workbook.xlsx import XlsxBook
 
@@ -61,7 +61,7 @@ def test_values_come_back(path, value, seen, place):
      ("1/2", "1/2"), ("1234567890123456", "1234567890123456"), ("", None), ("1,5", "1,5"), ("-0", "-0"), (" 1", " 1")],
 )  # fmt: skip
 def test_what_is_typed(text, value):
-    assert typed(text) == value and type(typed(text)) is type(value)
+    assert parse_typed(text) == value and type(parse_typed(text)) is type(value)
 
 
 @pytest.mark.parametrize(

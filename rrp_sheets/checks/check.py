@@ -29,7 +29,7 @@ from rrp_sheets.model.names import Proposals, argument_name, key, nearest
 from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
 from rrp_sheets.robots import Robot, load_robot, robot_names
 from rrp_sheets.robots.gesture_sheet import parse_gestures
-from rrp_sheets.robots.media_files import SUFFIX, BadSoundError, is_plain, look_at
+from rrp_sheets.robots.media_files import SUFFIX, BadSoundError, check_sound, is_plain
 from rrp_sheets.robots.own_robot import own_robot
 from rrp_sheets.scene.scene_sheet import check_presses, parse_scene
 from rrp_sheets.texts import N_
@@ -207,7 +207,7 @@ def _check_sound(cell: Cell, folder: Path, report: Report) -> None:
     if not is_plain(name):  # told as a setting that is not understood
         return
     try:
-        look_at(folder, name)
+        check_sound(folder, name)
     except BadSoundError as problem:
         guess = None if (folder / name).is_file() else nearest(name, _sounds_in(folder))
         report.add("DEV012", cell.address, name=name, problem=problem.args[0], **meant(guess, _ELSE))

@@ -15,7 +15,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.editing import edit, read_sheets
-from rrp_sheets.workbook.edits import Edit, InsertRows, SetCell, typed
+from rrp_sheets.workbook.edits import Edit, InsertRows, SetCell, parse_typed
 
 MOST_ROUNDS = 100
 Chosen = Mapping[str, str]
@@ -114,7 +114,7 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cel
         for one in fix.edits:
             if isinstance(one, Insert):
                 edits.append(InsertRows(one.sheet, one.before))
-                edits += [SetCell(one.sheet, one.before, column, typed(text)) for column, text in one.cells]
+                edits += [SetCell(one.sheet, one.before, column, parse_typed(text)) for column, text in one.cells]
                 new = " | ".join(text for _, text in one.cells)
                 changes.append(
                     CellChange(N_("{sheet} row {row}", sheet=one.sheet, row=one.before), None, new, d.code, fix.title)
@@ -125,7 +125,7 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cel
             old = texts.get(Address(at.sheet, at.row - moved, at.column), "")
             text = one.text if isinstance(one, Put) else replaced(old, one)
             if text != old:
-                edits.append(SetCell(at.sheet, at.row, at.column, typed(text)))
+                edits.append(SetCell(at.sheet, at.row, at.column, parse_typed(text)))
                 changes.append(CellChange(str(at), old, text, d.code, fix.title))
     if edits:
         edit(path, edits)

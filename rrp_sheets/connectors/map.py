@@ -21,12 +21,12 @@ def build(wiring: ConnectorContext) -> ValueStream:
                 fail(result, (value,))
             return result
 
-        return wiring.inputs[0].pipe(compose(ops.map(work_out), ops.filter(_held)))
+        return wiring.inputs[0].pipe(compose(ops.map(work_out), ops.filter(_is_no_failure)))
 
     return evaluated(wiring)
 
 
-def _held(result: Value) -> bool:
+def _is_no_failure(result: Value) -> bool:
     return type(result) is not Failure
 
 

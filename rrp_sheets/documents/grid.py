@@ -11,7 +11,7 @@ from itertools import groupby
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell, typed
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell, parse_typed
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import Recognised
 
@@ -418,7 +418,7 @@ def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str,
     if clashes:
         raise clash(grid, clashes)
     numbers = grid.numbers()
-    return [SetCell(grid.name, numbers[c.row], c.column, typed(c.text)) for c in cells]
+    return [SetCell(grid.name, numbers[c.row], c.column, parse_typed(c.text)) for c in cells]
 
 
 def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Cells]:
@@ -442,7 +442,7 @@ def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Cha
     ids = [row for row, _ in step.rows]
     insert = InsertRows(grid.name, number, len(ids))
     texts = [
-        SetCell(grid.name, number + i, column, typed(text))
+        SetCell(grid.name, number + i, column, parse_typed(text))
         for i, (_, cells) in enumerate(step.rows)
         for column, text in cells.items()
     ]

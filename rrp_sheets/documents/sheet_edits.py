@@ -18,7 +18,16 @@ from rrp_sheets.model.workbook import Address, Cell, Workbook
 from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, Edit, MoveSheet, RenameSheet, SetCell, typed
+from rrp_sheets.workbook.edits import (
+    AddSheet,
+    BringSheet,
+    DeleteSheet,
+    Edit,
+    MoveSheet,
+    RenameSheet,
+    SetCell,
+    parse_typed,
+)
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import TITLES, is_single, recognise
 from rrp_sheets.workbook.sheet_names import free_name, sheet_name
@@ -343,7 +352,7 @@ def _still(sheets: Sheets, cells: SheetCells) -> SheetCells:
 
 
 def _edits(sheets: Sheets, cells: SheetCells) -> list[SetCell]:
-    return [SetCell(name, sheets.grids[name].number(c.row), c.column, typed(c.text)) for name, c in cells]
+    return [SetCell(name, sheets.grids[name].number(c.row), c.column, parse_typed(c.text)) for name, c in cells]
 
 
 def _changed(sheets: Sheets, author: str, sheet: str, change: SheetChange, cells: SheetCells) -> Changed:

@@ -136,10 +136,10 @@ class PauseEvent(RunEvent):
 
 
 @dataclass(slots=True)
-class StandingEvent(RunEvent):
-    """A sign of life, now and then, while the run is paused or very slow."""
+class KeepAliveEvent(RunEvent):
+    """Sent now and then while the run is paused or very slow, so that its receiver knows it goes on."""
 
-    method = "standing"
+    method = "kept_alive"
     may_miss = True
     us: int
 

@@ -25,10 +25,10 @@ from rrp_sheets.engine.realtime import EventQueue, FramePacer, QueuedEvent, Snap
 from rrp_sheets.engine.run_events import (
     CommandQueue,
     FrameEnd,
+    KeepAliveEvent,
     NoticeEvent,
     PictureEvent,
     RunObserver,
-    StandingEvent,
     StateEvent,
 )
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -112,7 +112,7 @@ class FrameRunner:
             if pace.stands or left > LONGEST_WAIT:
                 if observer.stopped():
                     return False
-                observer.handle(StandingEvent(now))
+                observer.handle(KeepAliveEvent(now))
                 if self._showing.wanted:
                     self._world.show(False)  # whether it is still there: nothing else asks it anything
 
@@ -285,7 +285,7 @@ class RealtimeRunner:
                     observer.handle(PictureEvent(clock.us, shown.picture))
             if not self._queue.stands:
                 return True
-            observer.handle(StandingEvent(clock.us))
+            observer.handle(KeepAliveEvent(clock.us))
             if observer.stopped():
                 return False
             control.wait(STANDING / 5)  # what the world shows comes soon

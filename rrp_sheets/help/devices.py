@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rrp_sheets.help.functions import typed
+from rrp_sheets.help.functions import literal_text
 from rrp_sheets.help.layout import columns, entries, grids, heading, paragraph, titled
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
@@ -66,7 +66,7 @@ def one_device(found: FoundDevice) -> Iterator[str]:
         name = argument_name(found.name)
         first = device.payload.fields[0].name
         yield paragraph(f"It gives a record; {name}.{first} is a field of it in a formula. The fields:")
-        yield columns([(f.name, f.unit, typed(f.example), f.help) for f in device.payload.fields])
+        yield columns([(f.name, f.unit, literal_text(f.example), f.help) for f in device.payload.fields])
     elif device.kind == "sensor" and device.unit:
         yield paragraph(f"It gives a number ({device.unit}).")
     if device.takes:

@@ -84,7 +84,7 @@ def examples(function: Function) -> list[tuple[str, str]]:
     ('CLAMP(7; 0; 5)', '5')
     """
     if function.name in _LAZY and ">>> " not in function.help:
-        return [(_LAZY[function.name], typed(worked_out(_LAZY[function.name])))]
+        return [(_LAZY[function.name], literal_text(worked_out(_LAZY[function.name])))]
     found = []
     for asked, answer in re.findall(r"^>>> (.+)\n((?:(?!>>> ).+\n?)*)", function.help, re.MULTILINE):
         found += _pairs(asked, answer.strip())
@@ -111,17 +111,17 @@ def _pairs(asked: str, answer: str) -> list[tuple[str, str]]:
 
 
 def _answer(answer: str) -> str:
-    return typed(ast.literal_eval(answer))
+    return literal_text(ast.literal_eval(answer))
 
 
-def typed(value: object) -> str:
+def literal_text(value: object) -> str:
     """A value as users type it: TRUE, BLANK, "text", [1; 2], 4 for 4.0."""
     if value is None or isinstance(value, bool):
         return {None: "BLANK", True: "TRUE", False: "FALSE"}[value]
     if isinstance(value, str):
         return f'"{value}"'
     if isinstance(value, (list, tuple)):
-        return f"[{'; '.join(typed(v) for v in value)}]"
+        return f"[{'; '.join(literal_text(v) for v in value)}]"
     return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
@@ -134,7 +134,7 @@ class _Spelling(ast.NodeVisitor):
     """An expression of a doctest as users type it."""
 
     def visit_Constant(self, node: ast.Constant) -> str:
-        return typed(node.value)
+        return literal_text(node.value)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> str:
         return f"-{self.visit(node.operand)}"

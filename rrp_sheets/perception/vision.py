@@ -29,7 +29,10 @@ ROUNDER = 0.995  # measured: balls are drawn with flat faces and look so much sm
 
 @dataclass(frozen=True)
 class Spot:
-    """Something found: the middle (rad, x to the left, y down), apparent size (rad), distance (m; 0 for a spot)."""
+    """Ball or spot in a picture: middle (rad, x left, y down), apparent size (rad), distance (m; 0 for a spot), area.
+
+    The area is its share of the picture, 0 to 1.
+    """
 
     x: float
     y: float

@@ -20,7 +20,7 @@ from rrp_sheets.private import private_folder
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
 from rrp_sheets.resources import bundled
-from rrp_sheets.robots.media_files import BadSoundError, look_at
+from rrp_sheets.robots.media_files import BadSoundError, check_sound
 from rrp_sheets.robots.own_robot import FOLDER, files_of
 from rrp_sheets.texts import N_, sentences
 
@@ -233,7 +233,7 @@ def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
     folder = folder_of(checked.workbook)
     for name in sounds(checked):
         try:
-            look_at(folder, name)
+            check_sound(folder, name)
             files[name] = folder / name
         except BadSoundError as problem:
             lacks.append(N_("The sound “{name}” {problem}.", name=name, problem=problem.args[0]))

@@ -137,8 +137,8 @@ def read_wave(folder: Path, name: str) -> Wave:
         return Wave(data, file.getsampwidth(), file.getnchannels(), file.getframerate())
 
 
-def look_at(folder: Path, name: str) -> None:
-    """As :func:`read_wave`, without reading the sound itself."""
+def check_sound(folder: Path, name: str) -> None:
+    """Check that a sound file can be used, without reading the sound; raises BadSoundError otherwise."""
     with _opened(folder, name):
         pass
 

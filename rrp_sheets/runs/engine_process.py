@@ -23,7 +23,7 @@ from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunSettings
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import pack, unpack
-from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, SharedCell
+from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, SharedCounters
 from rrp_sheets.workers.worker_loop import lift_limit
 from rrp_sheets.workers.worker_process import Task
 
@@ -85,7 +85,7 @@ class _Reporter(RunEventSender):
 
 
 class _Engine:
-    def __init__(self, link: socket.socket, heartbeat: SharedCell, simulator: socket.socket) -> None:
+    def __init__(self, link: socket.socket, heartbeat: SharedCounters, simulator: socket.socket) -> None:
         self._messages = MessageReader(link)
         self._heartbeat = heartbeat
         self._simulator = simulator
@@ -153,4 +153,4 @@ class _Engine:
 def serve(link: socket.socket, heartbeat: int, simulator: int) -> None:
     """Check and run one workbook; `heartbeat` and `simulator` are the files of the heartbeat and of the simulator."""
     only_for_this_user()
-    _Engine(link, SharedCell(PLACES, heartbeat), socket.socket(fileno=simulator)).serve()
+    _Engine(link, SharedCounters(PLACES, heartbeat), socket.socket(fileno=simulator)).serve()

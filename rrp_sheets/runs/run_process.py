@@ -31,7 +31,7 @@ from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, Run
 from rrp_sheets.sim.process import REMEDY_DIED, Simulator, require
 from rrp_sheets.texts import N_, known_language
 from rrp_sheets.workers.codec import pack, unpack
-from rrp_sheets.workers.transport import Liveness, SharedCell, cpu_clock, ready
+from rrp_sheets.workers.transport import Liveness, SharedCounters, cpu_clock, ready
 from rrp_sheets.workers.worker_process import WorkerProcess
 
 FINISH = "rrp_sheets.runs.check_worker.finish_run"
@@ -86,7 +86,7 @@ class EngineProcess(WorkerProcess):
     """
 
     def __init__(self, simulator: int) -> None:
-        self._shared = SharedCell(PLACES)
+        self._shared = SharedCounters(PLACES)
         self.heartbeat = self._shared.numbers
         self.heartbeat[RANK] = NO_ROW
         super().__init__(ENGINE, self._shared.fd, simulator)
@@ -120,7 +120,7 @@ class RunProcess:
         self._stopped_by = ""
         self._resting: float | None = None  # when the robot had begun its rest, or could not any more
         self._ending = ""  # why the simulator has ended
-        self._deaf = False  # the engine takes no messages
+        self._engine_unresponsive = False  # the engine takes no messages
         self._finisher: WorkerProcess | None = None
         settings = settings or RunSettings()
         out, home = (folder and folder.absolute() for folder in (settings.out, settings.home))
@@ -161,7 +161,7 @@ class RunProcess:
 
     def _send(self, *message: Any) -> None:
         with self._sending:
-            self._deaf = self._deaf or not self._worker.send(*message, within=SEND_WITHIN)
+            self._engine_unresponsive = self._engine_unresponsive or not self._worker.send(*message, within=SEND_WITHIN)
 
     def listen(self, view: RunObserver) -> RunOutcome:
         """Report everything to a view until the run has ended.
@@ -197,7 +197,7 @@ class RunProcess:
             messages = worker.receive(0)
             if messages is None:
                 words = N_("The run's process has ended unexpectedly{summary}", summary=worker.exit_summary())
-                return self._alone(view, RunBroken(_sentence(words, self._row()), REMEDY_DIED))
+                return self._finish_without_engine(view, RunBroken(_sentence(words, self._row()), REMEDY_DIED))
             for message in messages:
                 ended = self._take(message, view)
                 if ended is not None:
@@ -207,10 +207,10 @@ class RunProcess:
                 worker.kill()  # nothing has begun, and the check of a workbook need not be waited for
                 return RunOutcome()
             if self._is_late():
-                return self._alone(view, None)
+                return self._finish_without_engine(view, None)
             failure = self._failure(heard=bool(messages))
             if failure is not None:
-                return self._alone(view, failure)
+                return self._finish_without_engine(view, failure)
 
     def _look_at_simulator(self) -> None:
         """Read the simulator's messages; kill it when it no longer works, and send the reason to the engine."""
@@ -243,7 +243,7 @@ class RunProcess:
         failure = self._watchdog.failure(
             heard=heard, silent_after=patience, waits=self._simulator.working and not self._simulator.gone, rows=rows
         )
-        if self._deaf and failure is None:
+        if self._engine_unresponsive and failure is None:
             failure = _at(N_("The run has taken no message for {seconds:g} s", seconds=SEND_WITHIN), self._row()), False
         if failure is None:
             return None
@@ -287,7 +287,7 @@ class RunProcess:
         view.handle(event)
 
     # ---- a run whose engine has gone, or is ended
-    def _alone(self, view: RunObserver, error: RunBroken | None) -> RunOutcome:
+    def _finish_without_engine(self, view: RunObserver, error: RunBroken | None) -> RunOutcome:
         """Bring the robot to rest without the engine, close the trace, write the files that can be written.
 
         Args:

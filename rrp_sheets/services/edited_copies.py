@@ -19,7 +19,7 @@ from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
 from rrp_sheets.workbook.atomic import file_bytes, write_atomically
 from rrp_sheets.workbook.editing import edit, read_sheets
-from rrp_sheets.workbook.edits import SetCell, typed
+from rrp_sheets.workbook.edits import SetCell, parse_typed
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.package import place
 from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
@@ -69,7 +69,7 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
             N_("“{cell}” is no cell.", cell=cell), N_("Write a cell as C5, or with its sheet as Tracking!C5.")
         )
     before = _text(path, name, at)
-    edit(path, [SetCell(name, *at, typed(value))], expected_digest=reading.digest)
+    edit(path, [SetCell(name, *at, parse_typed(value))], expected_digest=reading.digest)
     after = read(path)
     checked = check_workbook(after.workbook, after.report)
     return CellSet(Address(name, *at), before, _text(path, name, at), checked.report, checked.run.language)

@@ -208,7 +208,7 @@ class Body:
             glide.acceleration = max(glide.acceleration, abs(glide.speed) / HALT_TIME)
             glide.halt()
 
-    def rest(self) -> None:
+    def switch_off_motors(self) -> None:
         """Switch off all motors; only their gears resist."""
         self.limp = True
         self._moving.clear()

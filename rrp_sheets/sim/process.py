@@ -20,7 +20,7 @@ from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, Scen
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import unpack
-from rrp_sheets.workers.transport import Liveness, SharedCell, cpu_clock
+from rrp_sheets.workers.transport import Liveness, SharedCounters, cpu_clock
 from rrp_sheets.workers.worker_process import Task, WorkerProcess
 
 ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robot to rest when its supervisor has gone
@@ -151,7 +151,7 @@ class Simulator:
     def __init__(self) -> None:
         require()
         self.requests, theirs = socket.socketpair()
-        self._heartbeat = SharedCell(PLACES)
+        self._heartbeat = SharedCounters(PLACES)
         with theirs:
             self._child = WorkerProcess(SIMULATOR, theirs.fileno(), self._heartbeat.fd)
         self._cpu = cpu_clock(self._child.pid)

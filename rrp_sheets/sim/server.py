@@ -18,7 +18,7 @@ from rrp_sheets.model.exchange import Arrivals, Notice
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.sim.process import BEATS, BUSY, IDLE, OPENING, PLACES, REQUESTS, STATE, OpenFailure, Picture, Spec
 from rrp_sheets.workers.codec import pack, unpack
-from rrp_sheets.workers.transport import MessageReader, SharedCell, encode
+from rrp_sheets.workers.transport import MessageReader, SharedCounters, encode
 from rrp_sheets.workers.worker_loop import limit_threads
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class _Server:
-    def __init__(self, control: socket.socket, requests: socket.socket, heartbeat: SharedCell) -> None:
+    def __init__(self, control: socket.socket, requests: socket.socket, heartbeat: SharedCounters) -> None:
         self._control = control
         self._requests = requests
         self._reader = MessageReader(requests)
@@ -149,4 +149,4 @@ def serve(control: socket.socket, requests: int, heartbeat: int) -> None:
     """Serve the engine until its connection closes."""
     only_for_this_user()
     limit_threads()
-    _Server(control, socket.socket(fileno=requests), SharedCell(PLACES, heartbeat)).serve()
+    _Server(control, socket.socket(fileno=requests), SharedCounters(PLACES, heartbeat)).serve()

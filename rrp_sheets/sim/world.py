@@ -168,7 +168,7 @@ class SimWorld:
                 for name, angle in self.body.robot.data["postures"][REST_POSTURE].items():
                     self.body.go(name, angle, EASY)
                 self._pass(REST_WITHIN_US, lambda: not self.body.moving() and self.stance.settled)
-            self.body.rest()
+            self.body.switch_off_motors()
         if self._film is not None:
             self._film.write()
         return self._collect(ended)
@@ -461,7 +461,7 @@ class Falling:
 
     def _fall(self, us: int) -> None:
         self._body.fallen = True
-        self._body.rest()
+        self._body.switch_off_motors()
         self._arbiter.bar(frozenset(self._body.robot.data["chains"].values()), LIES, us)
         self._tell(Notice("error", FALLEN))
 

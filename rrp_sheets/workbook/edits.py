@@ -203,14 +203,14 @@ _IMPOSSIBLE = re.compile("[\ud800-\udfff\ufffe\uffff]")
 _ESCAPED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f]|_(?=x[0-9A-Fa-f]{4}_)")
 
 
-def typed(text: str) -> Value:
+def parse_typed(text: str) -> Value:
     """Return what a spreadsheet program would make of a typed text, where there is no doubt; else the text.
 
     A number is one when it reads the same afterwards: leading and trailing zeros, long numbers, dates and whatever
     begins with `=` stay texts. So do `true` and `false` in small letters.
 
-    >>> typed("20"), typed("-0.5"), typed("007"), typed("1.50"), typed("TRUE"), typed("=A1"), typed("")
-    (20.0, -0.5, '007', '1.50', True, '=A1', None)
+    >>> [parse_typed(text) for text in ("20", "-0.5", "007", "1.50", "TRUE", "=A1", "")]
+    [20.0, -0.5, '007', '1.50', True, '=A1', None]
     """
     if text in ("TRUE", "FALSE"):
         return text == "TRUE"

@@ -173,8 +173,8 @@ LONGEST_LOOK = 0.5
 """Seconds (wall clock) that count between two looks at a process: when the whole machine stood still, nothing died."""
 
 
-class SharedCell:
-    """Whole numbers in memory that a process and its starter both see.
+class SharedCounters:
+    """Whole numbers in shared memory, which a process and its starter both see.
 
     Args:
         places: how many numbers; all are 0 at first.

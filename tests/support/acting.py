@@ -51,7 +51,7 @@ class Script(RunObserver):
         self.times.append(us)
         self._do(self.frames.pop(self.number, ()))
 
-    def standing(self, us):
+    def kept_alive(self, us):
         self._do(self.waiting.pop(0) if self.waiting else wish("resume"))
 
     def finishing(self):

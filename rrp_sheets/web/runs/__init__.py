@@ -1,1 +1,1 @@
-"""Recorded runs in the browser: access to them, data of their pages, and printed protocols."""
+"""Recorded runs in the browser: access to them and data of their pages."""
