@@ -205,6 +205,19 @@ def test_what_another_program_writes_is_taken_over(document: Document) -> None:
     assert "still mine" in on_disk(document)
 
 
+@pytest.mark.parametrize("edited", [False, True])
+def test_what_another_program_writes_before_the_next_check_is_taken_over(document: Document, edited: bool) -> None:
+    """The check reads the file anew when it was opened or edited, and is no reason to take its rows for known."""
+    if edited:
+        put(document, document.grids[SHEET].rows[1], "mine")
+    edit(document.path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
+    assert document.reading.workbook.behaviours, "the check reads it"
+    third = document.grids[SHEET].rows[2]
+    put(document, third, "still mine")
+    assert formulas(document)[0] == "new" and document.grids[SHEET].number(third) == 5
+    assert formulas(document) == [text for text in on_disk(document) if text]
+
+
 OTHERS = st.lists(
     st.one_of(
         st.tuples(st.just("put"), st.integers(0, 8), st.sampled_from(["1", "x + 1", "", '"text"'])),

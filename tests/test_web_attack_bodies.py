@@ -21,7 +21,7 @@ from flask import Flask
 from test_hostile_files import REFUSED
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.serving import MOST_OF_ONE, bind, make_server
+from rrp_sheets.web.serving import MOST_OF_ADDRESS, bind, make_server
 
 STRANGE: list[Any] = [
     None, True, 0, -1, 1.5, 1e308, 10**400, "", "x", "\ud800", "\0", "x" * 100_000, [], [[]], [None], {}, {"a": {}},
@@ -169,7 +169,7 @@ def test_bodies_that_trickle_do_not_stop_the_others(served: int) -> None:
         b"",
         b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n5\r\n",
     ]
-    slow = [socket.create_connection(("127.0.0.1", served)) for _ in range(MOST_OF_ONE - 5)]
+    slow = [socket.create_connection(("127.0.0.1", served)) for _ in range(MOST_OF_ADDRESS - 5)]
     try:
         for number, one in enumerate(slow):
             one.sendall(begun[number % len(begun)])

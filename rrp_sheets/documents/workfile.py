@@ -308,11 +308,16 @@ class WorkFile:
 
     @property
     def reading(self) -> Reading:
-        """The workbook as its file says it now; read again only when it has changed."""
+        """The workbook as its file says it, read again only when it has changed.
+
+        What another program has written since the last look is still told by `has_changed`: the rows of the document
+        are older.
+        """
         if self._reading is None:
-            self._stamp = stamp_of(self.path)
+            stamp = stamp_of(self.path)
             self._reading = read(self.path)
-            self._digest = self._reading.digest
+            if not self._digest:
+                self._digest, self._stamp = self._reading.digest, stamp
         return self._reading
 
     def sheets(self) -> tuple[RawSheet, ...]:
@@ -332,10 +337,12 @@ class WorkFile:
 
     def has_changed(self) -> bool:
         """Return whether another program has written other contents into it; `reading` is then the new one."""
-        if stamp_of(self.path) == self._stamp:
+        stamp = stamp_of(self.path)
+        if stamp == self._stamp:
             return False
-        before, self._reading = self._digest, None
-        return self.reading.digest != before
+        self._reading = None
+        before, self._digest, self._stamp = self._digest, self.reading.digest, stamp
+        return self._digest != before
 
     def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
         """Write edits to the journal and then to the file; out of the journal again when the file does not take them.
