@@ -14,7 +14,7 @@ import pytest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web import workbook_session
-from rrp_sheets.web.run.run_session import RunManager, RunOptions
+from rrp_sheets.web.run_session import RunManager, RunOptions
 from rrp_sheets.web.workbook_repository import OpenWorkbooks
 from rrp_sheets.web.workbook_session import EventStream, Place, WorkbookSession
 from rrp_sheets.workbook.maker import make_workbook

@@ -23,7 +23,7 @@ from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.recording import exporting
 from rrp_sheets.recording.exporting import ExportKind
-from rrp_sheets.web.runs.run_store import made
+from rrp_sheets.web.run_store import made
 
 OTHER = HEADER | {"participant": "P-02", "workbook": "1" * 64, "condition": "Warm"}
 OURS = {"X-RRP": "grid", "Origin": HOME}

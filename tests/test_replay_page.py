@@ -17,7 +17,7 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.replay.replaying import Stopped, replay_apart
-from rrp_sheets.web.runs.replay_jobs import Replays
+from rrp_sheets.web.replay_jobs import Replays
 
 BOOK = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]
 OTHER = [["", "Head yaw", "filter", "headYaw > 5", "Far", ""], BOOK[1]]

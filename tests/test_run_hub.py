@@ -19,8 +19,8 @@ from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.run_data import RunStart
 from rrp_sheets.web import workbook_repository
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.run.run_session import RunManager, RunOptions
-from rrp_sheets.web.run.run_state import RunState
+from rrp_sheets.web.run_session import RunManager, RunOptions
+from rrp_sheets.web.run_state import RunState
 from rrp_sheets.web.workbook_repository import OpenWorkbooks
 from rrp_sheets.web.workbook_session import EventStream, WorkbookSession, message
 from rrp_sheets.workbook.maker import make_workbook
@@ -297,7 +297,7 @@ def hear(page: EventStream, words: str) -> str:
 
 def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(run_state: RunState, monkeypatch) -> None:
     now = 100.0
-    monkeypatch.setattr("rrp_sheets.web.run.run_state.time", SimpleNamespace(monotonic=lambda: now))
+    monkeypatch.setattr("rrp_sheets.web.run_state.time", SimpleNamespace(monotonic=lambda: now))
     run_state.state(0, State({}, (), (), "", {}))
     run_state.picture(0, b"first")
     run_state.picture(0, b"second")

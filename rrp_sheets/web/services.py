@@ -11,9 +11,9 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.services.bundle_packing import Packer
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.web.protocol_printer import ProtocolPrinter
-from rrp_sheets.web.run.run_session import RunManager
-from rrp_sheets.web.runs.replay_jobs import Replays
-from rrp_sheets.web.runs.run_store import RunStore
+from rrp_sheets.web.replay_jobs import Replays
+from rrp_sheets.web.run_session import RunManager
+from rrp_sheets.web.run_store import RunStore
 from rrp_sheets.web.workbook_repository import OpenWorkbooks, WorkbookRepository
 
 EXPORT_SECONDS = 150.0  # a table of a long run takes its time

@@ -15,7 +15,7 @@ from rrp_sheets.model.run_files import TRACE
 from rrp_sheets.recording.exporting import EXPORTS, PICTURE_TYPES, export_kind
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.requests import confirm_download, rows_asked, run_or_404, seconds_of
-from rrp_sheets.web.runs.run_store import made
+from rrp_sheets.web.run_store import made
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 

@@ -17,7 +17,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.texts import sentences
 from rrp_sheets.web.models import KindText, said, script_json, show
 from rrp_sheets.web.requests import run_or_404
-from rrp_sheets.web.runs.run_store import RunLine, line_of
+from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
 blueprint = Blueprint("lookback", __name__)

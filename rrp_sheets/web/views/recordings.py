@@ -18,7 +18,7 @@ from rrp_sheets.recording.metadata import RunMetadata, clock, length, newest_fir
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import both, said, show
 from rrp_sheets.web.requests import rows_asked, run_or_404, seconds_of
-from rrp_sheets.web.runs.run_store import PICTURES, RunLine, line_of, when
+from rrp_sheets.web.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 

@@ -15,9 +15,9 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE, WORKBOOK
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import said, show
+from rrp_sheets.web.replay_jobs import ReplayJob
 from rrp_sheets.web.requests import run_or_404
-from rrp_sheets.web.runs.replay_jobs import ReplayJob
-from rrp_sheets.web.runs.run_store import RunLine, line_of
+from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.comparison import Choice, kept_versions, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable

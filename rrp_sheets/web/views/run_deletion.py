@@ -12,7 +12,7 @@ from flask import Blueprint, request
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import date_in_words, plural, said, show
-from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of
+from rrp_sheets.web.run_store import RunLine, RunStore, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 

@@ -32,7 +32,7 @@ from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, said, script_json, show, words_of
 from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
-from rrp_sheets.web.run.run_session import LONGEST_TEXTS
+from rrp_sheets.web.run_session import LONGEST_TEXTS
 from rrp_sheets.web.security import author_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs

@@ -25,7 +25,7 @@ from rrp_sheets.services import bundles
 from rrp_sheets.services.bundles import Bundle, catalogue_note, is_device, is_zip, unpack
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import KindText, both, counts, plural, said, show
-from rrp_sheets.web.runs.run_store import RunLine, RunStore, line_of, when
+from rrp_sheets.web.run_store import RunLine, RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
     MOST_FILES,

@@ -16,7 +16,7 @@ from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import said
-from rrp_sheets.web.run.run_state import Line, RunState
+from rrp_sheets.web.run_state import Line, RunState
 from rrp_sheets.web.security import SOMEBODY
 from rrp_sheets.web.workbook_repository import OpenWorkbooks
 from rrp_sheets.web.workbook_session import WorkbookSession, message

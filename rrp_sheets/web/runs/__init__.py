@@ -1,1 +1,0 @@
-"""Recorded runs in the browser: access to them and data of their pages."""
