@@ -216,13 +216,15 @@ def test_findings_settings_and_errors_arrive_as_they_were():
 
 
 @pytest.fixture(params=["forked", "started"])
-def begun(request, monkeypatch):
+def process_start(request, monkeypatch):
     """Processes are forked where they can be; those of a command, and of Windows, are started."""
     if request.param == "started":
         monkeypatch.setattr(WorkerProcess, "fork_server", None)
+    else:
+        assert not WorkerProcess.fork_server.ended
 
 
-def test_a_server_starts_a_run_gets_its_events_and_stops_it(begun, tmp_path):
+def test_a_server_starts_a_run_gets_its_events_and_stops_it(process_start, tmp_path):
     pytest.importorskip("pybullet")
 
     class Stopper(Taken):

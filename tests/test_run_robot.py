@@ -200,7 +200,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
 
 def screenshot(page: Any) -> bytes:
     """The robot's picture as a PNG. That of a locator waits for two frames of a page that draws 3D in software."""
-    return page.screenshot(clip=some(page.locator("#robot3d canvas").bounding_box))
+    return page.screenshot(clip=some(page.locator("#robot3d canvas").bounding_box), timeout=300_000)  # as `at_rest`
 
 
 def drawn(page: Any) -> Any:

@@ -30,6 +30,8 @@ RED = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
 def test_a_dead_simulator_is_told_at_once(started: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if started:
         monkeypatch.setattr(WorkerProcess, "fork_server", None)
+    else:
+        assert WorkerProcess.fork_server is not None and not WorkerProcess.fork_server.ended
     world = SimulatedWorld(ROBOT, (RED,), (), ())
     world.start()
     assert world.pid is not None

@@ -103,7 +103,9 @@ def test_end_of_a_forked_worker_is_told(fork_server: ForkServer) -> None:
     assert slow.ended and slow.exit_summary() == " (signal 9)"
     failing = WorkerProcess(Task("os.nothing"))
     assert failing.receive(60) is None and "AttributeError" in failing.exit_summary()
-    for each in (worker, killed, slow, failing):
+    full = WorkerProcess(Task("os.fchdir"))
+    assert full.receive(60) is None and "NotADirectoryError" in full.exit_summary(), "an OSError too is its own"
+    for each in (worker, killed, slow, failing, full):
         each.close()
 
 
@@ -159,6 +161,16 @@ def test_request_that_cannot_be_granted_leaves_the_fork_server(
     assert not forked(worker) and forked(again)
     for each in (worker, again):
         each.close()
+
+
+def test_forked_worker_whose_pidfd_does_not_fit_is_not_begun_twice(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    received = socket.recv_fds
+    monkeypatch.setattr("socket.recv_fds", lambda *of: (received(*of)[0], [], 0, None))
+    with pytest.raises(OSError, match=os.strerror(errno.EMFILE)):
+        WorkerProcess()
+    monkeypatch.undo()
 
 
 def test_libraries_of_the_fork_server_take_no_memory_from_formulas(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -215,16 +215,17 @@ def serve_forks(link: socket.socket, requests: int) -> None:
             status = socket.socket(fileno=files[0])
             try:
                 os.fchdir(files[1])
-                if not (pid := os.fork()):
-                    for each in (channel, link, status, *(s for _, s in running.values())):
-                        each.detach()  # their numbers will be those of other files
-                    _run_forked(json.loads(request), files[2:])
-                pidfd = _open_pidfd(pid)
-                running[pidfd] = pid, status
-                poll.register(pidfd, select.POLLIN)
-                socket.send_fds(status, [str(pid).encode()], [pidfd])
+                if pid := os.fork():
+                    running[pidfd := _open_pidfd(pid)] = pid, status
+                    poll.register(pidfd, select.POLLIN)
+                    socket.send_fds(status, [str(pid).encode()], [pidfd])
             except OSError:
+                pid = -1
                 status.close()
+            if not pid:
+                for each in (channel, link, status, *(s for _, s in running.values())):
+                    each.detach()  # their numbers will be those of other files
+                _run_forked(json.loads(request), files[2:])
             for file in files[1:]:
                 os.close(file)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -217,7 +218,7 @@ class WorkerProcess:
         if code < 0:  # killed from outside: it had no last words, only what it printed at its start
             return N_(" (signal {number})", number=-code)
         if code == _UNKNOWN_CODE:
-            return f" ({lines[-1][:200]})" if lines else ""
+            return N_(" (last line: {line})", line=lines[-1][:200]) if lines else ""
         if lines:
             return N_(" (exit code {code}: {line})", code=code, line=lines[-1][:200])
         return N_(" (exit code {code})", code=code)
@@ -264,17 +265,25 @@ class ForkServer:
         return self._process.ended
 
     def fork(self, request: bytes, files: Sequence[int]) -> ForkedProcess | None:
-        """Fork a process that inherits some files; None when that is refused, or there is no fork server any more."""
+        """Fork a process that inherits some files; None when that is refused, or the fork server has ended.
+
+        Raises:
+            OSError: too many files are open here.
+        """
         status, theirs = socket.socketpair()
         with theirs, suppress(OSError), self._lock:
             socket.send_fds(self._requests, [request], [theirs.fileno(), *files])
         if not ready(status.fileno(), _FORK_WITHIN):
             self._process.kill()  # so that the process does not begin later, beside one that is started instead
-        with suppress(OSError):  # the fork server was killed
+        try:
             pid, pidfds, _, _ = socket.recv_fds(status, 16, 1)
-            if pidfds:
-                return ForkedProcess(int(pid), pidfds[0], status)
+        except OSError:  # the fork server was killed
+            pid, pidfds = b"", []
+        if pidfds:
+            return ForkedProcess(int(pid), pidfds[0], status)
         status.close()
+        if pid:  # it has begun, but its pidfd does not fit beside the files that are open here
+            raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
         return None
 
     def close(self) -> None:
@@ -344,8 +353,8 @@ def fork_workers(modules: Sequence[str]) -> None:
     That is on Linux: macOS forks unsafely, and only Linux has pidfds. Without a fork server, and when it has ended,
     workers are started.
     """
-    if WorkerProcess.fork_server is None and sys.platform == "linux":
-        with suppress(AttributeError, OSError):  # an old kernel, or one that refuses pidfds
+    if WorkerProcess.fork_server is None and sys.platform == "linux" and hasattr(os, "pidfd_open"):
+        with suppress(OSError):  # an old kernel, or one that refuses pidfds; or no process can be started now
             os.close(os.pidfd_open(os.getpid()))
             WorkerProcess.fork_server = ForkServer(modules)
 
@@ -353,7 +362,7 @@ def fork_workers(modules: Sequence[str]) -> None:
 def _fork_process(
     task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]
 ) -> ForkedProcess | None:
-    """Fork a process from the fork server; None when there is none, or the process must or can be started only."""
+    """Fork a process from the fork server; return None when the caller must start the process instead."""
     server = WorkerProcess.fork_server
     if server is None or task is FORK_SERVER or server.interpreter != _interpreter(environment):
         return None
