@@ -13,11 +13,7 @@ import cv2
 from rrp_sheets.perception.pinhole import Lens, Pixels
 
 Band = tuple[int, int]
-HUES: Mapping[str, tuple[Band, ...]] = {
-    "red": ((0, 8), (172, 180)),
-    "green": ((40, 85),),
-    "blue": ((100, 130),),
-}
+HUES: Mapping[str, tuple[Band, ...]] = {"red": ((0, 8), (172, 180)), "green": ((40, 85),), "blue": ((100, 130),)}
 """Bands of hue of each ball's colour, on OpenCV's scale (0 to 180)."""
 SATURATION, VALUE = 150, 50  # least saturation and brightness of a ball's pixels (0 to 255): pale and black are none
 SPOT_SATURATION = 90  # a spot may be paler

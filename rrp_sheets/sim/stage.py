@@ -374,10 +374,7 @@ class ScenePerson:
         x, y, z = self.path.at(us)
         body = z - HEAD
         radius = min((SEATED_WIDE if self.seated else WIDE) * self.height + 0.03, 0.25)
-        return [
-            Cylinder(self.name, (x, y, body / 2), radius, max(body, 0.01)),
-            Sphere(self.name, (x, y, z), HEAD),
-        ]
+        return [Cylinder(self.name, (x, y, body / 2), radius, max(body, 0.01)), Sphere(self.name, (x, y, z), HEAD)]
 
 
 @dataclass

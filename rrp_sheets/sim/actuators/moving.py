@@ -389,8 +389,7 @@ class Posture(Keyframed, device="Posture"):
         body = self.parts.body
         legs = [j.name for j in body.robot.joints.values() if j.chain in ("LLeg", "RLeg")]
         return min(
-            body.robot.postures,
-            key=lambda p: math.fsum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs),
+            body.robot.postures, key=lambda p: math.fsum((self._angles(p)[leg] - body.aimed(leg)) ** 2 for leg in legs)
         )
 
 
