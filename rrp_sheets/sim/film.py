@@ -1,7 +1,4 @@
-"""Films the run: a few pictures a second of the robot from outside, with what it sees and says at that moment.
-
-It writes `film.gif` and `strip.png` during the run; this module chooses their moments, draws and encodes them.
-"""
+"""Films the run in `film.gif` and `strip.png`: the robot from outside, with what it sees and says at that moment."""
 
 from __future__ import annotations
 
@@ -99,11 +96,9 @@ class Film:
         self._hurry({"say": SPEAKS, "person": SHINES, "sound": SHINES, "note": NOTED}.get(notice.kind, TOLD))
 
     def ordered(self, us: int, order: Command) -> None:
-        """Take note of a command, which is news when it is the first for a while or differs from the one before.
-
-        Only texts, colours and blanks are compared, as measured numbers and records always differ.
-        """
+        """Take note of a command, which is news when it is the first for a while or differs from the one before."""
         before_us, before = self._ordered.get(order.stream, (-PAUSED_US, None))
+        # Only texts, colours and blanks are compared, as measured numbers and records always differ.
         value = None if isinstance(order.value, (int, float, dict, Record)) else order.value
         self._ordered[order.stream] = us, value
         if us - before_us >= PAUSED_US or value != before:
@@ -120,9 +115,8 @@ class Film:
         if value is None:
             self._seen.pop(stream, None)
         elif isinstance(value, dict):
-            far = value.get("distance")
             words = self._names.get(stream, stream)
-            if isinstance(far, float):
+            if isinstance(far := value.get("distance"), float):
                 words += f" at {far:.2f}\N{NO-BREAK SPACE}m"
             who = value.get("name")
             self._seen[stream] = (us, f"{words}: {who}" if who else words)
@@ -186,11 +180,10 @@ class Film:
             shadows.append((x - 0.1 * z, y + 0.1 * z, ball.radius * (0.9 + z), 0.45 / (1 + 2 * z)))
         for prop in stage.props.values():
             x, y, z = prop.path.at(us)
-            wide = sorted(prop.size[:2])
             if prop.kind != "wall":
-                shadows.append((x, y, 0.45 * wide[1], (0.2 if prop.kind == "table" else 0.4) / (1 + 4 * z)))
-        shadows += [(p.face(us)[0], p.face(us)[1], 0.18, 0.45) for p in stage.persons.values()]
-        return shadows
+                dark = (0.2 if prop.kind == "table" else 0.4) / (1 + 4 * z)
+                shadows.append((x, y, 0.45 * max(prop.size[:2]), dark))
+        return shadows + [(*p.path.at(us)[:2], 0.18, 0.45) for p in stage.persons.values()]
 
     def write(self) -> None:
         """Write the rest of `film.gif` and `strip.png` into the run's folder."""
@@ -202,11 +195,7 @@ class Film:
 
 
 def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[list[Point], Sequence[float]]:
-    """Return the points that should be in the picture, and the sides (rad) from which it may be taken.
-
-    The robot, where it is now, and the places where things near its start will be; from its right front, or more from
-    the side when persons sit in front of it.
-    """
+    """Return what should be in the picture (robot, and things near its start), and the sides (rad) to take it from."""
     points = [(robot[0] + x, robot[1] + y, z) for x in ROBOT_BOX[0] for y in ROBOT_BOX[1] for z in ROBOT_BOX[2]]
     persons = False
     last: dict[str, Sequence[float]] = {}
@@ -224,9 +213,7 @@ def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[lis
             points += [_near(place, (0, side * 0.05, side * 0.05)) for side in (1, -1)]
             if what == "person":
                 persons = True
-                points += [
-                    _near(place, (dx, dy, dz)) for dx in (-0.1, 0.1) for dy in (-0.1, 0.1) for dz in (-0.6, 0.12)
-                ]
+                points += [_near(place, (x, y, z)) for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.6, 0.12)]
     return points, [math.radians(a) for a in ((-62, -70) if persons else (-26, -34, -42, -50, -58))]
 
 
@@ -254,9 +241,7 @@ class _Picture:
 class FilmFile:
     """An animated GIF that is whole after each picture: three a second, with clock, what the robot sees and says.
 
-    A palette serves until a picture has other colours: the background then stays the same to the pixel and costs
-    nothing.
-    The file is made with the first picture.
+    A palette serves until a picture has other colours: the background then stays the same and costs nothing.
     """
 
     def __init__(self, path: Path) -> None:
@@ -330,11 +315,10 @@ def _encoded(picture: _Picture, before: _Picture | None) -> bytes:
         pixels = np.where(changed[part], pixels[part], np.uint8(SAME))
     image = Image.fromarray(pixels)
     image.putpalette(picture.palette)
-    return b"".join(
-        GifImagePlugin.getdata(
-            image, (left, top), include_color_table=True, duration=FRAME_MS, disposal=1, transparency=SAME
-        )
+    data = GifImagePlugin.getdata(
+        image, (left, top), include_color_table=True, duration=FRAME_MS, disposal=1, transparency=SAME
     )
+    return b"".join(data)
 
 
 class FilmWriter:
@@ -354,10 +338,7 @@ class FilmWriter:
     def add(self, shots: Sequence[Shot], *, thinned: bool) -> None:
         """Write the last of all shots so far; when they were thinned, the film keeps only these."""
         now = list(shots)
-        if thinned:
-            self._work.put(partial(self._file.keep, now))
-        else:
-            self._work.put(partial(self._file.add, now[-1]))
+        self._work.put(partial(self._file.keep, now) if thinned else partial(self._file.add, now[-1]))
         if time.monotonic() >= self._strip_at and not self._strip_waits:
             self._strip_waits = True
             self._work.put(partial(self._write_strip, now))
@@ -399,10 +380,7 @@ def font_of(size: int, bold: bool = False) -> Font:
 
 
 def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
-    """Return one palette for all pictures: the background then stays the same to the pixel and costs nothing.
-
-    What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
-    """
+    """Return one palette for all pictures: the background then stays the same to the pixel and costs nothing."""
     pixels = np.concatenate([p.reshape(-1, 3) for p in pictures])
     red, green, blue = (pixels[:, k].astype(np.intp) >> 3 for k in range(3))
     codes = red << 10 | green << 5 | blue
@@ -410,6 +388,7 @@ def palette_of(pictures: Sequence[NDArray[np.uint8]]) -> Image.Image:
     used = np.flatnonzero(counts)
     first = np.empty_like(counts)
     first[codes[::-1]] = np.arange(len(codes) - 1, -1, -1)  # of several, what is written last stays: the first pixel
+    # What is small but coloured (a ball, the eyes) counts more than its pixels, else the floor would take all colours.
     sample = np.repeat(pixels[first[used]], np.ceil(counts[used] ** 0.4).astype(int), axis=0)
     return Image.fromarray(sample[None]).quantize(COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
 
@@ -430,9 +409,8 @@ def film_frame(shot: Shot) -> Image.Image:
     middle = outside.height + BAR // 2
     draw.text((12, middle), f"{shot.us / 1e6:.1f} s", INK, font, anchor="lm")
     _dot(draw, 78, middle, 8, shot.eyes)
-    words = f"“{shot.saying}”" if shot.saying else shot.sees.replace(NBSP, " ")
-    text = _shorten(draw, words, font, outside.width - 110)
-    draw.text((98, middle), text, INK if shot.saying else FAINT, font, anchor="lm")
+    words, ink = (f"“{shot.saying}”", INK) if shot.saying else (shot.sees.replace(NBSP, " "), FAINT)
+    draw.text((98, middle), _shorten(draw, words, font, outside.width - 110), ink, font, anchor="lm")
     return frame
 
 
@@ -475,11 +453,7 @@ def _tile(strip: Image.Image, shot: Shot, place: tuple[int, int], font: Font, sm
 
 
 def choose(shots: Sequence[Shot], count: int = MOMENTS) -> list[Shot]:
-    """Choose moments where something changes, spread over the run, no two nearly the same if that is possible.
-
-    One by one, the moment is taken that adds most by what happens in it, its distance in time from the chosen ones, and
-    its difference from them.
-    """
+    """Choose moments where something changes, spread over the run, no two nearly the same if that is possible."""
     chosen = list[Shot]()
     part = max((shots[-1].us - shots[0].us) / count, 1.0) if shots else 1.0
     rest = [(shot, 1.0) for shot in shots]  # and how unlike those chosen it is: each pair is compared once only

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,7 @@ WALL_THICK = 0.05  # m
 TOP_THICK = 0.025  # m, of a table's top
 LEG = 0.035  # m
 WOOD: RGB = (0.80, 0.68, 0.52)
+LEG_WOOD: RGB = (0.8 * 0.80, 0.8 * 0.68, 0.8 * 0.52)
 PLASTER: RGB = (0.80, 0.82, 0.80)
 CARDBOARD: RGB = (0.72, 0.58, 0.42)
 CUP_WIDE = 0.8  # of its height
@@ -96,24 +97,18 @@ Path = Still | LinePath | Circle
 
 
 class Stage:
-    """Everything in the world except the robot. Positions are functions of the time, so nothing drifts.
-
-    Attributes:
-        balls, persons, props: what is there, by key.
-    """
+    """Everything in the world except the robot. Positions are functions of the time, so nothing drifts."""
 
     def __init__(
         self, bullet: Any, actions: Sequence[SceneAction], other: Callable[[SceneAction], None], heads: Heads
     ) -> None:
-        self._b = bullet
-        self._heads = heads
-        self._looks = Looks(actions)
+        self._b, self._heads, self._looks = bullet, heads, Looks(actions)
         self._other = other  # what people do without moving: presses, touches, words
         self._waiting: list[SceneAction] = []
-        self.balls: dict[str, Ball] = {}
+        self.balls: dict[str, Ball] = {}  # by key, as are persons and props
         self.persons: dict[str, ScenePerson] = {}
         self.props: dict[str, Prop] = {}
-        self._levels: dict[str, LinePath] = {"light": _level(1.0), "noise": _level(0.0)}
+        self._levels: dict[str, Path] = {"light": Still((1.0, 0.0, 0.0)), "noise": Still((0.0, 0.0, 0.0))}
         self._solids: tuple[int, tuple[Solid, ...]] | None = None
         self.us = 0
         self._acts: dict[str, Callable[[SceneAction], None]] = {
@@ -124,8 +119,7 @@ class Stage:
 
     def plan(self, actions: Sequence[SceneAction]) -> None:
         """Schedule further actions at their times, in order at equal times; those that wait for a cue are left out."""
-        new = [action for action in actions if not action.cue]
-        self._waiting = sorted([*self._waiting, *new], key=lambda a: a.time_us)
+        self._waiting = sorted([*self._waiting, *(a for a in actions if not a.cue)], key=lambda a: a.time_us)
 
     def by_hand(self, actions: Sequence[SceneAction]) -> None:
         """Apply actions on things now, also while the world stands still; the rest happens in the next step."""
@@ -159,7 +153,6 @@ class Stage:
             x, y, z = person.path.at(self.us)
             person.figure.place((x, y, z - person.height), person.heading(self.us))
 
-    # ---- what else there is to know of the room
     @property
     def light(self) -> float:
         """Present brightness of the room, 0 to 1."""
@@ -170,16 +163,9 @@ class Stage:
         """Present loudness of the room, 0 to 1."""
         return self._levels["noise"].at(self.us)[0]
 
-    @property
-    def has_solids(self) -> bool:
-        """True if anything is there that a ray or a hand could meet."""
-        return bool(self.balls or self.persons or self.props)
-
-    def things(self) -> Iterator[Ball | ScenePerson | Prop]:
-        """Yield everything that is there."""
-        yield from self.balls.values()
-        yield from self.persons.values()
-        yield from self.props.values()
+    def things(self) -> list[Ball | ScenePerson | Prop]:
+        """Return everything that is there."""
+        return [*self.balls.values(), *self.persons.values(), *self.props.values()]
 
     def solids(self) -> tuple[Solid, ...]:
         """Return the shapes of everything, where it is now."""
@@ -208,7 +194,6 @@ class Stage:
             found[t.name] = {"kind": t.kind, "size": list(t.size), "colour": t.colour, "turned": t.turned}
         return found
 
-    # ---- verbs
     def _appear(self, action: SceneAction) -> None:
         name, values, kind = key(action.thing), action.values, action.what
         at = _point(values["at"])
@@ -226,17 +211,12 @@ class Stage:
 
     def _upon(self, at: Point, values: Mapping[str, Value]) -> Point:
         """The place, on the table where the values say so: on the nearest one, if there is any."""
-        if values.get("on") != "table":
-            return at
-        tables = [t for t in self.props.values() if t.kind == "table"]
-        if not tables:
-            return at
-        table = min(tables, key=lambda t: math.dist(t.path.at(self.us)[:2], at[:2]))
-        return at[0], at[1], table.top(self.us)
+        tables = [t for t in self.props.values() if t.kind == "table"] if values.get("on") == "table" else []
+        table = min(tables, key=lambda t: math.dist(t.path.at(self.us)[:2], at[:2]), default=None)
+        return (at[0], at[1], table.path.at(self.us)[2] + table.size[2]) if table else at
 
     def _enter(self, name: str, action: SceneAction, at: Point) -> ScenePerson:
-        old = self.persons.pop(name, None)
-        if old:
+        if old := self.persons.pop(name, None):
             old.figure.remove()
         values = action.values
         number = self._looks.number(action)
@@ -247,8 +227,8 @@ class Stage:
         body(self._b, figure, clothes, portrait.skin, at[2], posture)
         self._heads.add(figure, portrait, at[2])
         person = ScenePerson(
-            action.thing, number, str(values.get("name") or ""), figure, Still(at), at[2], posture=posture,
-            drawn=self._looks.face(number), picture=picture, voice=str(values.get("voice") or ""),
+            action.thing, number, figure, Still(at), at[2], posture=posture, drawn=self._looks.face(number),
+            picture=picture, voice=str(values.get("voice") or ""),
         )  # fmt: skip
         self.persons[name] = person
         return person
@@ -263,31 +243,25 @@ class Stage:
         person.until_us = action.time_us + round(float(action.values["seconds"]) * 1e6)
 
     def _move(self, action: SceneAction) -> None:
-        thing = self._thing(action)
-        if thing is not None:
+        if thing := self._thing(action):
             start = thing.path.at(action.time_us)
             end = self._upon(_point(action.values["to"], start[2]), action.values)
             thing.path = LinePath(start, end, action.time_us, round(float(action.values["seconds"]) * 1e6))
 
     def _circle(self, action: SceneAction) -> None:
-        thing = self._thing(action)
-        if thing is not None:
+        if thing := self._thing(action):
             start, values = thing.path.at(action.time_us), action.values
             middle = _point(values["around"], start[2]) if values.get("around") else start
-            period = round(float(values["period"]) * 1e6)
-            thing.path = Circle(
-                start, middle, float(values["radius"]), period, action.time_us, bool(values.get("flat"))
-            )
+            radius, period = float(values["radius"]), round(float(values["period"]) * 1e6)
+            thing.path = Circle(start, middle, radius, period, action.time_us, bool(values.get("flat")))
 
     def _disappear(self, action: SceneAction) -> None:
         name = key(action.thing)
-        thing = self.balls.pop(name, None) or self.persons.pop(name, None) or self.props.pop(name, None)
-        if thing is not None:
+        if thing := self.balls.pop(name, None) or self.persons.pop(name, None) or self.props.pop(name, None):
             thing.figure.remove()
 
     def _turn(self, action: SceneAction) -> None:
-        person = self.persons.get(key(action.thing))
-        if person is not None:
+        if person := self.persons.get(key(action.thing)):
             person.looks = action.verb == "look"
 
     def _set(self, action: SceneAction) -> None:
@@ -300,10 +274,6 @@ class Stage:
     def _thing(self, action: SceneAction) -> Ball | ScenePerson | Prop | None:
         name = key(action.thing)
         return self.balls.get(name) or self.persons.get(name) or self.props.get(name)
-
-
-def _level(share: float) -> LinePath:
-    return LinePath((share, 0.0, 0.0), (share, 0.0, 0.0), 0, 0)
 
 
 def _point(value: Value, height: float = 0.0) -> Point:
@@ -333,7 +303,6 @@ class ScenePerson:
 
     Attributes:
         number: the id that the face sensor gives for them when the robot knows them from the beginning.
-        known: the name the robot knows already, or empty.
         looks: False when looking away.
         until_us: when the person leaves by themselves, or None.
         posture: `seated`, `standing`, or empty: the height tells.
@@ -344,7 +313,6 @@ class ScenePerson:
 
     name: str
     number: int
-    known: str
     figure: shapes.CompoundShape
     path: Path
     height: float
@@ -354,10 +322,6 @@ class ScenePerson:
     drawn: int = 0
     picture: str = ""
     voice: str = ""
-
-    def face(self, us: int) -> Point:
-        """Return the place of the face at a time."""
-        return self.path.at(us)
 
     def heading(self, us: int) -> float:
         """Return the direction of the face, rad: towards the origin, where the robot begins, or away from it."""
@@ -404,17 +368,11 @@ class Prop:
         if self.kind != "table":
             return [SolidBox(self.name, (x, y, z + high / 2), self.size, self.turned)]
         c, s = math.cos(self.turned), math.sin(self.turned)
-        parts: list[Solid] = [
-            SolidBox(self.name, (x, y, z + high - TOP_THICK / 2), (deep, wide, TOP_THICK), self.turned)
+        legs = [(x + c * ox - s * oy, y + s * ox + c * oy, z + high / 2) for ox, oy in _corners(deep, wide)]
+        return [
+            SolidBox(self.name, (x, y, z + high - TOP_THICK / 2), (deep, wide, TOP_THICK), self.turned),
+            *(SolidBox(self.name, leg, (LEG, LEG, high), self.turned) for leg in legs),
         ]
-        for ox, oy in _corners(deep, wide):
-            spot = (x + c * ox - s * oy, y + s * ox + c * oy, z + high / 2)
-            parts.append(SolidBox(self.name, spot, (LEG, LEG, high), self.turned))
-        return parts
-
-    def top(self, us: int) -> float:
-        """Return the height of its upper side, m."""
-        return self.path.at(us)[2] + self.size[2]
 
 
 def make_prop(bullet: Any, name: str, kind: str, values: Any, at: Point) -> Prop:
@@ -422,7 +380,13 @@ def make_prop(bullet: Any, name: str, kind: str, values: Any, at: Point) -> Prop
     colour = str(values.get("colour") or "")
     size = _size(kind, values.get("size"))
     figure = shapes.CompoundShape(bullet)
-    _DRAWN[kind](bullet, figure, size, colour)
+    if kind == "cup":
+        _cup(bullet, figure, size, colour)
+    elif kind == "table":
+        _table(bullet, figure, size)
+    else:
+        paint = PLASTER if kind == "wall" else _rgb(colour, CARDBOARD)
+        figure.add(block(bullet, size, paint), (0, 0, size[2] / 2))
     return Prop(name, kind, figure, Still(at), size, float(values.get("turned") or 0.0), colour)
 
 
@@ -451,23 +415,12 @@ def _cup(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> 
     figure.add(shapes.turned(bullet, outline, _rgb(colour, (0.95, 0.95, 0.93))), (0, 0, 0))
 
 
-def _box(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
-    figure.add(block(bullet, size, _rgb(colour, CARDBOARD)), (0, 0, size[2] / 2))
-
-
-def _table(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
+def _table(bullet: Any, figure: shapes.CompoundShape, size: Size) -> None:
     deep, wide, high = size
     figure.add(block(bullet, (deep, wide, TOP_THICK), WOOD), (0, 0, high - TOP_THICK / 2))
     under = high - TOP_THICK
     for x, y in _corners(deep, wide):
-        figure.add(block(bullet, (LEG, LEG, under), _darker(WOOD)), (x, y, under / 2))
-
-
-def _wall(bullet: Any, figure: shapes.CompoundShape, size: Size, colour: str) -> None:
-    figure.add(block(bullet, size, PLASTER), (0, 0, size[2] / 2))
-
-
-_DRAWN = {"cup": _cup, "box": _box, "table": _table, "wall": _wall}
+        figure.add(block(bullet, (LEG, LEG, under), LEG_WOOD), (x, y, under / 2))
 
 
 def block(bullet: Any, size: Sequence[float], colour: RGB) -> int:
@@ -477,8 +430,7 @@ def block(bullet: Any, size: Sequence[float], colour: RGB) -> int:
     faces: list[int] = []
     for axis in range(3):
         for side in (1.0, -1.0):
-            normal = [0.0, 0.0, 0.0]
-            normal[axis] = side
+            normal = [side if k == axis else 0.0 for k in range(3)]
             first = len(points)
             u, v = (axis + 1) % 3, (axis + 2) % 3
             for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
@@ -493,8 +445,3 @@ def block(bullet: Any, size: Sequence[float], colour: RGB) -> int:
 
 def _rgb(colour: str, otherwise: RGB) -> RGB:
     return BALL_COLOURS.get(colour) or parse_colour(colour) or otherwise if colour else otherwise
-
-
-def _darker(colour: RGB) -> RGB:
-    r, g, b = (0.8 * c for c in colour)
-    return r, g, b

@@ -186,7 +186,7 @@ class Talk:
         person = self._stage.persons.get(key(action.thing))
         far = FAR_AWAY
         if person is not None:
-            far = max(NEAR, math.dist(person.face(self._stage.us)[:2], (0.0, 0.0)))
+            far = max(NEAR, math.dist(person.path.at(self._stage.us)[:2], (0.0, 0.0)))
         return np.asarray(resampled(np.asarray(audio / 32768, np.float32), rate) / far, np.float32)
 
     def _end(self, now: Utterance, us: int) -> None:

@@ -54,12 +54,7 @@ LEGS = frozenset({"LLeg", "RLeg"})
 
 
 class SimWorld:
-    """A world that advances only on request.
-
-    Args:
-        spec: what is in it.
-        halted: called before each step of the physics; when it returns True, an advance ends early.
-    """
+    """A world that advances only on request; an advance ends early when `halted`, asked before each step, is true."""
 
     def __init__(self, spec: Spec, halted: Callable[[], bool] = lambda: False) -> None:
         # Here, not above: on machines without pybullet everything else can still be imported and tested.
@@ -76,11 +71,9 @@ class SimWorld:
             self._b.GEOM_MESH, vertices=[[0, 0, -9], [1e-4, 0, -9], [0, 1e-4, -9]], indices=[0, 1, 2]
         )
         self._b.createMultiBody(0, self._b.createCollisionShape(self._b.GEOM_PLANE), unseen)
-        self._spec = spec
-        self._halted = halted
+        self._spec, self._halted = spec, halted
         out = Path(spec.out) if spec.out else None
-        self._step = 0
-        self._us = 0
+        self._step = self._us = 0
         self._notices: list[Notice] = []
         self._told: dict[tuple[str, str, str], int] = {}
         self._film: Film | None = None
@@ -128,8 +121,7 @@ class SimWorld:
     def advance(self, now_us: int, orders: Sequence[Command]) -> Arrivals:
         """Carry out commands, go on until `now_us`, and return the outcome."""
         for order in orders:
-            actuator = self._actuators.get(order.stream)
-            if actuator is not None:
+            if actuator := self._actuators.get(order.stream):
                 if order.release:
                     self._relaxing.relax(order.stream)
                 elif order.value is None:
@@ -204,10 +196,8 @@ class SimWorld:
 
     def unwritten(self, what: str, error: Exception) -> None:
         """Report that a file of the run's record cannot be written; the run goes on without it."""
-        why = error.strerror if isinstance(error, OSError) else ""
-        told = N_(
-            "{what} cannot be kept ({reason}): make room before the next run.", what=what, reason=why or str(error)
-        )
+        why = (error.strerror if isinstance(error, OSError) else "") or str(error)
+        told = N_("{what} cannot be kept ({reason}): make room before the next run.", what=what, reason=why)
         self._tell(Notice("note", told))
 
     def _by_people(self, action: SceneAction) -> None:
@@ -242,11 +232,9 @@ class SimWorld:
             if clock.due(self._step):
                 values = [tidy(v) for v in sensor.read()]
                 events += [(stream, v) for v in values]
-                if not sensor.locates:
-                    continue
-                if self._film is not None:
+                if sensor.locates and self._film is not None:
                     self._film.saw(self._us, stream, values[0] if values else None)
-                if values:
+                if sensor.locates and values:
                     seen[stream] = self._detection(values[0])
         for note in (*self.signals.unnoticed(), *self.hearing.notes()):
             self._tell(note)
@@ -261,11 +249,8 @@ class SimWorld:
         while self._us < end and not until():
             self._halted()  # a sign of life
             self._move()
-            self._ease()
-
-    def _ease(self) -> None:
-        self.stage.us = self._us  # what moves goes on moving, but nothing new happens
-        self._after()
+            self.stage.us = self._us  # what moves goes on moving, but nothing new happens
+            self._after()
 
     def _after(self) -> None:
         self.arbiter.go_on(self._us)
@@ -333,7 +318,7 @@ class Contacts:
 
     def due(self, step: int) -> bool:
         """Return whether to look at this step; without things in the room, there is nothing to find."""
-        return step % EVERY == 0 and self._stage.has_solids
+        return step % EVERY == 0 and bool(self._stage.things())
 
     def zones(self) -> frozenset[str]:
         """Return the touch zones that are in contact now."""
@@ -418,10 +403,7 @@ LIES = N_("The robot lies on the floor: its motors rest, so this is not carried 
 
 
 class Falling:
-    """Applies pushes to the robot, and detects falls; the arbiter refuses commands that move a robot that lies.
-
-    The robot never falls by itself; after a fall its motors are off, which is reported.
-    """
+    """Applies pushes to the robot, and detects falls; the arbiter refuses commands that move a robot that lies."""
 
     def __init__(self, bullet: Any, body: Body, stance: Stance, arbiter: Arbiter, tell: Tell) -> None:
         self._b, self._body, self._stance = bullet, body, stance
@@ -452,23 +434,16 @@ class Falling:
             return
         tilt = self._from_upright() - self._before
         if tilt > TIPPED:
-            self._fall(us)
+            self._body.fallen = True
+            self._body.switch_off_motors()
+            self._arbiter.bar(frozenset(self._body.robot.data["chains"].values()), LIES, us)
+            self._tell(Notice("error", FALLEN))
         elif us >= self._calm_us:
-            self._catch(tilt, us)
+            turning = float(np.abs(self._b.getBaseVelocity(self._body.id)[1]).max())
+            if abs(tilt) < UPSET and turning < CALM_RATE:  # it stands still: the guide holds it again
+                self._stance.catch()
+            else:
+                self._calm_us = us + CALM_US // 4
 
     def _from_upright(self) -> float:
         return math.acos(max(-1.0, min(1.0, float(self._body.torso().rotation[2, 2]))))
-
-    def _fall(self, us: int) -> None:
-        self._body.fallen = True
-        self._body.switch_off_motors()
-        self._arbiter.bar(frozenset(self._body.robot.data["chains"].values()), LIES, us)
-        self._tell(Notice("error", FALLEN))
-
-    def _catch(self, tilt: float, us: int) -> None:
-        """Let the guide hold the robot again if it stands still, else try again later."""
-        turning = float(np.abs(self._b.getBaseVelocity(self._body.id)[1]).max())
-        if abs(tilt) < UPSET and turning < CALM_RATE:
-            self._stance.catch()
-        else:
-            self._calm_us = us + CALM_US // 4
