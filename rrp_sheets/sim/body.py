@@ -38,20 +38,13 @@ class Glide:
     >>> while g.moving: g.step(1 / 240); steps += 1
     >>> g.position, 1.2 < steps / 240 < 1.3
     (1.0, True)
-
-    Attributes:
-        position: of the set point, rad.
-        speed: rad/s, signed.
-        target: where it is going.
-        velocity: the largest speed on the way, rad/s.
-        acceleration: the largest, rad/s².
     """
 
-    position: float
-    speed: float = 0.0
-    target: float = math.nan
-    velocity: float = 1.0
-    acceleration: float = 10.0
+    position: float  # of the set point, rad
+    speed: float = 0.0  # rad/s, signed
+    target: float = math.nan  # where it is going, rad
+    velocity: float = 1.0  # the largest on the way, rad/s
+    acceleration: float = 10.0  # the largest, rad/s²
 
     def __post_init__(self) -> None:
         if math.isnan(self.target):
@@ -68,8 +61,7 @@ class Glide:
 
     def halt(self) -> None:
         """Stop as fast as the acceleration allows."""
-        brake = self.speed * abs(self.speed) / (2 * self.acceleration)
-        self.target = self.position + brake
+        self.target = self.position + self.speed * abs(self.speed) / (2 * self.acceleration)
 
     def step(self, dt: float) -> None:
         """Let `dt` seconds pass."""
@@ -86,18 +78,12 @@ class Glide:
 
 
 class Body:
-    """The robot, standing in its start posture at the world's origin, looking along x.
-
-    Attributes:
-        limp: whether its motors are off, so that only gravity moves its joints.
-        fallen: whether it has fallen.
-    """
+    """The robot, standing in its start posture at the world's origin, looking along x."""
 
     def __init__(self, bullet: Any, robot: Robot) -> None:
-        self._b = bullet
-        self.robot = robot
-        flags = bullet.URDF_USE_INERTIA_FROM_FILE
-        self.id: int = bullet.loadURDF(str(robot.folder / robot.data["robot"]["urdf"]), flags=flags)
+        self._b, self.robot = bullet, robot
+        urdf = str(robot.folder / robot.data["robot"]["urdf"])
+        self.id: int = bullet.loadURDF(urdf, flags=bullet.URDF_USE_INERTIA_FROM_FILE)
         infos = [bullet.getJointInfo(self.id, i) for i in range(bullet.getNumJoints(self.id))]
         self.index: dict[str, int] = {i[1].decode(): i[0] for i in infos}
         self.links: dict[str, int] = {i[12].decode(): i[0] for i in infos}
@@ -109,7 +95,8 @@ class Body:
         self._moving: dict[str, Glide] = {}
         self._put: set[str] = set()  # joints that are put somewhere in this step
         self._put_before: set[str] = set()
-        self.limp = self.fallen = False
+        self.limp = False  # whether its motors are off, so that only gravity moves its joints
+        self.fallen = False
         camera = robot.data["camera"]["top"]
         self.hfov, self.vfov = float(camera["hfov"]), float(camera["vfov"])
         self._camera = (camera["parent"], camera["xyz"], bullet.getQuaternionFromEuler(camera["rpy"]))
@@ -248,10 +235,7 @@ class Body:
         return bool(self._moving)
 
     def limits(self, joint: str, yaw: float = 0.0) -> tuple[float, float]:
-        """Return a joint's limits in rad; those of the head's pitch depend on its yaw, to clear the shoulders.
-
-        Between the catalogue's yaws the limits are interpolated.
-        """
+        """Return a joint's limits in rad; those of the head's pitch depend on its yaw, to clear the shoulders."""
         return self._limits.of(joint, yaw)
 
     def torso(self) -> Pose:
@@ -315,42 +299,28 @@ class Eyes:
 
 
 class Motion:
-    """Joints on their way through keyframes.
-
-    Motions of these joints that are under way are brought to rest first. It can be stopped at any time: the joints then
-    go on from where they are, with the speed that they have.
+    """Joints on their way through keyframes, after motions of theirs that are under way have come to rest.
 
     Args:
+        body: whose joints they are.
         frames: with rising times in s.
         returns: whether the joints go back to where they were, or were being sent.
         share: of the joints' top velocity that may be used.
         peak: rad/s: no joint is faster.
-
-    Attributes:
-        going: whether it has begun and is not over.
-        home: where the joints were, or were being sent, when it began.
-        clamped: the angles that could not be taken; known when it begins to move.
     """
 
     def __init__(
-        self,
-        body: Body,
-        frames: Sequence[Keyframe],
-        *,
-        returns: bool = True,
-        share: float = 1.0,
+        self, body: Body, frames: Sequence[Keyframe], *, returns: bool = True, share: float = 1.0,
         peak: float = math.inf,
-    ) -> None:
-        self._body = body
-        self._frames = frames
-        self._returns = returns
+    ) -> None:  # fmt: skip
+        self._body, self._frames, self._returns = body, frames, returns
         self._share, self._peak = share, peak
         self._plan: JointPlan | None = None
         self._time = 0.0
         self.joints = moved(frames)
-        self.going = False
-        self.home: dict[str, float] = {}
-        self.clamped: list[Clamped] = []
+        self.going = False  # it has begun and is not over
+        self.home: dict[str, float] = {}  # where the joints were, or were being sent, when it began
+        self.clamped: list[Clamped] = []  # the angles that could not be taken; known when it begins to move
 
     def begin(self) -> None:
         """Begin the motion: from now on `step` moves the joints."""
@@ -399,9 +369,8 @@ class Motion:
         if any(self._body.on_its_way(joint) for joint in self.joints):
             return None
         start = {joint: self._body.aimed(joint) for joint in (*self.joints, "HeadYaw")}
-        planner = Planner(
-            self._body.robot, start, self.home if self._returns else None, share=self._share, peak=self._peak
-        )
+        home = self.home if self._returns else None
+        planner = Planner(self._body.robot, start, home, share=self._share, peak=self._peak)
         self._plan = planner.plan(self._frames)
         self.clamped.extend(self._plan.clamped)
         return self._plan

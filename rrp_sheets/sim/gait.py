@@ -66,34 +66,24 @@ class FootPlace:
 
 @dataclass(frozen=True)
 class Standing:
-    """Posture of the robot before and after it walks.
-
-    Attributes:
-        torso: its place (m) as seen from the middle between the feet, which stand beside each other.
-        lean: of the torso, rad, positive forward.
-        ankles: the ankles' places (m) as seen from that middle.
-    """
+    """Posture of the robot before and after it walks; places in m, from the middle between the feet."""
 
     torso: Vector
-    lean: float
+    lean: float  # of the torso, rad, positive forward
     ankles: Mapping[str, Vector]
 
 
 class Gait:
-    """Steps towards a goal, which may change at any time; at the start the feet stand beside each other.
-
-    Attributes:
-        middle: between the feet, at the end of the last step.
-        swings: the foot that makes the step, `L` or `R`; empty between steps.
-    """
+    """Steps towards a goal, which may change at any time; at the start the feet stand beside each other."""
 
     def __init__(self, legs: Legs, standing: Standing, start: FootPlace) -> None:
         self._legs, self._standing = legs, standing
         self._feet = {"L": start, "R": start}  # where the middle is for each that has the other one beside it
-        self._goal = self._from = self._to = self._lifted = self.middle = start
+        self.middle = start  # between the feet, at the end of the last step
+        self._goal = self._from = self._to = self._lifted = start
         self._spread = SPREAD
         self._speed = self._speed_then = (0.0, 0.0)  # m/s, of the middle when the step begins and ends
-        self.swings, self._next = "", "L"
+        self.swings, self._next = "", "L"  # swings: the foot that makes the step, empty between steps
         self._time = 0.0
         self._pace = self._height = 1.0
         self._halts = False
@@ -137,11 +127,7 @@ class Gait:
         self._halts = True
 
     def step(self, dt: float) -> tuple[FootPlace, Vector, dict[str, float]]:
-        """Let `dt` seconds pass.
-
-        Returns:
-            The torso's spot, its place (x, y, z in m), and the joints of the legs (rad).
-        """
+        """Let `dt` seconds pass; return the torso's spot, its place (x, y, z in m), and the legs' joints (rad)."""
         if self._halts:
             self._pace = max(0.0, self._pace - dt / HALT_TIME)
             self._height = max(0.0, self._height - dt / HALT_TIME)
@@ -203,10 +189,8 @@ class Gait:
         standing, swings = self._standing, self.swings
         swing = min(max((part - SWING[0]) / (SWING[1] - SWING[0]), 0.0), 1.0)
         eased = swing**3 * (10 - 15 * swing + 6 * swing**2)
-        sway = 0.0
-        middle = self.middle
-        feet = dict(self._feet)
-        height = 0.0
+        middle, feet = self.middle, dict(self._feet)
+        sway = height = 0.0
         if swings:
             x, y = (
                 _between(getattr(self._from, c), getattr(self._to, c), a * STEP_TIME, b * STEP_TIME, part)
@@ -232,14 +216,12 @@ class Gait:
         ahead, left, up = self._standing.ankles[side]
         at = foot.plus(float(ahead), float(left))
         forward, aside, _ = FootPlace(float(torso[0]), float(torso[1]), yaw).seen(at)
-        c, s = math.cos(self._standing.lean), math.sin(self._standing.lean)
-        level = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+        level = _about_y(-self._standing.lean)
         ankle = level @ np.array([forward, aside, float(up) + height - float(torso[2])])
         turned = foot.yaw - yaw
         if shared is not None:
             return self._legs.turned(side, ankle, level, turned, shared)[0]
-        cz, sz = math.cos(turned), math.sin(turned)
-        return self._legs.joints(side, ankle, level @ np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]]))
+        return self._legs.joints(side, ankle, level @ _about_z(turned))
 
 
 def _near(one: FootPlace, other: FootPlace) -> bool:
@@ -249,8 +231,7 @@ def _near(one: FootPlace, other: FootPlace) -> bool:
 def _between(start: float, end: float, speed: float, speed_then: float, part: float) -> float:
     """Interpolate smoothly between two places, with given speeds at both (per the whole way's time)."""
     t, t2, t3 = part, part**2, part**3
-    way = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * speed + (3 * t2 - 2 * t3) * end + (t3 - t2) * speed_then
-    return way
+    return (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + t) * speed + (3 * t2 - 2 * t3) * end + (t3 - t2) * speed_then
 
 
 class Legs:
@@ -295,17 +276,10 @@ class Legs:
     def turned(
         self, side: str, ankle: Vector, tilt: Vector, yaw: float, yaw_pitch: float
     ) -> tuple[dict[str, float], float]:
-        """The joints for an ankle at a place when the other leg has chosen the hip's first joint, which both share.
+        """The joints, and the foot's direction, when the other leg has chosen the hip's first joint, which both share.
 
-        Args:
-            side: of the foot.
-            ankle: in the torso's frame, m.
-            tilt: the level in the torso's frame: a matrix.
-            yaw: first guess of the foot's direction (rad, relative to the torso's).
-            yaw_pitch: of the other leg, rad.
-
-        Returns:
-            The joints, and the foot's direction.
+        `ankle` (m) and `tilt`, the level as a matrix, are in the torso's frame; `yaw` is a first guess of the foot's
+        direction, relative to the torso's, and `yaw_pitch` the joint of the other leg (rad).
         """
         name = f"{side}{JOINTS[0]}"
         before = joints = self.joints(side, ankle, tilt @ _about_z(yaw))

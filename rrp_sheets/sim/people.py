@@ -1,8 +1,6 @@
 """Persons of a scene: their bodies, their heads, and the choice of each one's number and drawn face.
 
-A body, seated on the floor or standing, looks along the figure's x; its measures follow from the height of the face
-alone. A head is a face picture on a shape, and hair. `Looks` numbers the persons as they come in (`is_entry`) and gives
-each a face; a `KnownPerson` is one whom the robot knows before the run.
+A body looks along the figure's x; its measures follow from the height of the face alone.
 """
 
 from __future__ import annotations
@@ -51,10 +49,8 @@ def is_seated(face: float, posture: str) -> bool:
 def body(bullet: Any, figure: CompoundShape, clothes: RGB, skin: RGB, face: float, posture: str = "") -> None:
     """Add a body to a figure, `seated`, `standing`, or as the height of the middle of the face (m) tells."""
     trousers = TROUSERS[int(100 * clothes[0]) % len(TROUSERS)]
-    if is_seated(face, posture):
-        _sit(bullet, figure, (clothes, trousers, skin), face - NECK)
-    else:
-        _stand(bullet, figure, (clothes, trousers, skin), face - NECK)
+    add = _sit if is_seated(face, posture) else _stand
+    add(bullet, figure, (clothes, trousers, skin), face - NECK)
 
 
 def _sit(bullet: Any, figure: CompoundShape, colours: Colours, neck: float) -> None:
@@ -133,8 +129,7 @@ class Heads:
     """Makes heads in one world; each picture is loaded only once. Networks find the face in a picture file."""
 
     def __init__(self, bullet: Any, models: Callable[[], FaceModels]) -> None:
-        self._b = bullet
-        self._models = models
+        self._b, self._models = bullet, models
         self._drawn: dict[int, Portrait] = {}
         self._files: dict[str, Portrait] = {}
         self._textures: dict[str, int] = {}
@@ -190,10 +185,8 @@ class Heads:
 def _shape(
     outline: Callable[[float], float],
 ) -> tuple[list[list[float]], list[list[float]], list[list[float]], list[int]]:
-    """Return points (m), the place of each in the picture (0 to 1), normals, and triangles.
-
-    The picture lies on the front as if it were projected from before it; the back has its edge's colours.
-    """
+    """Return points (m), the place of each in the picture (0 to 1), normals, and triangles."""
+    # The picture lies on the front as if it were projected from before it; the back has its edge's colours.
     points, places = [], []
     for ring in range(RINGS + 1):
         z = -math.cos(math.pi * ring / RINGS)
@@ -231,19 +224,12 @@ def _normals(points: Sequence[Sequence[float]], corners: Sequence[tuple[int, int
 
 @dataclass(frozen=True)
 class KnownPerson:
-    """A person whom the robot knows before the run begins.
+    """A person whom the robot knows before the run begins."""
 
-    Attributes:
-        number: the id that the sensor then gives.
-        name: as the robot knows it.
-        face: of the drawn faces.
-        picture: the file with the person's face, or empty for the drawn one.
-    """
-
-    number: int
+    number: int  # the id that the sensor then gives
     name: str
-    face: int
-    picture: str
+    face: int  # of the drawn faces
+    picture: str  # the file with the person's face, or empty for the drawn one
 
 
 class Looks:
@@ -280,15 +266,11 @@ class Looks:
 
     def _choose(self, thing: str, number: int) -> int:
         name = key(thing)
-        order: Sequence[int] = range(FACES)
-        if name.startswith("child"):
-            order = CHILDREN
-        elif name.startswith(_GROWN):
-            order = ADULTS
+        grown = ADULTS if name.startswith(_GROWN) else range(FACES)
+        order: Sequence[int] = CHILDREN if name.startswith("child") else grown
         start = (number - 1) % len(order)
         wanted: list[int] = [*order[start:], *order[:start], *range(FACES)]
-        taken = set(self._faces.values())
-        return next((face for face in wanted if face not in taken), wanted[0])
+        return next((face for face in wanted if face not in self._faces.values()), wanted[0])
 
 
 def is_entry(action: SceneAction) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -40,22 +41,14 @@ EDGE = 0.012  # softness of edges, as a part of half the picture
 
 @dataclass(frozen=True)
 class Portrait:
-    """Picture, outline and colours that a head is made of.
+    """Picture, outline and colours that a head is made of."""
 
-    Attributes:
-        name: of the drawing or the file.
-        picture: the face from the front, square, red first; the head's outline touches its upper and lower edge.
-        outline: half the head's width at a height (-1 to 1), in half heights.
-        skin, hair: colours, 0 to 1.
-        style: of the hair, see `appearance.Traits`.
-    """
-
-    name: str
-    picture: Pixels
-    outline: Callable[[float], float]
+    name: str  # of the drawing or the file
+    picture: Pixels  # the face from the front, square; the head's outline touches its upper and lower edge
+    outline: Callable[[float], float]  # half the head's width at a height (-1 to 1), in half heights
     skin: RGB
     hair: RGB
-    style: str
+    style: str  # of the hair, see `appearance.Traits`
 
     def cut_out(self, size: int) -> Pixels:
         """Return the head as seen from the front before a pale wall, its height `size` pixels."""
@@ -66,19 +59,16 @@ class Portrait:
         wall = np.array([round(c * 255) for c in PALE], np.uint8)
         small = cv2.resize(np.where(inside, self.picture, wall), (size, size), interpolation=cv2.INTER_AREA)
         edge = size // 2
-        return np.asarray(
-            cv2.copyMakeBorder(small, edge, edge, edge, edge, cv2.BORDER_CONSTANT, value=wall.tolist()), dtype=np.uint8
-        )
+        around = cv2.copyMakeBorder(small, edge, edge, edge, edge, cv2.BORDER_CONSTANT, value=wall.tolist())
+        return np.asarray(around, dtype=np.uint8)
 
 
 def drawn(face: int) -> Portrait:
     """Return one of the drawn faces, by its place among `appearance.PEOPLE`; beyond their number they repeat."""
     place = face % len(PEOPLE)
     traits = PEOPLE[place]
-    return Portrait(
-        f"face {place + 1}", draw_face(traits, place + 1), lambda h: outline(traits, h), traits.skin, traits.hair,
-        traits.style,
-    )  # fmt: skip
+    picture = draw_face(traits, place + 1)
+    return Portrait(f"face {place + 1}", picture, partial(outline, traits), traits.skin, traits.hair, traits.style)
 
 
 def png(picture: Pixels) -> bytes:
@@ -96,9 +86,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
     picture = read_picture(path)
     scale = min(1.0, FINE / max(picture.shape[:2]))
     if scale < 1:
-        picture = np.asarray(
-            cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8
-        )
+        picture = np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
     # A face that fills the picture is found only with some room around it.
     edge = max(picture.shape[:2]) // 4
     roomy = np.asarray(cv2.copyMakeBorder(picture, edge, edge, edge, edge, cv2.BORDER_REPLICATE), dtype=np.uint8)
@@ -108,7 +96,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
     square = _upright(roomy, face)
     skin = _colour_of(square[SIDE * 55 // 100 : SIDE * 65 // 100, SIDE // 4 : SIDE * 3 // 4])
     hair = _colour_of(square[SIDE // 50 : SIDE // 8, SIDE // 3 : SIDE * 2 // 3])
-    return Portrait(path.name, _faded(square, skin, hair), lambda h: outline(_ANYBODY, h), skin, hair, "short")
+    return Portrait(path.name, _faded(square, skin, hair), partial(outline, _ANYBODY), skin, hair, "short")
 
 
 def read_picture(path: Path) -> Pixels:
@@ -133,8 +121,7 @@ def read_picture(path: Path) -> Pixels:
                 raise SheetsError(why, REMEDY)
             return _upright_as_taken(opened)
     except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError, UnidentifiedImageError) as error:
-        reason = error.strerror if isinstance(error, OSError) else ""
-        reason = reason or N_("it is no PNG or JPEG, or it is broken")
+        reason = (error.strerror if isinstance(error, OSError) else "") or N_("it is no PNG or JPEG, or it is broken")
         why = N_("The picture “{name}” cannot be read: {reason}.", name=name, reason=reason)
         raise SheetsError(why, REMEDY) from None
 
@@ -164,11 +151,10 @@ def _upright(picture: Pixels, face: DetectedFace) -> Pixels:
     shrink = math.hypot(cos, sin)
     if shrink < 1:  # else every second pixel would be left out
         picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.45 / shrink), dtype=np.uint8)
-    matrix = np.column_stack([turn, move])
-    return np.asarray(
-        cv2.warpAffine(picture, matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE),
-        dtype=np.uint8,
+    upright = cv2.warpAffine(
+        picture, np.column_stack([turn, move]), (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
+    return np.asarray(upright, dtype=np.uint8)
 
 
 def _faded(picture: Pixels, skin: RGB, hair: RGB) -> Pixels:
@@ -189,13 +175,8 @@ def _colour_of(patch: Pixels) -> RGB:
 
 def studied(portrait: Portrait, models: FaceModels) -> list[Features]:
     """Return a portrait's features from near and from farther away, as if the robot had been shown it."""
-    numbers = []
-    for size in (NEAR, FAR):
-        picture = portrait.cut_out(size)
-        faces = models.find(picture)
-        if faces:
-            numbers.append(models.features(picture, faces[0]))
-    return numbers
+    pictures = [portrait.cut_out(size) for size in (NEAR, FAR)]
+    return [models.features(picture, faces[0]) for picture in pictures if (faces := models.find(picture))]
 
 
 class _Canvas:
@@ -238,6 +219,10 @@ def soft(distance: Floats, edge: float = EDGE) -> Floats:
     t = np.clip(distance / (2 * edge) + 0.5, 0, 1).astype(np.float32)
     smooth: Floats = t * t * (3 - 2 * t)
     return smooth
+
+
+def _darker(colour: RGB, part: float) -> RGB:
+    return colour[0] * part, colour[1] * part, colour[2] * part
 
 
 def _blurred(mask: Floats, pixels: float) -> Floats:
@@ -302,8 +287,7 @@ def _eye(c: _Canvas, t: Traits, side: int) -> None:
     light = soft(0.20 * radius + 0.004 - np.hypot(c.x - side * gap + 0.35 * radius, dy - 0.45 * radius), 0.008)
     c.paint(light * inside, (1.0, 1.0, 1.0))
     within = soft(1.04 - np.abs(along), 0.03)
-    dark = tuple(0.35 * v for v in t.hair)
-    c.paint(soft(0.016 - np.abs(dy - upper), 0.008) * within * np.float32(0.9), (dark[0], dark[1], dark[2]))
+    c.paint(soft(0.016 - np.abs(dy - upper), 0.008) * within * np.float32(0.9), _darker(t.hair, 0.35))
     c.shade(soft(0.010 - np.abs(dy - lower), 0.008) * within, -0.30)
     crease = opening * 1.55 * np.maximum(0, 1 - (along * 0.92) ** 2).astype(np.float32) ** 0.6 + 0.012
     c.shade(soft(0.010 - np.abs(dy - crease), 0.010) * soft(0.95 - np.abs(along), 0.1), -0.30)
@@ -317,8 +301,7 @@ def _brow(c: _Canvas, t: Traits, side: int) -> None:
     half = thick * np.clip(1.05 - 0.45 * (along + 1) / 2 - 0.35 * np.maximum(along - 0.4, 0), 0.15, 1)
     mask = soft(half - np.abs(c.y - middle), 0.014) * soft(1 - np.abs(along), 0.12)
     hairs = 0.86 + 0.14 * c.noise(0.025, 0.05)
-    colour = tuple(0.72 * v for v in t.hair)
-    c.paint(np.clip(mask * hairs, 0, 0.92).astype(np.float32), (colour[0], colour[1], colour[2]))
+    c.paint(np.clip(mask * hairs, 0, 0.92).astype(np.float32), _darker(t.hair, 0.72))
 
 
 def _nose(c: _Canvas, t: Traits) -> None:
@@ -359,7 +342,7 @@ def _beard(c: _Canvas, t: Traits) -> None:
     height, wide, upper, lower, _ = t.mouth
     hairs = 0.80 + 0.25 * c.noise(0.02, 0.04)
     lips = soft(0.92 - np.hypot(c.x / wide, (c.y - height + 0.01) / (upper + lower)), 0.12)
-    colour = (t.hair[0] * 0.85, t.hair[1] * 0.85, t.hair[2] * 0.85)
+    colour = _darker(t.hair, 0.85)
     if t.beard:
         cheeks = soft(-0.30 - 0.42 * (1 - np.abs(c.x) / t.width) - c.y, 0.10)
         low = np.maximum(cheeks, soft(1 - np.hypot(c.x / 0.34, (c.y + 0.80) / 0.24), 0.2))
@@ -377,11 +360,11 @@ def _hair(c: _Canvas, t: Traits) -> None:
     ragged = t.fringe * c.noise(0.07, 2.0)
     line = t.hairline + 0.12 * (1 - (c.x / t.width) ** 2) + t.parting * c.x + ragged - 0.05
     mask = soft(c.y - line, 0.03)
-    side = {"short": 0.0, "curly": 0.05, "bob": 0.12, "long": 0.16, "tail": 0.02}[t.style]
+    side, lowest = {
+        "short": (0.0, 0.02), "curly": (0.05, -0.25), "bob": (0.12, -0.62), "long": (0.16, -1.2), "tail": (0.02, 0.05)
+    }[t.style]  # fmt: skip
     inner = t.width * (1.0 - side) - 0.05 * np.cos(c.y * 2.2) + 0.02 * c.noise(2.0, 0.08)
-    lowest = {"short": 0.02, "curly": -0.25, "bob": -0.62, "long": -1.2, "tail": 0.05}[t.style]
-    sides = soft(np.abs(c.x) - inner, 0.03) * soft(c.y - lowest, 0.08)
-    mask = np.maximum(mask, sides)
+    mask = np.maximum(mask, soft(np.abs(c.x) - inner, 0.03) * soft(c.y - lowest, 0.08))
     c.shade(_blurred(mask, 7) * (1 - mask), -0.28)  # its shadow on the skin
     c.paint(mask, t.hair)
     angle = np.arctan2(c.x - 0.1 * np.sign(t.parting), c.y + 0.2)
@@ -402,9 +385,8 @@ def _glasses(c: _Canvas, t: Traits) -> None:
     power = 2.0 if t.glasses == "round" else 5.0
     half_x, half_y = wide * 1.32, wide * (1.15 if t.glasses == "round" else 0.92)
     for side in (-1, 1):
-        away = (np.abs((c.x - side * gap) / half_x) ** power + np.abs((c.y - height + 0.01) / half_y) ** power) ** (
-            1 / power
-        )
+        dx, dy = np.abs((c.x - side * gap) / half_x), np.abs((c.y - height + 0.01) / half_y)
+        away = (dx**power + dy**power) ** (1 / power)
         frame = np.maximum(frame, soft(0.10 - np.abs(away - 1), 0.04))
         c.shade(soft(1 - away, 0.05), 0.05)
         arm = soft(0.018 - np.abs(c.y - height - 0.04), 0.008) * soft(side * c.x - gap - half_x, 0.01)

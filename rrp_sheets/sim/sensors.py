@@ -147,19 +147,15 @@ class SimSensor(ABC):
     """Gives the values of one sensor stream.
 
     A subclass names the devices of the catalogue that it is for: `class Sonar(SimSensor, devices=("Sonar",))`.
-
-    Attributes:
-        locates: whether its values tell where something is, so that a tracker can follow it.
     """
 
-    locates = False
+    locates = False  # whether its values tell where something is, so that a tracker can follow it
 
     def __init_subclass__(cls, devices: Sequence[str]) -> None:
         SENSORS.update(dict.fromkeys(devices, cls))
 
     def __init__(self, spec: DeviceUse, senses: Senses) -> None:
-        self.spec = spec
-        self.senses = senses
+        self.spec, self.senses = spec, senses
 
     @abstractmethod
     def read(self) -> list[Value]:
@@ -298,7 +294,7 @@ class Touched(SimSensor, devices=("Touch", "Bumper", "ChestButton")):
 
     def read(self) -> list[Value]:
         """The touches that begin or end now."""
-        values: list[Value] = []
+        values = list[Value]()
         for zone, pressed in self.senses.signals.touches:
             if zone in self._zones:
                 self.senses.signals.noticed("touch", zone)
@@ -315,9 +311,8 @@ class WordSensor(SimSensor, devices=("WordRecognized",)):
 
     def read(self) -> list[Value]:
         """Return the words in the utterances that have just ended."""
-        if self._listener is None:
-            return []
-        return [{"word": word, "confidence": sure} for word, sure in self.senses.hearing.words(self._listener)]
+        found = self.senses.hearing.words(self._listener) if self._listener is not None else []
+        return [{"word": word, "confidence": sure} for word, sure in found]
 
 
 class SamplingClock:
@@ -348,7 +343,7 @@ def _angles(spot: Spot) -> dict[str, Value]:
     return {"x": spot.x, "y": spot.y, "width": spot.width, "height": spot.height}
 
 
-TOUCH_US = 500_000
+TOUCH_US = 500_000  # a touch lasts so long, unless the scene gives another time
 _UNNOTICED = {
     "press": N_("{thing} presses {what}: no sensor of this workbook notices it."),
     "touch": N_("{thing} touches {what}: no sensor of this workbook notices it."),
@@ -358,12 +353,7 @@ _UNNOTICED = {
 class Signals:
     """Presses and touches by people at the present step, on the robot and the run panel, as the scene gives them.
 
-    They are known, not perceived: the catalogue marks the sensors that are fed from here. A touch lasts half a second,
-    unless the scene gives another time.
-
-    Attributes:
-        presses: the buttons' labels.
-        touches: the zones, and whether the touch begins (else it ends).
+    They are known, not perceived: the catalogue marks the sensors that are fed from here.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -371,8 +361,8 @@ class Signals:
         self._until: dict[str, int] = {}  # when each zone that is touched is let go
         self._resting: frozenset[str] = frozenset()  # zones that something rests against
         self._open: list[tuple[SceneAction, str, str]] = []  # what nothing has noticed yet, and what it says
-        self.presses: list[str] = []
-        self.touches: list[tuple[str, bool]] = []
+        self.presses: list[str] = []  # the buttons' labels
+        self.touches: list[tuple[str, bool]] = []  # the zones, and whether the touch begins (else it ends)
 
     def begin(self, us: int) -> None:
         """Begin a new step: clear presses and touches, and end touches whose time is over."""

@@ -46,15 +46,10 @@ BALLS = {  # link, place on it and radius (m) of what may touch the floor beside
 
 
 class Stance:
-    """Holds the robot up.
-
-    Attributes:
-        loose: whether it was pushed and is left to physics.
-    """
+    """Holds the robot up."""
 
     def __init__(self, bullet: Any, body: Body) -> None:
-        self._b = bullet
-        self._body = body
+        self._b, self._body = bullet, body
         self._legs = Legs(body.robot.data["legs"])
         self._joints = [f"{side}{joint}" for side in "LR" for joint in JOINTS]
         self._guide = Guide(bullet, body)
@@ -62,18 +57,13 @@ class Stance:
         self._resting: Resting | None = None
         self._around = 0.0  # rad: the lean near which it settles
         self._steady = False
-        self.loose = self._stepped = self._rested = False
-        self._rate = 0.0
+        self.loose = self._stepped = self._rested = False  # loose: it was pushed and is left to physics
+        self.turning = 0.0  # rad/s, positive to the left
         self._calm = 0.0
         self._goal: FootPlace | None = None
-        self._arrived = False
+        self.arrived = False  # the last walk has led to its end
         self._way: tuple[float, float, float] | None = None  # where to walk when it stands upright
         self._standing = self._stands_now()
-
-    @property
-    def turning(self) -> float:
-        """Speed at which the body turns now, rad/s, positive to the left."""
-        return self._rate
 
     @property
     def walking(self) -> bool:
@@ -129,11 +119,6 @@ class Stance:
         """Direction in which the robot walks, rad in the world; None when it does not go anywhere."""
         return self._gait.bound if self._gait is not None else None
 
-    @property
-    def arrived(self) -> bool:
-        """True when the last walk has led to its end."""
-        return self._arrived
-
     def turn(self, rate: float) -> None:
         """Turn the whole body at a rate (rad/s) until the next call; 0 stops."""
         if rate and self._stand():
@@ -148,12 +133,11 @@ class Stance:
             for joint in self._joints:
                 self._body.go(joint, self._body.start[joint], EASY)
         self._way = (forward, left, turn)
-        self._arrived = False
+        self.arrived = False
 
     def stop_walking(self) -> None:
         """Finish the step and stand."""
-        self._way = None
-        self._goal = None
+        self._way = self._goal = None
         if self._gait is not None:
             self._gait.close()
 
@@ -166,15 +150,13 @@ class Stance:
     def follow_legs(self, lean: float | None = None) -> None:
         """Let the torso follow the legs' joints from now on, in any posture: the robot rests on the floor.
 
-        Args:
-            lean: around which the torso settles, rad: 0 standing or sitting, −1.5 on its back, 1.5 on its belly; None
-                is as before.
+        It settles around a lean, rad: 0 standing or sitting, −1.5 on its back, 1.5 on its belly; None is as before.
         """
         if self.loose:
             return
-        self._guide.hold()
-        self._gait, self._rate, self._way = None, 0.0, None
         guide = self._guide
+        guide.hold()
+        self._gait, self.turning, self._way = None, 0.0, None
         if self._resting is None:
             self._body.meet_floor(feet=False)
             self._resting = Resting(self._b, self._body, guide.place, guide.lean, guide.yaw)
@@ -194,7 +176,7 @@ class Stance:
         self.loose, self._stepped, self._rested = True, self._gait is not None, self._resting is not None
         self._guide.release()
         self._gait = self._resting = self._way = None
-        self._rate = 0.0
+        self.turning = 0.0
         self._body.meet_floor(feet=True, limbs=True)
 
     def catch(self) -> None:
@@ -224,9 +206,7 @@ class Stance:
 
     def _stand(self) -> bool:
         """Return whether the robot can walk now: it does already, or it stands upright."""
-        if self._gait is not None:
-            return True
-        return self.on_feet and self.settled and not self._legs_move() and self.upright
+        return self._gait is not None or (self.on_feet and self.settled and not self._legs_move() and self.upright)
 
     def _legs_move(self) -> bool:
         return any(self._body.stirs(joint) for joint in self._joints)
@@ -242,15 +222,15 @@ class Stance:
 
     def _take_step(self, gait: Gait) -> None:
         spot, place, joints = gait.step(STEP)
-        self._rate = (spot.yaw - self._guide.yaw) / STEP
+        self.turning = (spot.yaw - self._guide.yaw) / STEP
         for joint, angle in joints.items():
             self._body.put(joint, angle)
         self._guide.move(place, self._standing.lean, spot.yaw)
         if gait.beside and self._goal is not None:
-            self._arrived, self._goal = gait.at(self._goal), None
+            self.arrived, self._goal = gait.at(self._goal), None
         self._calm = self._calm + STEP if gait.beside else 0.0
         if self._calm >= REST_AFTER:
-            self._gait, self._rate = None, 0.0
+            self._gait, self.turning = None, 0.0
             self._body.meet_floor(feet=True)
             if not self._steady:
                 self._guide.release()
@@ -272,19 +252,13 @@ class Stance:
 
 
 class Guide:
-    """A constraint between the torso and the world; it acts from the first call of `hold` on.
-
-    Attributes:
-        place: of the torso's frame, m.
-        lean, yaw: of the torso, rad.
-    """
+    """A constraint between the torso and the world; it acts from the first call of `hold` on."""
 
     def __init__(self, bullet: Any, body: Body) -> None:
-        self._b = bullet
-        self._body = body
+        self._b, self._body = bullet, body
         self._constraint: int | None = None
-        self.place: Vector = np.zeros(3)
-        self.lean = self.yaw = 0.0
+        self.place: Vector = np.zeros(3)  # of the torso's frame, m
+        self.lean = self.yaw = 0.0  # of the torso, rad
 
     @property
     def holds(self) -> bool:
@@ -326,8 +300,7 @@ class Resting:
 
     def __init__(self, bullet: Any, body: Body, place: Vector, lean: float, yaw: float) -> None:
         self._b, self._body = bullet, body
-        self.place = place.copy()
-        self.yaw = yaw
+        self.place, self.yaw = place.copy(), yaw
         self._lean = Glide(lean)
         self._towards = 0.0
         self._halted = False
@@ -340,9 +313,8 @@ class Resting:
         self._frames = [self._used.index(link) + 1 if link >= 0 else 0 for link in links]
         self._local = np.array([ball[:3] for _, ball in (*soles, *balls)])
         self._radius = np.array([ball[3] for _, ball in (*soles, *balls)])
-        self._soles = len(soles)
         self._beyond = np.zeros_like(self._local)
-        self._beyond[: self._soles, 0] = np.where(self._local[: self._soles, 0] > 0, MARGIN, -MARGIN)
+        self._beyond[: len(soles), 0] = np.where(self._local[: len(soles), 0] > 0, MARGIN, -MARGIN)
         self._masses = np.array([bullet.getDynamicsInfo(body.id, i)[0] for i in range(-1, len(body.links))])
         self._before: Vector | None = None
         self._still = 0
@@ -359,8 +331,7 @@ class Resting:
 
     def settle(self, towards: float) -> None:
         """Settle anew, around a lean (rad)."""
-        self._towards = towards
-        self._halted, self._still = False, 0
+        self._towards, self._halted, self._still = towards, False, 0
 
     def halt(self) -> None:
         """Come to rest at once, as it is, until `settle` is called."""
@@ -398,20 +369,18 @@ class Resting:
         """Return in the torso's frame: what may touch the floor, the centre of mass, the soles' ends with margin."""
         b, body = self._b, self._body
         torso = body.torso()
-        count = len(body.links)
-        states = b.getLinkStates(body.id, list(range(count)), computeForwardKinematics=True)
+        states = b.getLinkStates(body.id, list(range(len(body.links))), computeForwardKinematics=True)
         centre, _ = b.getBasePositionAndOrientation(body.id)
         masses = np.array([centre, *(s[0] for s in states)])
-        weight = torso.rotation.T @ (self._masses @ masses / self._masses.sum() - torso.position)
         back = torso.rotation.T
+        weight = back @ (self._masses @ masses / self._masses.sum() - torso.position)
         turns, places = [np.eye(3)], [np.zeros(3)]
         for index in self._used:
             turns.append(back @ np.array(b.getMatrixFromQuaternion(states[index][5])).reshape(3, 3))
             places.append(back @ (np.array(states[index][4]) - torso.position))
         turned = np.array(turns)[self._frames]
         points = np.einsum("nij,nj->ni", turned, self._local) + np.array(places)[self._frames]
-        wider = points + np.einsum("nij,nj->ni", turned, self._beyond)
-        return points, weight, wider
+        return points, weight, points + np.einsum("nij,nj->ni", turned, self._beyond)
 
     def _rest(self, wider: Vector, weight: Vector) -> float:
         """Return the lean at which the weight is lowest: of several such leans the nearest."""

@@ -46,9 +46,6 @@ class SimActuator(ABC):
     """Carries out the commands of one actuator stream, with its settings and the resources that it uses.
 
     A subclass names the device of the catalogue that it is for: `class Walk(SimActuator, device="Walk")`.
-
-    Attributes:
-        refused: message for a command that a running one of a larger priority prevents.
     """
 
     def __init_subclass__(cls, device: str = "") -> None:
@@ -56,8 +53,7 @@ class SimActuator(ABC):
             ACTUATORS[device] = cls
 
     def __init__(self, spec: DeviceUse, parts: Parts) -> None:
-        self.spec = spec
-        self.parts = parts
+        self.spec, self.parts = spec, parts
         self.settings: Mapping[str, Value] = spec.settings
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
         self.refused = N_("{name} does nothing now: what moves the robot has a higher priority.", name=spec.name)
@@ -72,10 +68,8 @@ class SimActuator(ABC):
 
     def wrong(self, order: Command, needs: str) -> None:
         """Report that a value cannot be used here."""
-        text = N_(
-            "{name} cannot use {value}: it needs {needs}.", name=self.spec.name, value=show(order.value), needs=needs
-        )
-        self.fail(order, text)
+        name, value = self.spec.name, show(order.value)
+        self.fail(order, N_("{name} cannot use {value}: it needs {needs}.", name=name, value=value, needs=needs))
 
     def fail(self, order: Command, text: str, kind: str = "error") -> None:
         """Report why a command is not carried out, and end it."""

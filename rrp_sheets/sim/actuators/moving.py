@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.perception.pinhole import Vector
-from rrp_sheets.robots.catalogue import Gesture as Keyframes
 from rrp_sheets.robots.catalogue import Keyframe
 from rrp_sheets.robots.trajectory import COUPLED
-from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
+from rrp_sheets.sim.actuators.base import SimActuator, as_number
 from rrp_sheets.sim.actuators.tracker import Detection, Pointing
 from rrp_sheets.sim.arbitration import Job
 from rrp_sheets.sim.body import Motion
@@ -43,7 +42,7 @@ class SetJointPosition(SimActuator, device="SetJointPosition"):
             return
         values = list(order.value) if isinstance(order.value, (list, tuple)) else [order.value]
         angles = [as_number(v) for v in values]
-        if len(angles) != len(joints) or any(a is None or not math.isfinite(a) for a in angles):
+        if len(angles) != len(joints) or None in angles:
             many = N_("a list of {n} angles in rad ({joints})", n=len(joints), joints=", ".join(joints))
             self.wrong(order, N_("an angle in rad, for example 0.5") if len(joints) == 1 else many)
             return
@@ -118,33 +117,29 @@ class Walk(SimActuator, device="Walk"):
                       name=self.spec.name)  # fmt: skip
             self.fail(order, text)
             return
-        limits = [self.parts.body.robot.devices["walk"].settings[m.lower()] for m in MEASURES]
-        way = tuple(
-            self.clamp(
-                order,
-                N_("{device}: {measure}", device=self.spec.name, measure=m),
-                a,
-                (float(s.lower or 0), float(s.upper or 0)),
-                unit,
-            )
-            for m, a, s, unit in zip(MEASURES, asked, limits, UNITS, strict=True)
-        )
+        way = self._limited(order, asked)
         self._goes_on = way == self._way and self.parts.stance.walking
-        job = self._job(order, (way[0], way[1], way[2]))
-        self.parts.arbiter.take(job, us)
+        self.parts.arbiter.take(self._job(order, way), us)
         self._goes_on = False
+
+    def _limited(self, order: Command, asked: Way) -> Way:
+        limited = []
+        for measure, value, unit in zip(MEASURES, asked, UNITS, strict=True):
+            setting = self.parts.body.robot.devices["walk"].settings[measure.lower()]
+            what = N_("{device}: {measure}", device=self.spec.name, measure=measure)
+            limits = (float(setting.lower or 0), float(setting.upper or 0))
+            limited.append(self.clamp(order, what, value, limits, unit))
+        return limited[0], limited[1], limited[2]
 
     def _asked(self, order: Command) -> Way | None:
         """Return the way of the settings, or of the value when they are blank; None when that is not a way."""
         given = [as_number(self.settings.get(m.lower())) or 0.0 for m in MEASURES]
         value = order.value
-        if not any(given) and isinstance(value, (list, tuple)) and len(value) in (2, 3):
+        if not any(given) and isinstance(value, (list, tuple)):
             numbers = [as_number(v) for v in (*value, 0.0)[:3]]
-            if any(n is None or abs(n) > 1e6 for n in numbers):
+            if len(value) not in (2, 3) or any(n is None or abs(n) > 1e6 for n in numbers):
                 return None
             given = [n or 0.0 for n in numbers]
-        elif not any(given) and isinstance(value, (list, tuple)):
-            return None
         return given[0], given[1], given[2]
 
     def _job(self, order: Command, way: Way) -> Job:
@@ -166,8 +161,7 @@ class Walk(SimActuator, device="Walk"):
             nonlocal blocked, looked_us
             if not blocked and us >= looked_us + LOOKS_US:
                 looked_us = us
-                thing = self._in_the_way()
-                if thing:
+                if thing := self._in_the_way():
                     blocked = True
                     stance.stop_walking()
                     text = N_("{name} stops: {thing} is in the way.", name=self.spec.name, thing=thing)
@@ -208,23 +202,14 @@ class Keyframed(SimActuator):
     command begins a motion of its own.
     """
 
-    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
-        super().__init__(spec, parts)
-        self._motion: Motion | None = None
-        self._doing = ""
-        self._next = ""
+    _motion: Motion | None = None
+    _doing = _next = ""
 
     def move(
-        self,
-        order: Command,
-        us: int,
-        what: str,
-        motion: Motion,
-        *,
-        home: bool,
+        self, order: Command, us: int, what: str, motion: Motion, *, home: bool,
         arrived: Callable[[int], bool | None] = lambda us: True,
         during: Callable[[Motion], None] = lambda motion: None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Make a motion; by its name, `what`, a repeated command is recognised.
 
         When it is broken off, the joints stay or go back `home`. `during` is called at every step, and after the end
@@ -310,21 +295,17 @@ class GestureActuator(Keyframed, device="Gesture"):
         if gesture is None:
             self.unknown(order, N_("{device}: there is no gesture {name}."), named, self.parts.body.robot.gestures)
             return
-        self._make(order, us, gesture)
-
-    def _make(self, order: Command, us: int, gesture: Keyframes) -> None:
         tempo, times = as_number(self.settings.get("tempo")), as_number(self.settings.get("times"))
         frames = gesture.timed(tempo, max(1, round(times or 1)))
         self.move(order, us, key(gesture.name), Motion(self.parts.body, frames), home=True)
 
     def _point(self, order: Command, us: int, seen: Record) -> None:
         place = self._place(order, seen)
-        body = self.parts.body
-        pointing = Pointing(body)
+        pointing = Pointing(self.parts.body)
         side = pointing.nearer(place, "")
         pose = pointing.joints(side, place)
         frames = (Keyframe(RAISED, pose), Keyframe(HELD, pose))
-        self.move(order, us, f"point {side}", Motion(body, frames), home=True)
+        self.move(order, us, f"point {side}", Motion(self.parts.body, frames), home=True)
 
     def _place(self, order: Command, seen: Record) -> Vector:
         """Return where the seen thing is, from the camera's pose of its detection if that is known, else from now."""
@@ -350,8 +331,8 @@ class Posture(Keyframed, device="Posture"):
         if name is None:
             self.unknown(order, N_("{device}: there is no posture {name}."), named, robot.postures)
             return
-        route = self._route(name)
-        frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(route, 1)]
+        passed = route(self._now(), name, robot.data.get("posture_ways", {}))  # sitting down leads through crouching
+        frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(passed, 1)]
         speed = float(self.settings["speed"])
         motion = Motion(self.parts.body, frames, returns=False, share=speed, peak=CALM * speed)
         lean = robot.data.get("posture_leans", {}).get(name, 0.0)
@@ -359,7 +340,7 @@ class Posture(Keyframed, device="Posture"):
 
         def during(motion: Motion) -> None:
             nonlocal leaning
-            wanted = lean if motion.passed >= len(route) - 1 else 0.0  # up from the floor first
+            wanted = lean if motion.passed >= len(passed) - 1 else 0.0  # up from the floor first
             if wanted != leaning:
                 leaning = wanted
                 self.parts.stance.follow_legs(wanted)
@@ -367,11 +348,9 @@ class Posture(Keyframed, device="Posture"):
         def arrived(us: int) -> bool | None:
             nonlocal late
             late = late or us + KEYFRAMES_PATIENCE_US
-            body, stance = self.parts.body, self.parts.stance
-            goal = frames[-1].angles
-            if stance.settled and all(
-                abs(body.position(joint) - body.aimed(joint)) < KEYFRAMES_REACHED for joint in goal
-            ):
+            body, goal = self.parts.body, frames[-1].angles
+            near = (abs(body.position(joint) - body.aimed(joint)) < KEYFRAMES_REACHED for joint in goal)
+            if self.parts.stance.settled and all(near):
                 return True
             return None if us < late else False
 
@@ -379,10 +358,6 @@ class Posture(Keyframed, device="Posture"):
 
     def _angles(self, posture: str) -> dict[str, float]:
         return {joint: float(angle) for joint, angle in self.parts.body.robot.data["postures"][posture].items()}
-
-    def _route(self, name: str) -> list[str]:
-        """Return the postures to pass through, with the last one: as sitting down leads through crouching."""
-        return route(self._now(), name, self.parts.body.robot.data.get("posture_ways", {}))
 
     def _now(self) -> str:
         """Return the posture that the legs are nearest to."""

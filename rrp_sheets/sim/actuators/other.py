@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import Command, DeviceUse, Notice
+from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Record, show
 from rrp_sheets.perception.face_memory import FACE_REMEMBERED
-from rrp_sheets.sim.actuators.base import Parts, SimActuator, as_number
+from rrp_sheets.sim.actuators.base import SimActuator, as_number
 from rrp_sheets.sim.appearance import EXAMPLE, parse_colour
 from rrp_sheets.texts import N_, sentences
 
@@ -16,8 +16,7 @@ class PrintActuator(SimActuator, device="Print"):
 
     def take(self, order: Command, us: int) -> None:
         """Report the value as a note."""
-        value = order.value
-        text = value if isinstance(value, str) else show(value)
+        text = order.value if isinstance(order.value, str) else show(order.value)
         self.parts.tell(Notice("note", text, order.stream, order.row))
         self.parts.arbiter.at_once(order)
 
@@ -29,9 +28,7 @@ class PrintActuator(SimActuator, device="Print"):
 class Later(SimActuator):
     """Stand-in for a device that is not simulated yet: every command is over at once, not completed."""
 
-    def __init__(self, spec: DeviceUse, parts: Parts) -> None:
-        super().__init__(spec, parts)
-        self._told = False
+    _told = False
 
     def take(self, order: Command, us: int) -> None:
         """Report once that the device is not simulated, and end the command."""
@@ -50,19 +47,13 @@ class RememberFace(SimActuator, device="RememberFace"):
     def take(self, order: Command, us: int) -> None:
         """Remember the face of the record that arrives, else the new face that is longest in view."""
         value = order.value
-        name = str(self.settings.get("name") or "")
-        number = None
-        if isinstance(value, str) and value.strip():
-            name = value.strip()
-        elif isinstance(value, Record):
-            given = as_number(value.values.get("id"))
-            number = int(given) if given is not None else None
-        remembered, why = self.parts.faces.remember(name, number)
+        name = (value.strip() if isinstance(value, str) else "") or str(self.settings.get("name") or "")
+        given = as_number(value.values.get("id")) if isinstance(value, Record) else None
+        remembered, why = self.parts.faces.remember(name, None if given is None else int(given))
         if not remembered:
             self.fail(order, why, "note")
             return
-        text = N_(FACE_REMEMBERED, name=remembered)
-        self.parts.tell(Notice("note", text, order.stream, order.row))
+        self.parts.tell(Notice("note", N_(FACE_REMEMBERED, name=remembered), order.stream, order.row))
         try:
             self.parts.faces.keep()
         except SheetsError as error:

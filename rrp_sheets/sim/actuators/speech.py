@@ -40,11 +40,9 @@ class SayInput(_Say, device="SayInput"):
 
     def take(self, order: Command, us: int) -> None:
         """Say a text or a number."""
-        value = order.value
-        number = as_number(value)
-        if isinstance(value, str):
-            self.say(value, order, us)
-        elif number is not None:
+        if isinstance(order.value, str):
+            self.say(order.value, order, us)
+        elif (number := as_number(order.value)) is not None:
             self.say(f"{number:.6g}", order, us)
         else:
             self.wrong(order, N_("a text to say"))

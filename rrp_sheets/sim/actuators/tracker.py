@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -33,22 +32,17 @@ TURN_FROM, TURN_TO = 0.30, 0.05  # rad of head yaw: the body begins and stops tu
 TURN_GAIN = 1.6  # rad/s of turning per rad of head yaw
 LOST_AFTER = 1.0  # s without a detection: stop turning, it may be gone
 FAR_AWAY = 1.0  # m: where a detection without distance (a face) is taken to be, for pointing
-YIELDS_AFTER = 1.0  # s without an event: a tracker of another mode that gets one takes its place
+YIELDS_AFTER = 1.0  # s without an event: a tracker of another mode that gets one takes its place, as on the original
 OVERLAP_US = 350_000  # between two arms' hand-over: the one that takes over is up before the other one goes down
 ARMS = {"leftarm": "L", "rightarm": "R", "botharms": "LR", "nearestarm": "", "none": None}
 
 
 class Pointing:
-    """Chooses the arm that points at a place, and computes its joints.
-
-    Args:
-        body: the robot; `[arm]` of its catalogue has the place of the left `hand` from the shoulder, stretched (m).
-    """
+    """Chooses the arm that points at a place, and computes its joints."""
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        data: Mapping[str, Any] = body.robot.data["arm"]
-        self._hand = np.array(data["hand"], dtype=np.float64)
+        self._hand = np.array(body.robot.data["arm"]["hand"], dtype=np.float64)  # m, from the left shoulder, stretched
 
     def joints(self, side: str, target: Vector) -> dict[str, float]:
         """Return the joints of an arm (`L` or `R`) that point at a place in the world, as far as their limits allow."""
@@ -116,29 +110,20 @@ class MotionPredictor:
 
 @dataclass(frozen=True)
 class Detection:
-    """Something that was seen, with the robot's head and camera pose at that moment.
-
-    Attributes:
-        us: when.
-        x, y: rad, to the left of and below the picture's middle.
-        distance: m, or None when the sensor does not tell.
-        yaw, pitch: of the head, rad.
-        camera: the camera's pose, from the robot's own joints.
-    """
+    """Something that was seen, with the robot's head and camera pose at that moment."""
 
     us: int
-    x: float
-    y: float
-    distance: float | None
-    yaw: float
+    x: float  # rad, to the left of the picture's middle
+    y: float  # rad, below it
+    distance: float | None  # m, or None when the sensor does not tell
+    yaw: float  # of the head, rad
     pitch: float
-    camera: Pose
+    camera: Pose  # from the robot's own joints
 
     def point(self) -> Vector:
         """Return the detected place in the world."""
         ray = np.array([1.0, math.tan(self.x), -math.tan(self.y)])
-        far = self.distance if self.distance is not None else FAR_AWAY
-        ray *= far / float(np.linalg.norm(ray))
+        ray *= (FAR_AWAY if self.distance is None else self.distance) / float(np.linalg.norm(ray))
         place: Vector = self.camera.position + self.camera.rotation @ ray
         return place
 
@@ -184,8 +169,7 @@ class Trackers:
     def follow(self, order: Command, us: int) -> None:
         """Let a tracker follow the newest detection of the order's sensors."""
         tracker, sensors = self._all[order.stream], order.sensors
-        tracker.ordered_us = us
-        tracker.active, tracker.sensors = True, tuple(sensors)
+        tracker.active, tracker.sensors, tracker.ordered_us = True, sensors, us
         tracker.chosen = _side(order.value)
         newest = max((self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None)
         if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
@@ -196,10 +180,7 @@ class Trackers:
         return self._all[stream].pointing
 
     def idle(self, stream: str, us: int) -> list[str]:
-        """Return the streams of other active trackers that have had no event lately; an event of this one ends them.
-
-        An event switches to its tracker's mode, as in the original software.
-        """
+        """Return the streams of other active trackers that have had no event lately; an event of this one ends them."""
         others = [t for t in self._all.values() if t.stream != stream and t.active]
         return [t.stream for t in others if us - t.ordered_us > YIELDS_AFTER * 1e6]
 
