@@ -79,7 +79,7 @@ class Utterance:
         sound: without noise.
         noise: of the room, 0 to 1, in the mean.
         is_last: False for the first parts of a long speech.
-        recorded: the sound with noise, once a sensor has listened to it.
+        at_microphone: the sound with noise, once a sensor has listened to it.
     """
 
     start_us: int
@@ -89,7 +89,7 @@ class Utterance:
     noise: float = 0.0
     steps: int = 0
     is_last: bool = True
-    recorded: Signal | None = None
+    at_microphone: Signal | None = None
 
     @property
     def end_us(self) -> int:
@@ -207,9 +207,12 @@ class Talk:
         self.over.append(now)
 
     def microphone(self, heard: Utterance) -> Signal:
-        """Return an utterance with the noise of the room and of the microphone, as the recogniser gets it."""
-        sound = np.concatenate([np.zeros(PAD, np.float32), heard.sound, np.zeros(PAD, np.float32)])
-        return np.asarray(sound + noise(len(sound), heard.noise, (self._seed, heard.start_us)), np.float32)
+        """Return an utterance with the noise of room and microphone, as the recogniser gets it; mixed only once."""
+        if heard.at_microphone is None:
+            sound = np.concatenate([np.zeros(PAD, np.float32), heard.sound, np.zeros(PAD, np.float32)])
+            mixed = sound + noise(len(sound), heard.noise, (self._seed, heard.start_us))
+            heard.at_microphone = np.asarray(mixed, np.float32)
+        return heard.at_microphone
 
 
 def resampled(sound: Signal, rate: int) -> Signal:
@@ -280,7 +283,7 @@ class Hearing:
         found = []
         for utterance in self._talk.over:
             assert self._ear is not None
-            words = self._ear.recognise(listener, self._sound(utterance))
+            words = self._ear.recognise(listener, self._talk.microphone(utterance))
             found += words
             for said in utterance.said if words else ():
                 said.heard = True
@@ -293,11 +296,6 @@ class Hearing:
             for utterance in self._talk.over if utterance.is_last
             for said in utterance.said if not said.heard
         ]  # fmt: skip
-
-    def _sound(self, utterance: Utterance) -> Signal:
-        if utterance.recorded is None:
-            utterance.recorded = self._talk.microphone(utterance)
-        return utterance.recorded
 
     def _unheard(self, said: PendingSpeech, utterance: Utterance) -> str:
         template = N_("{thing} says “{words}”: the robot has not understood it.")
