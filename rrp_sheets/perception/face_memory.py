@@ -32,18 +32,12 @@ FACE_REMEMBERED = N_("The face is remembered as {name}.")
 
 @dataclass(eq=False)
 class RememberedPerson:
-    """A person whom the robot remembers.
+    """A person whom the robot remembers."""
 
-    Attributes:
-        id: what the face sensor gives for this person.
-        views: their face in numbers, from some distances.
-        given: known from the scene, so that no file keeps them.
-    """
-
-    id: int
+    id: int  # what the face sensor gives for this person
     name: str
-    views: list[Features] = field(default_factory=list)
-    given: bool = False
+    views: list[Features] = field(default_factory=list)  # their face in numbers, from some distances
+    given: bool = False  # known from the scene, so that no file keeps them
 
 
 @dataclass
@@ -86,11 +80,7 @@ class FaceMemory:
 
 
 def read_memory(path: Path) -> FaceMemory:
-    """Read the faces that earlier runs have kept; empty when there is no such file.
-
-    Raises:
-        SheetsError: it is not what a run has written.
-    """
+    """Read the faces that earlier runs have kept, none when there is no file; raises SheetsError when it is broken."""
     try:
         if path.stat().st_size > MOST_BYTES:
             raise ValueError
@@ -99,21 +89,14 @@ def read_memory(path: Path) -> FaceMemory:
     except FileNotFoundError:
         return FaceMemory()
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
-        raise SheetsError(
-            N_("The remembered faces in “{path}” cannot be read.", path=str(path)),
-            N_(
-                "Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; "
-                "the robot then begins without."
-            ),
-        ) from None
+        why = N_("The remembered faces in “{path}” cannot be read.", path=str(path))
+        remedy = N_("Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; "
+                    "the robot then begins without.")  # fmt: skip
+        raise SheetsError(why, remedy) from None
 
 
 def write_memory(path: Path, memory: FaceMemory) -> None:
-    """Write the memory to its file, or remove the file when there is nobody to keep.
-
-    Raises:
-        SheetsError: it cannot be written.
-    """
+    """Write the memory to its file, or remove the file when there is nobody to keep; raises SheetsError."""
     persons = [
         {"id": p.id, "name": p.name, "views": [[round(float(v), DIGITS) for v in view] for view in p.views]}
         for p in [p for p in memory.persons if not p.given][-MOST_PERSONS:]
@@ -129,18 +112,13 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
             json.dump({"persons": persons}, file, ensure_ascii=False)
         half.replace(path)
     except OSError as error:
-        raise SheetsError(
-            N_("The remembered faces cannot be written to “{path}” ({reason}).", path=str(path), reason=error.strerror),
-            N_("Free some space."),
-        ) from None
+        why = N_("The remembered faces cannot be written to “{path}” ({reason}).", path=str(path),
+                 reason=error.strerror)  # fmt: skip
+        raise SheetsError(why, N_("Free some space.")) from None
 
 
 def kept(folder: Path) -> list[str]:
-    """Return the names of the persons who are remembered for the workbooks of a folder.
-
-    Raises:
-        SheetsError: the file that keeps them is broken.
-    """
+    """Return the names that are remembered for a folder's workbooks; raises SheetsError when their file is broken."""
     return [person.name for person in read_memory(faces_file(folder)).persons]
 
 
@@ -154,10 +132,8 @@ def forget(folder: Path, name: str) -> str:
     gone = [p for p in memory.persons if key(p.name) == key(name)]
     if not gone:
         names = ", ".join(p.name for p in memory.persons)
-        raise SheetsError(
-            N_("Nobody called “{name}” is remembered.", name=name),
-            N_("Remembered are: {names}.", names=names) if names else N_("No faces are kept here."),
-        )
+        remedy = N_("Remembered are: {names}.", names=names) if names else N_("No faces are kept here.")
+        raise SheetsError(N_("Nobody called “{name}” is remembered.", name=name), remedy)
     write_memory(faces_file(folder), FaceMemory([p for p in memory.persons if p not in gone]))
     return gone[0].name
 

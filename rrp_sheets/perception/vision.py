@@ -97,14 +97,14 @@ class Detector:
         radius += 0.5
         fill = area / (math.pi * radius * radius)
         if cut:
-            if fill < 0.3:
-                return None
+            round_enough = fill >= 0.3
+        elif area >= 60:
+            round_enough = fill >= (0.80 if area > 150 else 0.68)
         else:
-            round_enough = (
-                fill >= (0.80 if area > 150 else 0.68) if area >= 60 else min(width, height) >= 0.6 * max(width, height)
-            )
-            if not round_enough:
-                return None
+            round_enough = min(width, height) >= 0.6 * max(width, height)
+        if not round_enough:
+            return None
+        if not cut:
             radius = math.sqrt(area / math.pi)
             u, v = _middle(mask, left, top, width, height)
         x, y = self._direction(u, v)

@@ -97,11 +97,7 @@ class Phonetics(Protocol):
 
 
 class Ear:
-    """The recogniser, loaded once; its dictionary has only the words of the sensors, and decoys.
-
-    Args:
-        wanted: the words of the sensors, one by one.
-        phonetics: gives the library for words that no dictionary has, or None when it is not installed.
+    """The recogniser, loaded once; its dictionary has only the words of the sensors (`wanted`), and decoys.
 
     Raises:
         ImportError: it is not installed.
@@ -172,12 +168,11 @@ class Ear:
         ]
 
     def _token(self, piece: str) -> str:
-        token = self._tokens.get(piece)
-        if token is None:
+        if piece not in self._tokens:
             token = self._tokens[piece] = f"w{len(self._tokens)}"
             for place, sounds in enumerate(self._sounds.of(piece)):
                 self._decoder.add_word(token if place == 0 else f"{token}({place + 1})", sounds, False)
-        return token
+        return self._tokens[piece]
 
     def _decoys(self, words: Sequence[Word]) -> list[str]:
         """Return tokens of words that sound unlike those of the sensor."""
@@ -207,9 +202,9 @@ def split(sound: Signal) -> list[Signal]:
     """Return the pieces of speech between pauses."""
     frame = round(_FRAME * RATE)
     count = len(sound) // frame
-    loud = np.sqrt((sound[: count * frame].reshape(count, frame) ** 2).mean(axis=1)) if count else np.zeros(0)
     if not count:
         return []
+    loud = np.sqrt((sound[: count * frame].reshape(count, frame) ** 2).mean(axis=1))
     speaks = loud > max(_QUIET, 3 * float(np.quantile(loud, 0.05)))
     found: list[list[int]] = []
     for k in np.flatnonzero(speaks):
@@ -239,18 +234,14 @@ def sounds_of(ipa: str) -> str:
 
 
 class Pronunciations:
-    """Looks up the sounds of words, or derives them with the speech library.
+    """Looks up the sounds of words in the recogniser's dictionary, or derives them with the speech library.
 
-    Args:
-        dictionary: the recogniser's.
-        words: those that will be looked up; the others of the dictionary are not kept.
-        speech: for words that are not in it; None when there is none.
+    Only the given words of the dictionary are kept.
     """
 
     def __init__(self, dictionary: Path, words: Iterable[str], speech: Phonetics | None) -> None:
-        wanted = set(words)
+        wanted, self._speech = set(words), speech
         self._known: dict[str, list[str]] = {}
-        self._speech = speech
         with dictionary.open(encoding="utf-8", errors="replace") as lines:
             for line in lines:
                 word, _, sounds = line.partition(" ")

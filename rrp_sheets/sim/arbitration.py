@@ -20,27 +20,16 @@ Tell = Callable[[Notice], None]
 
 @dataclass(eq=False)
 class Job:
-    """A command and how it is carried out.
+    """A command and how it is carried out."""
 
-    Attributes:
-        order: the command; the latest one, when it was repeated.
-        uses: the resources that it needs.
-        begin: carry it out, or go on with it; also called when it is repeated.
-        cease: stop it at once.
-        over: called at every step; returns None while it goes on, else whether it was completed.
-        joints: those that it moves, when not all of its resources.
-        endless: it goes on until something stops it.
-        refused: the message when a larger priority is in its way.
-    """
-
-    order: Command
-    uses: frozenset[str]
-    begin: Callable[[Command, int], None]
-    cease: Callable[[int], None]
-    over: Callable[[int], bool | None] = lambda us: None
-    joints: frozenset[str] = frozenset()
-    endless: bool = False
-    refused: str = ""
+    order: Command  # the latest one, when it was repeated
+    uses: frozenset[str]  # the resources that it needs
+    begin: Callable[[Command, int], None]  # carry it out, or go on with it; also called when it is repeated
+    cease: Callable[[int], None]  # stop it at once
+    over: Callable[[int], bool | None] = lambda us: None  # at every step: None while it goes on, else if completed
+    joints: frozenset[str] = frozenset()  # those that it moves, when not all of its resources
+    endless: bool = False  # it goes on until something stops it
+    refused: str = ""  # the message when a larger priority is in its way
     began_us: int = -1
 
     def meets(self, other: Job) -> bool:
@@ -53,15 +42,10 @@ class Job:
 
 
 class Arbiter:
-    """Starts, queues and ends commands, with exactly one done event for each job.
-
-    Args:
-        dones: the actuator streams whose commands report their end, with the stream that gets the reports.
-    """
+    """Starts, queues and ends commands, with exactly one done event for each job."""
 
     def __init__(self, dones: Mapping[str, str], tell: Tell) -> None:
-        self._dones = dones
-        self._tell = tell
+        self._dones, self._tell = dones, tell  # dones: by actuator stream, the stream that gets reports of ends
         self._running: list[Job] = []
         self._waiting: list[Job] = []  # for the voice: at most one
         self._outranked: list[Job] = []  # endless ones, which resume
@@ -79,7 +63,8 @@ class Arbiter:
                 self._tell(Notice("error", why, job.order.stream, job.order.row))
             self._done(job.order, False, 0.0)
             return
-        mine = self._of(job.order.stream) if job.endless else None
+        both = (*self._running, *self._outranked) if job.endless else ()
+        mine = next((j for j in both if j.endless and j.order.stream == job.order.stream), None)
         if mine is not None:
             self._again(mine, job, us)
             return
@@ -138,17 +123,14 @@ class Arbiter:
         """Return the resources of each running command, and its joints when it names them."""
         return [(job.uses, job.joints) for job in self._running]
 
-    def _of(self, stream: str) -> Job | None:
-        return next((j for j in (*self._running, *self._outranked) if j.order.stream == stream and j.endless), None)
-
     def _again(self, mine: Job, job: Job, us: int) -> None:
         """Update an endless command that is repeated."""
         if mine in self._running:
             if job.order.priority < mine.order.priority:
                 self._say_refused(job)
-                return
-            mine.order = job.order
-            mine.begin(job.order, us)
+            else:
+                mine.order = job.order
+                mine.begin(job.order, us)
             return
         mine.order = job.order
         if all(rival.order.priority <= job.order.priority for rival in self._running if rival.meets(mine)):
@@ -160,8 +142,7 @@ class Arbiter:
         if not job.endless:
             self._done(job.order, False, 0.0)
             return
-        equal = [j for j in self._outranked if j.meets(job) and j.order.priority == job.order.priority]
-        self._drop(equal, us)
+        self._drop([j for j in self._outranked if j.meets(job) and j.order.priority == job.order.priority], us)
         self._outranked.append(job)
 
     def _say_refused(self, job: Job) -> None:
@@ -174,8 +155,7 @@ class Arbiter:
                 self._running.remove(rival)
                 rival.cease(us)
                 self._outranked.append(rival)
-        replaced = [j for j in (*self._running, *self._waiting) if j.meets(job)]
-        self._drop(replaced, us)
+        self._drop([j for j in (*self._running, *self._waiting) if j.meets(job)], us)
         job.began_us = us if job.began_us < 0 else job.began_us
         uses, joints = self._moved.get(job.order.stream, (job.uses, job.joints))
         self._moved[job.order.stream] = uses | job.uses, joints | job.joints
@@ -209,8 +189,7 @@ class Arbiter:
         stream = self._dones.get(order.stream)
         if stream is not None:
             value = order.number or commanded(order.value)
-            event = {"value": value, "completed": completed, "seconds": round(seconds, 6)}
-            self._ended.append((stream, event))
+            self._ended.append((stream, {"value": value, "completed": completed, "seconds": round(seconds, 6)}))
 
 
 def _seconds(job: Job, us: int) -> float:

@@ -1,7 +1,6 @@
 """Cameras: the robot's head camera, the camera that films the robot, and the pictures that they take.
 
-The renderer of the physics engine draws the bodies; floor and room are painted here, behind them. That is several times
-faster than letting the renderer fill half of the picture with a floor, and looks better.
+The physics' renderer draws the bodies; floor and room are painted behind them, which is several times faster.
 """
 
 from __future__ import annotations
@@ -51,18 +50,14 @@ def photograph(bullet: Any, pose: Pose, lens: Lens, light: Sequence[float]) -> t
 
 
 def _colours(read: Any) -> Pixels:
-    """Return the colour values, which PyBullet gives as an array, or as a tuple when built without NumPy.
-
-    The fastest way from a tuple of ints below 256 to an array: an eighth of the time of `np.asarray`.
-    """
+    """Return the colour values, which PyBullet gives as an array, or as a tuple when built without NumPy."""
+    # `bytearray` is the fastest way from a tuple of ints below 256 to an array: an eighth of the time of `np.asarray`.
     return np.frombuffer(bytearray(read), np.uint8) if isinstance(read, tuple) else np.asarray(read, np.uint8)
 
 
 def _bodies(read: Any) -> NDArray[np.int32]:
-    """Return the number of the body in each pixel, -1 for none.
-
-    The depths would tell the same, but a tuple of floats takes five times as long to read.
-    """
+    """Return the number of the body in each pixel, -1 for none."""
+    # The depths would tell the same, but a tuple of floats takes five times as long to read.
     if isinstance(read, tuple):
         return np.frombuffer(struct.pack(f"{len(read)}i", *read), np.int32)
     return np.asarray(read, np.int32)
@@ -131,45 +126,29 @@ def jpeg(picture: Pixels) -> bytes:
 
 @dataclass(frozen=True)
 class Shot:
-    """One moment of a film.
-
-    Attributes:
-        us: when.
-        outside: the robot from outside.
-        inside: what the robot saw; None when no picture of its camera may be kept.
-        saying: what it was saying, or empty.
-        eyes: the colour of its eyes, 0 to 1.
-        sees: what it detected, in words.
-        weight: how much happened: the strip prefers moments where something did.
-        from_left: whether it is filmed from the robot's left, which then is to the right in the picture.
-    """
+    """One moment of a film."""
 
     us: int
-    outside: Pixels
-    inside: Pixels | None
+    outside: Pixels  # the robot from outside
+    inside: Pixels | None  # what the robot saw; None when no picture of its camera may be kept
     saying: str
-    eyes: tuple[float, float, float]
-    sees: str
-    weight: float
-    from_left: bool = False
+    eyes: tuple[float, float, float]  # the colour of its eyes, 0 to 1
+    sees: str  # what it detected, in words
+    weight: float  # how much happened: the strip prefers moments where something did
+    from_left: bool = False  # filmed from the robot's left, which then is to the right in the picture
 
 
 class FilmCamera:
     """A camera that stands still and films the robot, smoothed by drawing it larger than it is shown."""
 
     def __init__(
-        self,
-        bullet: Any,
-        points: Sequence[Sequence[float]],
-        azimuths: Sequence[float],
-        size: tuple[int, int],
+        self, bullet: Any, points: Sequence[Sequence[float]], azimuths: Sequence[float], size: tuple[int, int],
         hiding: Sequence[tuple[float, float, float]] = (),
-    ) -> None:
+    ) -> None:  # fmt: skip
+        self._b, self._size = bullet, size
         width, height = size
-        self._b = bullet
         vfov = math.radians(30.0)
         hfov = 2 * math.atan(math.tan(vfov / 2) * width / height)
-        self._size = (width, height)
         self.lens = Lens(hfov, vfov, round(width * SMOOTHING), round(height * SMOOTHING))
         corners = np.array(points, dtype=np.float64)
 
@@ -186,10 +165,7 @@ class FilmCamera:
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
     def shoot(self, shadows: Sequence[tuple[float, float, float, float]], light: float = 1.0) -> Pixels:
-        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness); `light` as for the robot.
-
-        The film stays visible in the dark.
-        """
+        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness); never all dark."""
         picture, empty = photograph(self._b, self.pose, self.lens, ASIDE)
         lit = np.full_like(self._x, 255)
         for x, y, radius, darkness in shadows:
@@ -212,20 +188,16 @@ def _hidden(hiding: Sequence[tuple[float, float, float]], pose: Pose) -> int:
 
 
 def _viewpoint(points: Vector, azimuth: float, lens: Lens) -> tuple[float, Pose]:
-    """Return from where all points are in the picture, as large as can be.
+    """Return the distance (infinite when they do not fit) and the pose from which points are as large as can be.
 
-    The camera looks from `azimuth` (rad, 0 is ahead of the robot). Returns the distance (infinite when they do
-    not fit) and the pose.
+    The camera looks from `azimuth` (rad, 0 is ahead of the robot).
     """
-    elevation = math.radians(12.0)
-    back = np.array(
-        [math.cos(azimuth) * math.cos(elevation), math.sin(azimuth) * math.cos(elevation), math.sin(elevation)]
-    )
+    up, along = math.sin(math.radians(12.0)), math.cos(math.radians(12.0))
+    back = np.array([math.cos(azimuth) * along, math.sin(azimuth) * along, up])
     ahead = -back
     left = np.cross([0.0, 0.0, 1.0], ahead)
     left /= np.linalg.norm(left)
-    up = np.cross(ahead, left)
-    rotation = np.stack([ahead, left, up], axis=1)
+    rotation = np.stack([ahead, left, np.cross(ahead, left)], axis=1)
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     limits = np.array([math.tan(lens.hfov / 2), math.tan(lens.vfov / 2)]) * 0.95  # a margin around
     distance, fits = 1.0, False

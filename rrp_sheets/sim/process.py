@@ -43,37 +43,22 @@ IDLE, BUSY, OPENING = range(3)
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """Everything the simulator must know at the start.
+    """Everything the simulator must know at the start."""
 
-    Attributes:
-        robot: the catalogue, with the folder of the robot's model.
-        scene: in the order of their times.
-        seed: of the room's random noise.
-        frame_rate: frames a second; divides 240.
-        out: the folder for sound and film, or empty for none.
-        film: whether to record the film and the strip of moments.
-        record: whether to record poses and camera pictures, for looking back at the run.
-        camera: whether pictures of the robot's camera may be kept.
-        title: shown on the strip.
-        beside: the folder of the workbook, for its sounds; empty for none.
-        faces: the file that keeps remembered faces beyond the run, or empty.
-        dones: the actuator streams whose commands report their end, each with the stream that gets the reports.
-    """
-
-    robot: Robot
+    robot: Robot  # the catalogue, with the folder of the robot's model
     sensors: tuple[DeviceUse, ...] = ()
     actuators: tuple[DeviceUse, ...] = ()
-    scene: tuple[SceneAction, ...] = ()
-    seed: int = 0
-    frame_rate: int = 30
-    out: str = ""
-    film: bool = False
-    record: bool = False
-    camera: bool = True
-    title: str = ""
-    beside: str = ""
-    faces: str = ""
-    dones: Mapping[str, str] = field(default_factory=dict)
+    scene: tuple[SceneAction, ...] = ()  # in the order of their times
+    seed: int = 0  # of the room's random noise
+    frame_rate: int = 30  # frames a second; divides 240
+    out: str = ""  # the folder for sound and film, or empty for none
+    film: bool = False  # whether to record the film and the strip of moments
+    record: bool = False  # whether to record poses and camera pictures, for looking back at the run
+    camera: bool = True  # whether pictures of the robot's camera may be kept
+    title: str = ""  # shown on the strip
+    beside: str = ""  # the folder of the workbook, for its sounds; empty for none
+    faces: str = ""  # the file that keeps remembered faces beyond the run, or empty
+    dones: Mapping[str, str] = field(default_factory=dict)  # by actuator stream: the stream that gets reports of ends
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,18 +97,11 @@ def require() -> None:
     if lacking:
         one = N_("The simulator needs {packages}. Python {version} on this computer ({system}) does not have it.")
         many = N_("The simulator needs {packages}. Python {version} on this computer ({system}) does not have them.")
-        raise MissingPart(
-            N_(
-                one if len(lacking) == 1 else many,
-                packages=", ".join(lacking),
-                version=platform.python_version(),
-                system=f"{platform.system()} {platform.machine()}",
-            ),
-            N_(
-                "Install rrp-sheets with Python 3.11, 3.12 or 3.13 on Linux x86-64, macOS or Windows (in WSL). "
-                "Checking, drawing and explaining work without it."
-            ),
-        )
+        why = N_(one if len(lacking) == 1 else many, packages=", ".join(lacking), version=platform.python_version(),
+                 system=f"{platform.system()} {platform.machine()}")  # fmt: skip
+        remedy = N_("Install rrp-sheets with Python 3.11, 3.12 or 3.13 on Linux x86-64, macOS or Windows (in WSL). "
+                    "Checking, drawing and explaining work without it.")  # fmt: skip
+        raise MissingPart(why, remedy)
 
 
 def about() -> str:
@@ -140,17 +118,11 @@ class Simulator:
 
     Raises:
         MissingPart: when the simulator is not installed here.
-
-    Attributes:
-        requests: the engine's end of its connection; close it when the engine has it.
-        resting: whether the robot has begun its rest after `rest`: it is silent, and its joints are halted.
-        rested: the last notices, once the robot has come to rest without its engine; None before.
-        gone: whether the process has ended, or is about to.
     """
 
     def __init__(self) -> None:
         require()
-        self.requests, theirs = socket.socketpair()
+        self.requests, theirs = socket.socketpair()  # the engine's end: close it when the engine has it
         self._heartbeat = SharedCounters(PLACES)
         with theirs:
             self._child = WorkerProcess(SIMULATOR, theirs.fileno(), self._heartbeat.fd)
@@ -158,8 +130,9 @@ class Simulator:
         self._liveness = Liveness(self._cpu)
         self._asked: float | None = None  # its processor time when it was told to rest
         self._still_before_rest = 0.0
-        self.resting = self.gone = False
-        self.rested: tuple[Notice, ...] | None = None
+        self.resting = False  # whether the robot has begun its rest: it is silent, and its joints are halted
+        self.gone = False  # the process has ended, or is about to
+        self.rested: tuple[Notice, ...] | None = None  # once it rests without its engine: the last notices
 
     @property
     def pid(self) -> int:

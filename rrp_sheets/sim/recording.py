@@ -1,7 +1,6 @@
 """Recording of a run for looking back at it: poses of robot and things, and camera pictures.
 
-It complements the trace and never replaces it: nothing of the run depends on these files. What cannot be written is
-left out, which is reported.
+Nothing of the run depends on these files. What cannot be written is left out, which is reported.
 """
 
 from __future__ import annotations
@@ -85,8 +84,7 @@ class Poses:
         entry: dict[str, Any] = {"t": round(world.stage.us / 1e6, DIGITS), **({"full": True} if full else {})}
         body, stage = world.body, world.stage
         self._changed(entry, "joints", body.positions())
-        place = (*(float(c) for c in body.torso().position), *body.tilt())
-        self._whole(entry, "base", place)
+        self._whole(entry, "base", (*(float(c) for c in body.torso().position), *body.tilt()))
         self._changed(entry, "things", stage.places())
         self._looks(entry, stage.looks())
         self._whole(entry, "eyes", world.eyes.shining)
@@ -112,9 +110,8 @@ class Poses:
 
     def _looks(self, entry: dict[str, Any], now: Mapping[str, Any]) -> None:
         told = self._told.setdefault("looks", {})
-        new = {name: dict(look) for name, look in now.items() if told.get(name) != look}
-        told.update(new)
-        if new:
+        if new := {name: dict(look) for name, look in now.items() if told.get(name) != look}:
+            told.update(new)
             entry["looks"] = new
 
     def _whole(self, entry: dict[str, Any], part: str, now: tuple[float, ...]) -> None:
@@ -145,18 +142,14 @@ class Poses:
 
 
 class Pictures:
-    """Camera pictures as JPEG in a zip that is complete after every write; named by their seconds.
-
-    Attributes:
-        thinning: of so many pictures one is kept.
-    """
+    """Camera pictures as JPEG in a zip that is complete after every write; named by their seconds."""
 
     def __init__(self, path: Path, unwritten: Unwritten) -> None:
         self._path, self._unwritten = path, unwritten
         self._waiting: list[tuple[str, bytes]] = []
         self._count = 0
         self._begun = self._broken = False
-        self.thinning = 1
+        self.thinning = 1  # of so many pictures one is kept
 
     def add(self, us: int, picture: bytes) -> None:
         """Take a picture."""

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
 class _Server:
     def __init__(self, control: socket.socket, requests: socket.socket, heartbeat: SharedCounters) -> None:
-        self._control = control
-        self._requests = requests
+        self._control, self._requests = control, requests
         self._reader = MessageReader(requests)
         self._ready = select.poll()
         self._ready.register(control, select.POLLIN)

@@ -89,24 +89,20 @@ class Cylinder(Solid):
             upright = a < 1e-12
             enters = np.where(upright, np.where(c <= 0, -np.inf, np.nan), (-b - root) / a)
             leaves = np.where(upright, np.where(c <= 0, np.inf, np.nan), (-b + root) / a)
-        return _first(np.stack([enters, _slab(z, rays[:, 2], self.height)[0]]),
-                      np.stack([leaves, _slab(z, rays[:, 2], self.height)[1]]))  # fmt: skip
+        above, below = _slab(z, rays[:, 2], self.height)
+        return _first(np.stack([enters, above]), np.stack([leaves, below]))
 
 
 @dataclass(frozen=True)
 class SolidBox(Solid):
     """A box that stands upright.
 
-    Attributes:
-        size: along its own x, y and z.
-        turned: to the left, rad.
-
-    >>> SolidBox("Wall", (2, 0, 0.5), (0.1, 3, 1), 0.0).distance((0, 0, 0.5))
+     SolidBox("Wall", (2, 0, 0.5), (0.1, 3, 1), 0.0).distance((0, 0, 0.5))
     1.95
     """
 
-    size: tuple[float, float, float]
-    turned: float = 0.0
+    size: tuple[float, float, float]  # along its own x, y and z
+    turned: float = 0.0  # to the left, rad
 
     def distance(self, point: Point) -> float:
         """Return how far a point is from the box; 0 inside."""
@@ -117,8 +113,8 @@ class SolidBox(Solid):
         """Return how far each ray goes until it hits the box."""
         start = self._own(np.subtract(origin, self.middle)[None, :])[0]
         turned = self._own(rays)
-        slabs = [_slab(float(start[i]), turned[:, i], self.size[i]) for i in range(3)]
-        return _first(np.stack([s[0] for s in slabs]), np.stack([s[1] for s in slabs]))
+        enters, leaves = zip(*(_slab(float(start[i]), turned[:, i], self.size[i]) for i in range(3)), strict=True)
+        return _first(np.stack(enters), np.stack(leaves))
 
     def _own(self, vectors: Vector) -> Vector:
         """Return vectors in the box's own frame."""
@@ -189,12 +185,9 @@ def ellipsoid(bullet: Any, radii: Sequence[float], colour: RGB, fine: float = 1.
 
 
 def turned(
-    bullet: Any,
-    outline: Sequence[tuple[float, float]],
-    colour: RGB,
-    stretch: tuple[float, float] = (1.0, 1.0),
+    bullet: Any, outline: Sequence[tuple[float, float]], colour: RGB, stretch: tuple[float, float] = (1.0, 1.0),
     around: int = AROUND,
-) -> int:
+) -> int:  # fmt: skip
     """A shape turned on a lathe: `outline` lists (radius, height) from below to the top; `stretch` along x and y."""
     points, normals, faces = [], [], []
     for i, (radius, z) in enumerate(outline):

@@ -1,7 +1,4 @@
-"""Sounds of the robot: its voice, its own sounds, with the same samples in every run, and .wav files.
-
-Speech is made with espeak-ng, through its C library that comes with `espeakng-loader`.
-"""
+"""Sounds of the robot: its voice (espeak-ng's C library), its own sounds, the same in every run, and .wav files."""
 
 from __future__ import annotations
 
@@ -125,8 +122,7 @@ def _drum_beat(seconds: float = 0.5) -> Signal:
 def _clap(seed: int) -> Signal:
     t = _time(0.12)
     noise = _hiss(0.12, seed)
-    soft = np.convolve(noise, np.ones(4) / 4, mode="same")
-    return (noise - soft) * np.exp(-t / 0.018)
+    return (noise - np.convolve(noise, np.ones(4) / 4, mode="same")) * np.exp(-t / 0.018)
 
 
 def _hat(seconds: float = 0.08) -> Signal:
@@ -139,9 +135,8 @@ def _bell() -> Signal:
 
 
 def _chime() -> Signal:
-    notes = ("E5", "G5", "C6")
-    return _mixed(2.2, [(0.28 * k, 1.0, _struck(_hertz(n), 1.6, ((1, 1, 0.7), (2.76, 0.3, 0.2))))
-                        for k, n in enumerate(notes)])  # fmt: skip
+    partials = ((1, 1, 0.7), (2.76, 0.3, 0.2))
+    return _mixed(2.2, [(0.28 * k, 1.0, _struck(_hertz(n), 1.6, partials)) for k, n in enumerate(("E5", "G5", "C6"))])
 
 
 def _drum() -> Signal:
@@ -190,8 +185,7 @@ def _dance_music() -> Signal:
         chord, at = bars[bar % 4], bar * 4 * BEAT
         for beat in range(4):
             now = at + beat * BEAT
-            parts.append((now, 1.0, _drum_beat(0.4)))
-            parts.append((now + BEAT / 2, 0.12, _hat()))
+            parts += [(now, 1.0, _drum_beat(0.4)), (now + BEAT / 2, 0.12, _hat())]
             parts.append((now, 0.5, _pluck(f"{chord[0]}{2 + beat % 2}", BEAT)))
             parts += [(now + BEAT / 2, 0.16, _pluck(f"{n}4", BEAT / 2)) for n in chord]
             if beat % 2:
@@ -223,7 +217,6 @@ LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
 _SYNCHRONOUS = 2
 _RATE, _VOLUME, _PITCH = 1, 2, 3
-_USUAL_PITCH = 50
 _UTF8 = 1
 _BY_CHARACTER = 1
 _IPA = 2
@@ -278,26 +271,17 @@ class Espeak:
         return bool(self._lib.espeak_SetVoiceByName(name.encode("utf-8", "replace")) == _OK)
 
     def say(
-        self,
-        text: str,
-        words_a_minute: float,
-        volume: float,
-        pitch: int = _USUAL_PITCH,
+        self, text: str, words_a_minute: float, volume: float, pitch: int = 50,
         halted: Callable[[], bool] = lambda: False,
-    ) -> Audio:
-        """Return the audio of a text, of which at most `LONGEST` letters are spoken.
+    ) -> Audio:  # fmt: skip
+        """Return the audio of a text in the chosen voice's language: at most `LONGEST` letters of it are spoken.
 
-        Args:
-            text: in the language of the chosen voice.
-            words_a_minute: the speed.
-            volume: in percent.
-            pitch: 0 to 100.
-            halted: called after each 0.2 s of audio; when it returns True, the rest is left out.
+        The volume is in percent, the pitch 0 to 100; when `halted`, asked after each 0.2 s, is true, the rest is left
+        out.
         """
         self._halted = halted
-        self._lib.espeak_SetParameter(_RATE, round(words_a_minute), 0)
-        self._lib.espeak_SetParameter(_VOLUME, round(volume), 0)
-        self._lib.espeak_SetParameter(_PITCH, pitch, 0)
+        for parameter, value in ((_RATE, round(words_a_minute)), (_VOLUME, round(volume)), (_PITCH, pitch)):
+            self._lib.espeak_SetParameter(parameter, value, 0)
         self._parts = []
         data = _UNSPEAKABLE.sub(" ", text[:LONGEST]).encode()
         self._lib.espeak_Synth(data, len(data) + 1, 0, _BY_CHARACTER, 0, _UTF8, None, None)
@@ -314,15 +298,11 @@ class Espeak:
 
 
 class Speech:
-    """The speech library that the robot and the persons share, loaded when somebody first speaks.
-
-    Args:
-        halted: whether the robot is to rest, so that no speech is wanted any more.
-    """
+    """The speech library that the robot and the persons share, loaded when somebody first speaks."""
 
     def __init__(self, tell: Tell, halted: Callable[[], bool] = lambda: False) -> None:
         self._tell = tell
-        self.halted = halted
+        self.halted = halted  # whether the robot is to rest, so that no speech is wanted any more
         self._library: Espeak | None = None
         self._missing = False
 
@@ -355,9 +335,7 @@ class Voice:
     """Speaks sentences and plays sounds; their duration comes from the audio. Without a folder it keeps no files."""
 
     def __init__(self, out: Path | None, tell: Tell, speech: Speech) -> None:
-        self._out = out
-        self._tell = tell
-        self._speech = speech
+        self._out, self._tell, self._speech = out, tell, speech
         self._now: Sounding | None = None
         self._counts = {"say": 0, "sound": 0}
 
@@ -404,10 +382,11 @@ class Voice:
         return True
 
     def stop(self, us: int) -> None:
-        """Break off the sentence or sound."""
-        if self._now is not None:
-            self._cut(self._now, us)
-            self._now = None
+        """Break off the sentence or sound; its file is shortened to what was played until now."""
+        now, self._now = self._now, None
+        if now is not None and now.file is not None and now.audio is not None:
+            heard = (us - now.start_us) * now.rate // 1_000_000
+            keep(now.file, now.audio[: max(0, heard)], now.rate, self._tell)
 
     def _begin(self, sounding: Sounding, us: int, seconds: float = 0.0) -> None:
         kind = "say" if sounding.spoken else "sound"
@@ -419,14 +398,7 @@ class Voice:
                 keep(sounding.file, sounding.audio, sounding.rate, self._tell)
         sounding.start_us, sounding.end_us = us, us + round(seconds * 1e6)
         file = sounding.file.name if sounding.file is not None else ""
-        order = sounding.order
-        self._tell(Notice(kind, sounding.text, order.stream, order.row, file))
-
-    def _cut(self, sounding: Sounding, us: int) -> None:
-        """Shorten the file to what was played until now."""
-        if sounding.file is not None and sounding.audio is not None:
-            heard = (us - sounding.start_us) * sounding.rate // 1_000_000
-            keep(sounding.file, sounding.audio[: max(0, heard)], sounding.rate, self._tell)
+        self._tell(Notice(kind, sounding.text, sounding.order.stream, sounding.order.row, file))
 
 
 def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:

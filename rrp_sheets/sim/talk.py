@@ -58,38 +58,26 @@ def voice_of(name: str, kind: str = "") -> tuple[str, int]:
 
 @dataclass
 class PendingSpeech:
-    """Speech of one person, reported when no sensor recognises a word in it.
-
-    Attributes:
-        cut: whether the robot could not hear all of it, since it spoke itself.
-        heard: whether a sensor recognised a word in it.
-    """
+    """Speech of one person, reported when no sensor recognises a word in it."""
 
     action: SceneAction
     text: str
-    cut: bool = False
-    heard: bool = False
+    cut: bool = False  # the robot could not hear all of it, since it spoke itself
+    heard: bool = False  # a sensor recognised a word in it
 
 
 @dataclass
 class Utterance:
-    """Sound at the microphone until nobody speaks any more.
-
-    Attributes:
-        sound: without noise.
-        noise: of the room, 0 to 1, in the mean.
-        is_last: False for the first parts of a long speech.
-        at_microphone: the sound with noise, once a sensor has listened to it.
-    """
+    """Sound at the microphone until nobody speaks any more."""
 
     start_us: int
-    sound: Signal
+    sound: Signal  # without noise
     said: list[PendingSpeech] = field(default_factory=list)
     deaf: list[tuple[int, int]] = field(default_factory=list)
-    noise: float = 0.0
+    noise: float = 0.0  # of the room, 0 to 1, in the mean
     steps: int = 0
-    is_last: bool = True
-    at_microphone: Signal | None = None
+    is_last: bool = True  # False for the first parts of a long speech
+    at_microphone: Signal | None = None  # the sound with noise, once a sensor has listened to it
 
     @property
     def end_us(self) -> int:
@@ -183,8 +171,7 @@ class Talk:
         return audio
 
     def _at_microphone(self, action: SceneAction, audio: Audio, rate: int) -> Signal:
-        person = self._stage.persons.get(key(action.thing))
-        far = FAR_AWAY
+        person, far = self._stage.persons.get(key(action.thing)), FAR_AWAY
         if person is not None:
             far = max(NEAR, math.dist(person.path.at(self._stage.us)[:2], (0.0, 0.0)))
         return np.asarray(resampled(np.asarray(audio / 32768, np.float32), rate) / far, np.float32)
@@ -193,8 +180,7 @@ class Talk:
         """Pass on what was said until now for recognition; the rest of a long speech comes later."""
         self._open = None
         taken = (us - now.start_us) * RATE // 1_000_000
-        rest = now.sound[taken:]
-        if len(rest):
+        if len(rest := now.sound[taken:]):
             self._open = Utterance(us, rest, now.said)
             now.is_last = False
         now.sound = now.sound[:taken].copy()
@@ -225,12 +211,9 @@ def resampled(sound: Signal, rate: int) -> Signal:
 
 
 def noise(count: int, level: float, seed: tuple[int, int]) -> Signal:
-    """Return noise of a room, deeper tones stronger; the same for the same seed.
+    """Return samples of a room's noise, deeper tones stronger; the same for the same seed (of run and place in it).
 
-    Args:
-        count: of samples.
-        level: 0 (only the microphone's own) to 1 (as loud as speech).
-        seed: of the run and of the place in it.
+    Its level is 0 (only the microphone's own) to 1 (as loud as speech).
     """
     chance = np.random.default_rng([abs(n) for n in seed])
     tones = np.fft.rfft(chance.standard_normal(count))
@@ -246,8 +229,7 @@ class Hearing:
 
     def __init__(self, talk: Talk, speech: Speech, tell: Tell, sensors: Sequence[DeviceUse]) -> None:
         wanted = [str(word) for s in sensors for word in s.settings.get("words") or ()]
-        self._talk = talk
-        self._tell = tell
+        self._talk, self._tell = talk, tell
         self._ear: Ear | None = None
         self._listeners: list[tuple[tuple[str, ...], Listener]] = []
         if wanted:
