@@ -18,10 +18,7 @@ from rrp_sheets.workbook.schema import LIST_PREFIX
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
 _ROWS = r"(?<![\w.$:])(?P<c>\$?)(?P<from>[1-9]\d{0,6}):\$?(?P<to>[1-9]\d{0,6})"
 _SHEET = r"(?:(?P<sheet>'(?:[^']|'')+'|[^\W\d][\w.]*(?::[^\W\d][\w.]*)?)!)?"
-_TOKEN = re.compile(
-    rf'"(?:[^"]|"")*"|\[[^\[\]]*\]|{_SHEET}(?:{_CELL}|{_ROWS})(?![\w.(!\[])',
-    re.IGNORECASE,
-)
+_TOKEN = re.compile(rf'"(?:[^"]|"")*"|\[[^\[\]]*\]|{_SHEET}(?:{_CELL}|{_ROWS})(?![\w.(!\[])', re.IGNORECASE)
 Moves = Sequence[tuple[int, int | None]]
 """Filled rows that go elsewhere: from where, to where (None: away)."""
 SPARE = 50

@@ -16,15 +16,7 @@ from rrp_sheets.texts import N_, capital
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.package import LAST_ROW, block_of, place
 from rrp_sheets.workbook.patch.package_edit import PackageEdit, sheet_tables
-from rrp_sheets.workbook.patch.references import (
-    Moves,
-    ReferenceConflict,
-    adapted,
-    check,
-    follows,
-    grow,
-    references,
-)
+from rrp_sheets.workbook.patch.references import Moves, ReferenceConflict, adapted, check, follows, grow, references
 from rrp_sheets.workbook.patch.xml_parts import (
     DATA_TABLE,
     SheetXml,
