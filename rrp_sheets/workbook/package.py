@@ -67,6 +67,12 @@ def block_of(reference: str) -> Range | None:
     return Range(min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1]))
 
 
+def rels_of(part: str) -> str:
+    """The part with the relations of a part, be that one there or not."""
+    folder, leaf = posixpath.split(part)
+    return posixpath.join(folder, "_rels", f"{leaf}.rels")
+
+
 def translated(formula: str, origin: str, at: str) -> str:
     """The formula of the cell `origin` as a spreadsheet program shows it in the cell `at`, both without `=`."""
     from openpyxl.formula.tokenizer import TokenizerError
@@ -147,18 +153,15 @@ class XmlReader:
     def __init__(self, stream: IO[bytes], handler: Handler, name: str, part: str, budget: Budget) -> None:
         from defusedxml.expatreader import DefusedExpatParser
 
-        self._stream = stream
-        self._name, self._part = name, part
+        self._stream, self._handler, self._name, self._part = stream, handler, name, part
         self._swollen = unreadable("FILE007", name=name, what=N_("{part} is too long or too deep", part=part))
         self._parser = DefusedExpatParser(forbid_dtd=True)
         handler.guard(budget, self._swollen)
-        self._handler = handler
         self._parser.setContentHandler(handler)
         # Straight to the handler: what SAX makes of every element's attributes takes longer than to read them.
         self._parser.start_element, self._parser.end_element = handler.startElement, handler.endElement
         self._parser.character_data = handler.characters
-        self._piece = _FIRST_PIECE
-        self._token = 0
+        self._piece, self._token = _FIRST_PIECE, 0
         self.finished = False
 
     def step(self) -> bool:
@@ -178,9 +181,8 @@ class XmlReader:
         except Stop:
             self.finished = True
         except DefusedXmlException as error:
-            raise unreadable(
-                "FILE009", name=self._name, what=N_("{part} declares its own document type", part=self._part)
-            ) from error
+            what = N_("{part} declares its own document type", part=self._part)
+            raise unreadable("FILE009", name=self._name, what=what) from error
         except (SAXException, zipfile.BadZipFile, zlib.error, EOFError, OSError) as error:
             raise unreadable("FILE008", name=self._name, what=N_("{part} cannot be read", part=self._part)) from error
         # Larger and larger pieces: old versions of expat begin a long text anew with every piece.
@@ -320,32 +322,28 @@ class StylesHandler(Handler):
         code = self._formats.get(format_id, BUILTIN_FORMATS.get(format_id, ""))
         if not code or len(code) > 255:
             return None
-        if is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", _bare(code))):
+        bare = re.sub(r'"[^"]*"|\[[^\]]*\]|\\.|_.', "", code)  # without its literal texts and bracketed parts
+        if is_timedelta_format(code) or (is_date_format(code) and not re.search("[dyDY]", bare)):
             return Kind.TIME
         return Kind.DATE if is_date_format(code) else None
-
-
-def _bare(code: str) -> str:
-    """A number format without its literal texts and bracketed parts."""
-    return re.sub(r'"[^"]*"|\[[^\]]*\]|\\.|_.', "", code)
 
 
 class Package:
     """The checked zip of one file, and the list of its sheets; raises UnreadableFile for what is broken or suspicious.
 
-    Attributes:
-        part: the name of the workbook part.
-        by_kind: the parts that it refers to; of several of one kind the last.
-        entries: its sheets in order.
-        names: of the sheets.
-        styles: which cell styles show dates, times or texts.
-        mac_epoch: whether dates count from 1904.
+    `part` is the workbook part; `by_kind` has the parts that it refers to, of several of one kind the last. With
+    `mac_epoch` dates count from 1904.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
         self.name = name
         self.budget = Budget()
-        _check_beginning(data, name)
+        if not data:
+            raise unreadable("FILE015", name=name)
+        if data.startswith(_OLE):
+            raise unreadable("FILE005" if _ENCRYPTED_NAME in data else "FILE003", name=name)
+        if not data.startswith(b"PK"):
+            raise unreadable("FILE002", name=name)
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(data))
         except BROKEN_ZIP as error:
@@ -409,24 +407,16 @@ class Package:
             for pattern, code, what in _PARTS:
                 if pattern.search("/" + part):
                     raise unreadable(code, name=self.name, what=what)
-        for part in self.parts:
-            if part.endswith((".xml", ".rels", ".vml")):
-                self._check_prologue(part)
+        for part in self.parts:  # a document type stands before the first element: at the beginning
+            if part.endswith((".xml", ".rels", ".vml")) and _DOCTYPE.search(
+                self.read(part, _PROLOGUE).replace(b"\0", b"")
+            ):
+                raise unreadable("FILE009", name=self.name, what=N_("{part} declares its own document type", part=part))
         if b"macroenabled" in self.read("[content_types].xml").lower():
             raise unreadable("FILE004", name=self.name)
         for part in self.parts:
             if part.endswith(".rels"):
                 self._check_relations(part)
-
-    def _check_prologue(self, part: str) -> None:
-        """A document type stands before the first element, so a look at the beginning is enough."""
-        with self.open(part) as stream:
-            try:
-                beginning = stream.read(_PROLOGUE)
-            except BROKEN_ZIP as error:
-                raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
-        if _DOCTYPE.search(beginning.replace(b"\0", b"")):
-            raise unreadable("FILE009", name=self.name, what=N_("{part} declares its own document type", part=part))
 
     def _check_relations(self, part: str) -> None:
         relations = Relations()
@@ -435,8 +425,8 @@ class Package:
             if kind in _RELATIONS:
                 code, what = _RELATIONS[kind]
                 raise unreadable(code, name=self.name, what=what)
-        if set(relations.outside) - {"hyperlink"}:
-            raise unreadable("FILE010", name=self.name, what=sorted(set(relations.outside) - {"hyperlink"})[0])
+        if outside := set(relations.outside) - {"hyperlink"}:
+            raise unreadable("FILE010", name=self.name, what=min(outside))
 
     def _swollen(self, what: str) -> Exception:
         return unreadable("FILE007", name=self.name, what=what)
@@ -453,11 +443,11 @@ class Package:
         except BROKEN_ZIP as error:
             raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
 
-    def read(self, part: str) -> bytes:
-        """All bytes of a part."""
+    def read(self, part: str, most: int = -1) -> bytes:
+        """The bytes of a part, all or the first ones."""
         with self.open(part) as stream:
             try:
-                return stream.read()
+                return stream.read(most)
             except BROKEN_ZIP as error:
                 raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
 
@@ -471,23 +461,9 @@ class Package:
 
     def relations(self, part: str) -> dict[str, tuple[str, str]]:
         """The relations of a part: kind and target part by id."""
-        folder, leaf = posixpath.split(part)
-        rels = posixpath.join(folder, "_rels", f"{leaf}.rels")
-        if rels not in self:
+        if (rels := rels_of(part)) not in self:
             return {}
-        handler = Relations()
+        handler, folder = Relations(), posixpath.join("/", posixpath.dirname(part))
         self.parse(rels, handler)
-        return {
-            id: (kind, posixpath.normpath(posixpath.join("/", folder, target)).lstrip("/"))
-            for id, (kind, target) in handler.found.items()
-        }
-
-
-def _check_beginning(data: bytes, name: str) -> None:
-    """Raise UnreadableFile for a file that is no zip, with a code for what it may be."""
-    if not data:
-        raise unreadable("FILE015", name=name)
-    if data.startswith(_OLE):
-        raise unreadable("FILE005" if _ENCRYPTED_NAME in data else "FILE003", name=name)
-    if not data.startswith(b"PK"):
-        raise unreadable("FILE002", name=name)
+        found = handler.found.items()
+        return {id: (kind, posixpath.normpath(posixpath.join(folder, to)).lstrip("/")) for id, (kind, to) in found}

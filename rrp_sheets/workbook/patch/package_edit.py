@@ -13,7 +13,7 @@ from xml.sax.saxutils import escape
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, Value, shown
+from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, shown
 from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, Package, block_of, number
 from rrp_sheets.workbook.patch.xml_parts import (
     SheetXml,
@@ -127,9 +127,6 @@ class PackageEdit:
             self._drop_calc_chain()
         if self.formulas_moved or any(self.has_formulas(i) for i in range(len(self.book.entries))):
             self._recalculate()
-        return self._packed()
-
-    def _packed(self) -> bytes:
         out = io.BytesIO()
         with zipfile.ZipFile(io.BytesIO(self._data)) as old, zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as new:
             new.comment = old.comment
@@ -218,21 +215,18 @@ def set_cell(package: PackageEdit, edit: SetCell) -> None:
             sheet.write_out()
         package.formulas_moved = True
     package.note_end(index)
-    style = sheet.style(edit.row, edit.column)
-    row = sheet.row(edit.row)
+    style, row, styles = sheet.style(edit.row, edit.column), sheet.row(edit.row), package.book.styles
     was_blank = row is None or not is_filled(row)
-    sheet.set_cell(edit.row, edit.column, _fitting(package, style, value), style)
+    if (
+        isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and (styles.is_text(style) or styles.kind(style))
+    ):
+        value = shown(value)  # into a cell that shows numbers as text, or as dates
+    sheet.set_cell(edit.row, edit.column, value, style)
     if was_blank and value not in (None, ""):
         for table in tables:
             table.append(edit.row, edit.column)
-
-
-def _fitting(package: PackageEdit, style: int, value: Value) -> Value:
-    """A number goes as text into a cell that shows numbers as text, or as dates."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return value
-    styles = package.book.styles
-    return shown(value) if styles.is_text(style) or styles.kind(style) else value
 
 
 def _covers(block: Range, edit: SetCell) -> bool:
@@ -262,20 +256,15 @@ def _refuse_table_edges(table: SheetTable, edit: SetCell) -> None:
 
 
 class SheetTable:
-    """An Excel table (list object): its part of the package and its range.
+    """An Excel table (list object): its part of the package and the `block` it covers, with header and totals.
 
-    Attributes:
-        name: as the user sees it.
-        block: the cells it covers, with header and totals.
-        header: the row of its header; 0 where it has none.
-        totals: the row of its totals; 0 where it has none.
+    `header` and `totals` are their rows; 0 where it has none.
     """
 
     def __init__(self, part: XmlPart, block: Range) -> None:
-        self._part = part
+        self._part, self.block = part, block
         attributes = part.root.attrib
         self.name = attributes.get("displayName") or attributes.get("name", "")
-        self.block = block
         self.header = block.top if number(attributes.get("headerRowCount"), 1) else 0
         self.totals = block.bottom if number(attributes.get("totalsRowCount")) else 0
 
@@ -286,8 +275,7 @@ class SheetTable:
 
     def fits(self, edit: RowEdit) -> bool:
         """Return whether an edit of rows leaves the table whole: header and totals in place, its rows inside."""
-        top = self.block.top + (1 if self.header else 0)
-        bottom = self.block.bottom - (1 if self.totals else 0)
+        top, bottom = self.block.top + bool(self.header), self.block.bottom - bool(self.totals)
         if isinstance(edit, InsertRows):
             return edit.before > self.block.bottom or (top <= edit.before <= bottom and not self.totals)
         if isinstance(edit, DeleteRows):

@@ -40,12 +40,9 @@ _PAIRS = ("Properties", "HeadingPairs", "vector")
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """A reference inside a formula.
+    """A reference inside a formula; one to the formula's own sheet has an empty `sheet`.
 
-    Attributes:
-        sheet: the sheet's name as written; empty for the formula's own sheet.
-        absolute: whether its rows are fixed with `$`.
-        spans: where the numbers of its first and its last row stand in the formula.
+    Its rows are fixed with `$` where it is `absolute`; their numbers stand in the formula at `spans`.
     """
 
     sheet: str
@@ -109,8 +106,7 @@ def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
     >>> adapted("A4+SUM(B2:B9)+Other!C4", "T", InsertRows("T", 3), [(4, 5)])
     'A5+SUM(B2:B10)+Other!C4'
     """
-    out: list[str] = []
-    at = 0
+    out, at = list[str](), 0
     for ref in references(formula):
         if not ref.on(sheet, sheet):
             continue
@@ -131,13 +127,17 @@ def grow(package: PackageEdit, index: int) -> None:
     if now <= before or not package.recognised(index).kind:
         return
     top = package.recognised(index).row + 1
-    last = now + SPARE
 
     def longer(first: int, bottom: int) -> int:
-        return last if first == top and first < bottom and before <= bottom < now else bottom
+        return now + SPARE if first == top and first < bottom and before <= bottom < now else bottom
 
     _grow_rules(package, index, longer)
-    _grow_names(package, index, longer)
+    for book, e in package.workbook.find("definedName"):  # the lists behind the drop-downs
+        if e.get("name", "").startswith(LIST_PREFIX):
+            new = _referring(text_of(e), package.book.names[index], "", longer)
+            if new != text_of(e):
+                set_text(e, new)
+                book.touch()
 
 
 def follows(package: PackageEdit, index: int, ref: Reference, edit: RowEdit) -> bool:
@@ -149,8 +149,7 @@ def follows(package: PackageEdit, index: int, ref: Reference, edit: RowEdit) -> 
 
 def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
     """Extend the ranges where the sheet's rules hold, and those that the rules of all sheets refer to."""
-    name = package.book.names[index]
-    sheet = package.sheet(index)
+    name, sheet = package.book.names[index], package.sheet(index)
     for e in sheet.elements("conditionalFormatting", "dataValidation"):
         old = e.get("sqref", "")
         if old and (new := _grown(old, longer)) != old:
@@ -169,16 +168,6 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
             if not inside and (new := _referring(text_of(e), name, own, longer)) != text_of(e):
                 set_text(e, new)
                 other.touch()
-
-
-def _grow_names(package: PackageEdit, index: int, longer: Callable[[int, int], int]) -> None:
-    """Extend the lists behind the drop-downs."""
-    for book, e in package.workbook.find("definedName"):
-        if e.get("name", "").startswith(LIST_PREFIX):
-            new = _referring(text_of(e), package.book.names[index], "", longer)
-            if new != text_of(e):
-                set_text(e, new)
-                book.touch()
 
 
 def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
@@ -320,9 +309,8 @@ def put_back(package: PackageEdit, part: str, old: dict[str, str]) -> None:
     if "/drawings/" in part.casefold() or "/ctrlprops/" in part.casefold():
         data = package.read(part)
         for new, was in old.items():
-            data = data.replace(f'"{new}"'.encode(), f'"{was}"'.encode()).replace(
-                f">{new}<".encode(), f">{was}<".encode()
-            )
+            for begin, end in (('"', '"'), (">", "<")):
+                data = data.replace(f"{begin}{new}{end}".encode(), f"{begin}{was}{end}".encode())
         package.write(part, data)
         return
     for holder, e in package.part(part).find(*_FORMULAS):
@@ -348,13 +336,10 @@ def titles_part(package: PackageEdit) -> str:
 def keep_titles(
     package: PackageEdit, sheets: Sequence[str], named: Callable[[str], str] = str, added: Sequence[str] = ()
 ) -> None:
-    """Write the list anew.
+    """Write the list anew, unless it names other sheets than the package's book, which still tells those there were.
 
-    Args:
-        package: its book still tells the sheets there were; a list that names others is left alone.
-        sheets: the names of the worksheets from now on.
-        named: what the title of a name (`Mine!Print_Area`) is from now on; empty when it is gone.
-        added: the titles of new names.
+    `sheets` are the worksheets from now on, `added` the titles of new names; `named` gives what the title of a name
+    (`Mine!Print_Area`) is from now on, empty when it is gone.
     """
     name = titles_part(package)
     part = package.part(name) if name else None

@@ -51,12 +51,14 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     Raises:
         SheetsError: where merged cells, tables, array formulas, or references from elsewhere would be torn.
     """
-    _refuse_impossible(edit)
+    before = edit.before if isinstance(edit, MoveRows) else edit.start
+    if edit.start < 1 or edit.count < 1 or max(edit.start, before) > LAST_ROW + 1 or edit.count > _MOST:
+        raise SheetsError(N_("There are no such rows."), N_("Rows count from 1; name at least one."))
     index = package.index(edit.sheet)
-    sheet = package.sheet(index)
-    name = package.book.names[index]
+    sheet, name, recognised = package.sheet(index), package.book.names[index], package.recognised(index)
     edit = replace(edit, sheet=name)
-    _refuse_header(package, index, edit)
+    if recognised.kind is not None and edit.start <= recognised.row:
+        raise header_row(name, recognised.row)
     if isinstance(edit, MoveRows) and not edit.moves:
         return
     if isinstance(edit, InsertRows) and sheet.last and sheet.last + edit.count > LAST_ROW:
@@ -89,25 +91,12 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     grow(package, index)
 
 
-def _refuse_impossible(edit: RowEdit) -> None:
-    before = edit.before if isinstance(edit, MoveRows) else edit.start
-    if edit.start < 1 or edit.count < 1 or max(edit.start, before) > LAST_ROW + 1 or edit.count > _MOST:
-        raise SheetsError(N_("There are no such rows."), N_("Rows count from 1; name at least one."))
-
-
-def _refuse_header(package: PackageEdit, index: int, edit: RowEdit) -> None:
-    recognised = package.recognised(index)
-    if recognised.kind is not None and edit.start <= recognised.row:
-        raise header_row(package.book.names[index], recognised.row)
-
-
 def _refuse_torn(sheet: SheetXml, name: str, edit: RowEdit) -> None:
     """Refuse where blocks of cells that belong together would be moved or torn apart."""
     unmerge = N_("Unmerge them in Excel first.")
     blocks: list[tuple[Range, str, str]] = [(b, N_("the merged cells"), unmerge) for b in sheet.merged() if b.area > 1]
-    blocks += [
-        (r.block, r.what, _ELSEWHERE) for r in sheet.ranges if r.block.top != r.block.bottom or r.what == DATA_TABLE
-    ]
+    ranges = [r for r in sheet.ranges if r.block.top != r.block.bottom or r.what == DATA_TABLE]
+    blocks += [(r.block, r.what, _ELSEWHERE) for r in ranges]
     for block, what, remedy in blocks:
         if any(edit.mapped(row) != row for row in (block.top, block.bottom)) or block.top < edit.start <= block.bottom:
             raise SheetsError(
@@ -148,17 +137,13 @@ def _rebuild(package: PackageEdit, index: int, edit: RowEdit, moves: Moves) -> N
         if counting or list(stay) != list(block.rows) or list(stay.values()) != list(block.rows.values()):
             block.take(stay)
     if isinstance(edit, InsertRows) and pattern is not None:
-        sheet.insert(edit.before, _copies(pattern, edit.before, edit.count))
+        places = range(edit.before, edit.before + edit.count)
+        sheet.insert(edit.before, (renumber(deepcopy(pattern), number) for number in places))
     if isinstance(edit, MoveRows) and elsewhere:
         placed = {new: row for n, row in elsewhere.items() if (new := edit.mapped(n)) is not None}
         sheet.insert(min(placed), (renumber(row, n) for n, row in placed.items()))
     sheet.rows_changed()
     _move_links(sheet, edit)
-
-
-def _copies(pattern: etree._Element, first: int, count: int) -> Iterator[etree._Element]:
-    for number in range(first, first + count):
-        yield renumber(deepcopy(pattern), number)
 
 
 def _adapt(row: etree._Element, number: int, edit: RowEdit, moves: Moves, ignored: frozenset[int]) -> bool:
@@ -211,21 +196,20 @@ def move_comments(package: PackageEdit, index: int, edit: RowEdit) -> None:
             _move_references(package, target, local, edit)
     for target in package.related(part, "vmldrawing"):
         old = package.read(target)
-        new = _SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)
-        if new != old:
+        if (new := _SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)) != old:
             package.write(target, new)
 
 
 def _move_references(package: PackageEdit, part: str, name: str, edit: RowEdit) -> None:
     for holder, e in package.part(part).find(name):
         at = place(e.get("ref", ""))
-        new = edit.mapped(at[0]) if at else None
-        if at and new is None:
+        if not at or (new := edit.mapped(at[0])) == at[0]:
+            continue
+        if new is None:
             remove(e)
-        elif at and new != at[0]:
+        else:
             e.set("ref", f"{column_letters(at[1])}{new}")
-        if at and new != at[0]:
-            holder.touch()
+        holder.touch()
 
 
 def _moved_box(shape: bytes, edit: RowEdit) -> bytes:
@@ -233,11 +217,10 @@ def _moved_box(shape: bytes, edit: RowEdit) -> bytes:
     row = _ROW.search(shape)
     if row is None or not _NOTE.search(shape):
         return shape
-    old = int(row[2])
-    new = edit.mapped(old + 1)
+    new = edit.mapped(int(row[2]) + 1)
     if new is None:
         return b""
-    by = new - 1 - old
+    by = new - 1 - int(row[2])
     return _ANCHOR.sub(lambda m: m[1] + _shifted(m[2], by) + m[3], _ROW.sub(rb"\g<1>%d\g<3>" % (new - 1), shape))
 
 
@@ -277,8 +260,7 @@ def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Mov
                 check(ref.top, ref.bottom, moves)
             except ReferenceConflict as harm:
                 raise _refused(name, where, harm) from None
-    sheet, ignored = package.sheet(index), ignored_columns(package, index)
-    for row, where, formula in _formulas(sheet, ignored):
+    for row, where, formula in _formulas(package.sheet(index), ignored_columns(package, index)):
         if edit.mapped(row) is None:
             continue
         try:
@@ -307,25 +289,16 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
 
     Each as text, own sheet, where it stands, whether only `$` rows count, and whether it grows with the table.
     """
-    names = package.book.names
-    for i, name in enumerate(names):
+    for i, name in enumerate(package.book.names):
         if i != index and not may_refer(package.book.read(package.book.entries[i].part)):
             continue
-        sheet = package.sheet(i)
+        sheet, where = package.sheet(i), N_("a drop-down list or a conditional format in “{sheet}”", sheet=name)
         for e in sheet.elements("formula", "formula1", "formula2", "f"):
             if next(e.iterancestors("{*}sparkline"), None) is None:
-                yield (
-                    text_of(e),
-                    name,
-                    N_("a drop-down list or a conditional format in “{sheet}”", sheet=name),
-                    True,
-                    True,
-                )
+                yield text_of(e), name, where, True, True
         if i != index:
-            found = _formulas(sheet, ignored_columns(package, i))
-            yield from (
-                (text, name, N_("the formula in {cell}", cell=f"{name}!{at}"), False, False) for _, at, text in found
-            )
+            for _, at, text in _formulas(sheet, ignored_columns(package, i)):
+                yield text, name, N_("the formula in {cell}", cell=f"{name}!{at}"), False, False
     for _, e in package.workbook.find("definedName"):
         title = e.get("name", "")
         if title.casefold() not in _STAYING:

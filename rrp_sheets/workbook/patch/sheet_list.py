@@ -5,12 +5,13 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from itertools import count
 
 from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.package import number, truth
+from rrp_sheets.workbook.package import number, rels_of, truth
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
 from rrp_sheets.workbook.patch.xml_parts import (
     add,
@@ -68,9 +69,8 @@ class Piece:
 
 def cut(package: PackageEdit, part: str, path: Path, wanted: Callable[[etree._Element], bool]) -> list[Piece]:
     """Take elements out of a list; the pieces, in their order."""
-    found = list(enumerate(package.part(part).children(*path)))
     pieces = []
-    for i, element in found:
+    for i, element in enumerate(package.part(part).children(*path)):
         if wanted(element):
             pieces.append(Piece(part, path, i, etree.tostring(element, encoding="unicode")))
             remove(element)
@@ -106,9 +106,6 @@ def change(
             package.part(part).touch()
 
 
-# ---- the sheets
-
-
 def entries(package: PackageEdit) -> list[etree._Element]:
     """The sheets, those with a chart only too."""
     return package.workbook.children(*SHEETS)
@@ -125,7 +122,7 @@ def refuse_protected(package: PackageEdit) -> None:
 
 
 def names(package: PackageEdit) -> list[str]:
-    """Their names, in their order."""
+    """The sheets' names, in their order."""
     return [e.get("name", "") for e in entries(package)]
 
 
@@ -158,15 +155,6 @@ def renumber(package: PackageEdit, new: Callable[[int], int]) -> None:
 def views(package: PackageEdit) -> list[dict[str, str | None]]:
     """The tabs in front, of each window."""
     return [{a: e.get(a) for a in TABS} for e in package.workbook.children(*VIEWS)]
-
-
-def set_views(package: PackageEdit, tabs: list[dict[str, str | None]]) -> None:
-    """Restore the tabs in front, of each window."""
-    left = iter(tabs)
-    change(package, package.book.part, VIEWS, lambda e: next(left, {}))
-
-
-# ---- names
 
 
 def defined_names(package: PackageEdit) -> dict[str, str]:
@@ -228,18 +216,10 @@ def put_names_back(package: PackageEdit, old: Mapping[str, list[str]]) -> None:
             package.workbook.touch()
 
 
-# ---- the parts behind the list
-
-
 def put_new(
-    package: PackageEdit,
-    part: str,
-    path: Path,
-    name: str,
-    attributes: Mapping[str, str],
-    at: int = _LAST,
+    package: PackageEdit, part: str, path: Path, name: str, attributes: Mapping[str, str], at: int = _LAST,
     text: str = "",
-) -> None:
+) -> None:  # fmt: skip
     """Put a new element into a list, at a place or at the end."""
     container = package.part(part).container(*path)
     assert container is not None
@@ -251,8 +231,7 @@ def put_new(
 def put_sheet(package: PackageEdit, part: str, name: str, at: int = _LAST) -> None:
     """List a new sheet, and its part among the package's parts and those that the workbook part refers to."""
     relation = free_relation(package)
-    types = {"PartName": f"/{part}", "ContentType": _SHEET_TYPE}
-    put_new(package, TYPES_PART, TYPES, "Override", types)
+    put_new(package, TYPES_PART, TYPES, "Override", {"PartName": f"/{part}", "ContentType": _SHEET_TYPE})
     related = {"Id": relation, "Type": f"{_RELATIONS_SPACE}/worksheet", "Target": target(package, part)}
     put_new(package, relations_part(package), RELATIONS, "Relationship", related)
     sheet = {"name": name, "sheetId": str(free_number(package)), id_name(package): relation}
@@ -261,8 +240,7 @@ def put_sheet(package: PackageEdit, part: str, name: str, at: int = _LAST) -> No
 
 def relations_part(package: PackageEdit) -> str:
     """The part with the workbook part's relations."""
-    folder, leaf = posixpath.split(package.book.part)
-    return posixpath.join(folder, "_rels", f"{leaf}.rels")
+    return rels_of(package.book.part)
 
 
 def target(package: PackageEdit, part: str) -> str:
@@ -275,19 +253,13 @@ def free_part(package: PackageEdit) -> str:
     """The name of a new sheet's part."""
     folder = posixpath.dirname(package.book.entries[0].part)
     taken = {*package.book.parts, *(p.casefold() for p in package.added)}
-    n = 1
-    while f"{folder}/sheet{n}.xml".casefold() in taken:
-        n += 1
-    return f"{folder}/sheet{n}.xml"
+    return next(part for n in count(1) if (part := f"{folder}/sheet{n}.xml").casefold() not in taken)
 
 
 def free_relation(package: PackageEdit) -> str:
     """An id for a relation of the workbook part."""
     taken = {e.get("Id", "") for e in package.part(relations_part(package)).children(*RELATIONS)}
-    n = len(taken) + 1
-    while f"rId{n}" in taken:
-        n += 1
-    return f"rId{n}"
+    return next(id for n in count(len(taken) + 1) if (id := f"rId{n}") not in taken)
 
 
 def free_number(package: PackageEdit) -> int:

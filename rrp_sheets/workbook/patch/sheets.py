@@ -6,12 +6,10 @@ import base64
 import hashlib
 import io
 import json
-import posixpath
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
 from typing import Any
 
 from lxml import etree
@@ -21,7 +19,7 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.maker import packed
-from rrp_sheets.workbook.package import number
+from rrp_sheets.workbook.package import number, rels_of
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
 from rrp_sheets.workbook.patch.references import (
@@ -36,7 +34,7 @@ from rrp_sheets.workbook.patch.references import (
     titles_part,
     without,
 )
-from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, Piece, change, cut, paste
+from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, VIEWS, Piece, change, cut, paste
 from rrp_sheets.workbook.patch.xml_parts import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles, recognise
@@ -44,13 +42,11 @@ from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
 
 _BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
 _STYLED = ("c", "row", "col")
+_STYLES = ("numFmts", "fonts", "fills", "borders", "cellXfs", "dxfs")
 
 
 def change_sheets(package: PackageEdit, edit: SheetEdit) -> str:
-    """Carry out an edit of the list of sheets.
-
-    Returns:
-        Of a deletion, what brings the sheet back; else an empty text.
+    """Carry out an edit of the list of sheets; of a deletion, what brings the sheet back, else an empty text.
 
     Raises:
         SheetsError: there is no such sheet, it cannot have that name, or it cannot go.
@@ -76,18 +72,19 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
     refuse_more(before)
     place = listed.place(package, edit.before) if edit.before else len(before)
     known = listed.defined_names(package)
-    made = new_sheet(package, name, edit.rows, lists_of([*known]))
+    lists = {title: defined for title in list_titles() if (defined := list_name(title)) in known}
+    xml, repeated, devices = new_sheet(package, name, edit.rows, lists)
     part = listed.free_part(package)
-    package.added[part] = made.xml
+    package.added[part] = xml
     listed.renumber(package, lambda n: n + (n >= place))
     listed.put_sheet(package, part, name, place)
     titles = []
-    if made.titles:
-        listed.define(package, "_xlnm.Print_Titles", f"{quoted(name)}!{made.titles}", place)
+    if repeated:
+        listed.define(package, "_xlnm.Print_Titles", f"{quoted(name)}!{repeated}", place)
         titles = [f"{quoted(name)}!Print_Titles"]
     streams = list_name("Streams")
-    if made.streams and any(n.startswith(LIST_PREFIX) for n in known) and GONE in known.get(streams, GONE):
-        listed.define(package, streams, f"{quoted(name)}!{made.streams}")
+    if devices and any(n.startswith(LIST_PREFIX) for n in known) and GONE in known.get(streams, GONE):
+        listed.define(package, streams, f"{quoted(name)}!{devices}")
     keep_titles(package, listed.worksheets(package, before), added=titles)
 
 
@@ -124,23 +121,13 @@ def _move(package: PackageEdit, edit: MoveSheet) -> None:
     keep_titles(package, listed.worksheets(package, before))
 
 
-@dataclass(frozen=True, slots=True)
-class NewSheet:
-    """A made sheet: its part, and the rows that are repeated on every printed page (`$1:$1`)."""
+def new_sheet(
+    package: PackageEdit, name: str, rows: Sequence[Sequence[str]], lists: Mapping[str, str]
+) -> tuple[bytes, str, str]:
+    """Make a sheet: its part, the rows repeated on every printed page (`$1:$1`), and the cells with names of devices.
 
-    xml: bytes
-    titles: str
-    streams: str
-
-
-def lists_of(names: Sequence[str]) -> dict[str, str]:
-    """The lists for drop-downs that a workbook has, by the title that a column of the schema has them under."""
-    by_name = {list_name(title): title for title in list_titles()}
-    return {title: name for name, title in by_name.items() if name in names}
-
-
-def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], lists: Mapping[str, str]) -> NewSheet:
-    """Make a sheet; the package's styles get what they lack for it."""
+    The package's styles get what they lack for it. `lists` are the workbook's defined names by the titles of columns.
+    """
     from openpyxl import Workbook
 
     from rrp_sheets.workbook.maker import SheetMaker
@@ -159,7 +146,7 @@ def new_sheet(package: PackageEdit, name: str, rows: Sequence[Sequence[str]], li
         letter = column_letters(what.columns["Stream"])
         streams = f"${letter}${header + 1}:${letter}${maker.last}"
     titles = "" if maker.prose else f"${header}:${header}"
-    return NewSheet(with_package_styles(package, XmlPart(xml), XmlPart(styles)), titles, streams)
+    return with_package_styles(package, XmlPart(xml), XmlPart(styles)), titles, streams
 
 
 def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -> bytes:
@@ -169,7 +156,7 @@ def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -
     for _, e in sheet.find(*_STYLED):
         name = "style" if local(e) == "col" else "s"
         if (old := e.get(name)) is not None and merger:
-            e.set(name, str(merger.style(int(old))))
+            e.set(name, str(merger.number("cellXfs", int(old))))
         elif old is not None:
             del e.attrib[name]
     for _, e in sheet.find("cfRule"):
@@ -195,10 +182,6 @@ class StyleMerger:
     def has_marks(self) -> bool:
         """True when there is a list for the styles of conditional formats."""
         return self._here.container("styleSheet", "dxfs") is not None
-
-    def style(self, number: int) -> int:
-        """The number here of a cell's style."""
-        return self.number("cellXfs", number)
 
     def number(self, group: str, number: int) -> int:
         """The number here of a made element of a list, which is added where there is none like it."""
@@ -234,9 +217,6 @@ def place_style(styles: XmlPart, group: str, new: etree._Element, known: dict[st
         holder.set("count", str(len(forms)))
         styles.touch()
     return forms.index(form)
-
-
-_STYLES = ("numFmts", "fonts", "fills", "borders", "cellXfs", "dxfs")
 
 
 def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
@@ -281,7 +261,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     kept["views"] = [views, listed.views(package)]
     kept["titles"] = [_digest(package.read(titles)), _packed(old_titles)] if titles else []
     package.dropped |= {spelt.casefold() for spelt in gone}
-    return base64.b64encode(zlib.compress(json.dumps(kept).encode(), 6)).decode()
+    return _packed(json.dumps(kept).encode())
 
 
 def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
@@ -298,7 +278,8 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
     as_left = listed.views(package) == kept["views"][1]
     listed.renumber(package, lambda n: n + (n >= place))
     if as_left:
-        listed.set_views(package, kept["views"][0])
+        tabs = iter(kept["views"][0])
+        change(package, package.book.part, VIEWS, lambda e: next(tabs, {}))
     for spelt, content in kept["parts"].items():
         package.added[_moved(spelt, kept["part"], new_part)] = zlib.decompress(base64.b64decode(content))
     relation, sheet_number = _numbers(package, kept)
@@ -311,8 +292,7 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
             target = {"Target": listed.target(package, new_part)} if new_part != kept["part"] else {}
             piece = piece.with_attributes({"Id": relation, **target})
         elif piece.path == SHEETS:
-            named = {listed.id_name(package): relation, "sheetId": str(sheet_number)}
-            piece = piece.at(place).with_attributes(named)
+            piece = piece.at(place).with_attributes({listed.id_name(package): relation, "sheetId": str(sheet_number)})
         else:
             listed.ensure_names(package)
             piece = piece.with_attributes({"localSheetId": str(place)})
@@ -331,8 +311,7 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
 def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
     """The name of the sheet's part: its own, or a free one where that is taken; raises where it would not fit."""
     there = package.book.parts
-    rels = _rels(kept["part"])
-    taken = [p for p in kept["parts"] if p.casefold() in there and p not in (kept["part"], rels)]
+    taken = [p for p in kept["parts"] if p.casefold() in there and p not in (kept["part"], rels_of(kept["part"]))]
     if taken or _style_digest(package, kept["counts"]) != kept["ground"]:
         raise SheetsError(
             N_("“{sheet}” cannot come back as it was: another program has saved the workbook since.",
@@ -366,8 +345,7 @@ def own_parts(package: PackageEdit, sheet: str) -> list[str]:
     parts = package.book.parts
 
     def reached(leave_out: str) -> set[str]:
-        found: set[str] = set()
-        waiting = [""]
+        found, waiting = set[str](), [""]
         while waiting:
             part = waiting.pop()
             for _, target in package.book.relations(part).values():
@@ -378,18 +356,13 @@ def own_parts(package: PackageEdit, sheet: str) -> list[str]:
         return found
 
     own = (reached("") - reached(sheet.casefold())) | {sheet.casefold()}
-    rels = [_rels(parts[spelt].filename).casefold() for spelt in own]
+    rels = [rels_of(parts[spelt].filename).casefold() for spelt in own]
     return [parts[spelt].filename for spelt in sorted({*own, *(r for r in rels if r in parts)})]
-
-
-def _rels(part: str) -> str:
-    folder, leaf = posixpath.split(part)
-    return posixpath.join(folder, "_rels", f"{leaf}.rels")
 
 
 def _moved(part: str, old: str, new: str) -> str:
     """The name of a kept part when the sheet's has another one."""
-    return {old: new, _rels(old): _rels(new)}.get(part, part)
+    return {old: new, rels_of(old): rels_of(new)}.get(part, part)
 
 
 def _counts(package: PackageEdit) -> list[int]:

@@ -105,8 +105,7 @@ class XmlPart(Touchable):
 
     def find(self, *names: str) -> Iterator[tuple[Touchable, etree._Element]]:
         """All elements of these local names, each with what is to be touched when it is changed."""
-        for element in list(self.root.iter(*(f"{{*}}{name}" for name in names))):
-            yield self, element
+        yield from ((self, element) for element in list(self.root.iter(*(f"{{*}}{name}" for name in names))))
 
     def to_bytes(self) -> bytes:
         """The part as it is now, in its own encoding."""
@@ -275,12 +274,7 @@ def renumber(row: etree._Element, number: int) -> etree._Element:
 
 
 class RowBlock(Touchable):
-    """Rows that follow each other.
-
-    Attributes:
-        first: no row has a smaller number; beyond all rows where there are none.
-        special: whether a formula of it may stand for several cells.
-    """
+    """Rows that follow each other, none before `first`; of a `special` one a formula may stand for several cells."""
 
     def __init__(self, sheet: SheetXml, data: bytes, first: int) -> None:
         self._sheet, self.first = sheet, first
@@ -303,7 +297,13 @@ class RowBlock(Touchable):
     def rows(self) -> dict[int, etree._Element]:
         """The rows by number."""
         if self._rows is None:
-            self._rows = self._index()
+            number, rows = max(self.first - 1, 0), {}
+            for row in self.table.iterchildren("*"):
+                before, number = number, whole(row.get("r"), number + 1)
+                if local(row) != "row" or number <= before:
+                    raise broken()
+                rows[number] = row
+            self._rows = rows
         return self._rows
 
     @property
@@ -317,16 +317,6 @@ class RowBlock(Touchable):
         """Note a change, of the sheet too."""
         super().touch()
         self._sheet.touch()
-
-    def _index(self) -> dict[int, etree._Element]:
-        number = max(self.first - 1, 0)
-        rows = {}
-        for row in self.table.iterchildren("*"):
-            before, number = number, whole(row.get("r"), number + 1)
-            if local(row) != "row" or number <= before:
-                raise broken()
-            rows[number] = row
-        return rows
 
     def take(self, rows: dict[int, etree._Element]) -> None:
         """Have these rows, which get their numbers, instead of those there were."""
@@ -367,13 +357,9 @@ class RowBlock(Touchable):
 
 
 class SheetXml(XmlPart):
-    """A sheet taken apart.
+    """A sheet taken apart: its `root` without rows, the `table` that they belong to, and the rows in `blocks`.
 
-    Attributes:
-        root: the sheet without its rows.
-        table: the element that they belong to.
-        blocks: the rows.
-        frame: the tags around the rows of a block when it is parsed alone.
+    `frame` are the tags around the rows of a block when it is parsed alone.
     """
 
     def _parse(self, body: bytes) -> etree._Element:
@@ -444,8 +430,6 @@ class SheetXml(XmlPart):
         """True when a cell may have a formula."""
         return any(block.has_formulas for block in self.blocks)
 
-    # ---- formulas
-
     @property
     def ranges(self) -> list[FormulaRange]:
         """The array formulas and data tables."""
@@ -488,8 +472,6 @@ class SheetXml(XmlPart):
                 formula.element.attrib.clear()
                 formula.block.touch()
 
-    # ---- changes
-
     def cell(self, row: int, column: int) -> etree._Element | None:
         """The cell at a place, if it exists."""
         found = self.row(row)
@@ -503,10 +485,8 @@ class SheetXml(XmlPart):
         line = self.row(row)
         if line is not None and line.get("customFormat") in ("1", "true"):
             return whole(line.get("s"))
-        for col in self.elements("col"):
-            if whole(col.get("min")) <= column <= whole(col.get("max")):
-                return whole(col.get("style"))
-        return 0
+        runs = (c for c in self.elements("col") if whole(c.get("min")) <= column <= whole(c.get("max")))
+        return next((whole(col.get("style")) for col in runs), 0)
 
     def set_cell(self, row: int, column: int, value: Value, style: int) -> None:
         """Put a value into a cell, which then has this style."""
@@ -606,17 +586,13 @@ def blank_like(row: etree._Element) -> etree._Element:
 
 def _used(blocks: Iterable[RowBlock], step: int) -> int:
     """The first row in this order that has cells, be they blank; 0 where there is none."""
-    for block in blocks:
-        for number, row in list(block.rows.items())[::step]:
-            if child(row, "c") is not None:
-                return number
-    return 0
+    rows = (item for block in blocks for item in list(block.rows.items())[::step])
+    return next((number for number, row in rows if child(row, "c") is not None), 0)
 
 
 def _cut(body: bytes) -> tuple[int, list[tuple[int, int]], int]:
     """Return the place of the rows' begin, those of later blocks with their first numbers, and that of the end."""
-    begin, count, number = 0, 0, 0
-    cuts: list[tuple[int, int]] = []
+    begin, count, number, cuts = 0, 0, 0, list[tuple[int, int]]()
     for match in _PLACES.finditer(body):
         if match["name"] == b"sheetData":
             if match["rest"].endswith(b"/") and not begin:
