@@ -17,34 +17,8 @@ from graphviz.quoting import quote
 from rrp_sheets.errors import MissingPart, SheetsError
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream
 from rrp_sheets.model.changed import SAME
-from rrp_sheets.render.style import (
-    BOX,
-    EDGE,
-    FILL_AND_LINE,
-    FORMULA_LINE,
-    MONO_PT,
-    NAME_COLUMNS,
-    NAME_LINE,
-    NAME_PT,
-    NODE_GAP,
-    NODE_GAP_NARROW,
-    OFF_FILL,
-    OFF_LINE,
-    PADDING,
-    RANK_GAP,
-    SIGN,
-    SMALL_PT,
-    VALUE_LINE,
-    VALUE_ROOM,
-    Line,
-    Wrapping,
-    clean,
-    columns,
-    plain,
-    width,
-    wrap,
-    wrap_whole,
-)  # fmt: skip  # fmt: skip
+from rrp_sheets.render import style
+from rrp_sheets.render.style import Line, Wrapping, clean, columns, plain, width, wrap, wrap_whole
 from rrp_sheets.texts import N_
 
 FROM_OUTSIDE = ("sensor", "actuator", "done")  # stand in every part that uses them
@@ -62,7 +36,7 @@ class BoxLine:
         words: some of them marked.
         status: of the text, `REMOVED` for the one before a change and `ADDED` for the one after it.
         continued: it goes on the line above, and has no sign of its own.
-        mono: set in a monospaced font.
+        mono: in a monospaced font.
     """
 
     words: Line
@@ -75,7 +49,7 @@ class BoxLine:
         """The line's width in points, with its sign."""
         marked = any(mark for mark, _ in self.words)
         indent = SIGN_INDENT if self.status else 0.0
-        return indent + width(plain(self.words), MONO_PT, mono=self.mono, bold=marked or not self.mono)
+        return indent + width(plain(self.words), style.MONO_PT, mono=self.mono, bold=marked or not self.mono)
 
 
 @dataclass(frozen=True)
@@ -86,11 +60,9 @@ class Box:
         id: unique within the behaviour, made by us: `r4` for the row 4, `s2` for a stream; a stream that stands in a
             further part has the part behind it (`s2-p3`).
         kind: `sensor`, `stream`, `actuator`, `done` (the end of an actuator's commands), `anonymous` or `row`.
-        name: a stream's full name, or a row's connector.
-        heading: the stream's name in lines, or the row's connector.
+        name: a stream's full name, or a row's connector; `heading` is that in lines.
         lines: those below the heading: a row's formula, what changed.
-        note: where a stream that is cut between two parts goes on.
-        entry: it comes from another part.
+        note: where a stream that is cut between two parts goes on, or (`entry`) where it comes from.
         room: there is room under the name for the newest value.
         beside: where the formula starts when it stands beside the connector's name, else 0.
         indent: where its lines start when they stand below the name.
@@ -123,12 +95,9 @@ class Box:
 
 @dataclass(frozen=True)
 class Arrow:
-    """An arrow between two boxes; without a head when it ends in a dot.
+    """An arrow between two boxes; `labelled`: with the sign of its status in a comparison.
 
-    Attributes:
-        world: from an actuator to its done stream, a connection outside the program.
-        status: what became of it, in a comparison.
-        labelled: it bears the sign of its status.
+    It is `headless` when it ends in a dot, and goes through the `world` from an actuator to its done stream.
     """
 
     tail: str
@@ -154,7 +123,7 @@ class Drawing:
 
     boxes: dict[str, Box] = field(default_factory=dict)
     arrows: list[Arrow] = field(default_factory=list)
-    margin: float = PADDING
+    margin: float = style.PADDING
 
 
 @dataclass(frozen=True)
@@ -166,20 +135,13 @@ class Marks:
 
 
 def make_drawing(
-    graph: Graph,
-    behaviour: BehaviourGraph,
-    steps: Sequence[Step],
-    *,
-    wrapping: Wrapping,
-    marks: Marks,
-    notes: Mapping[str, Note],
-    part: int = 1,
-    room: bool = False,
-) -> Drawing:
-    """Return the boxes and arrows of some steps.
+    graph: Graph, behaviour: BehaviourGraph, steps: Sequence[Step], *, wrapping: Wrapping, marks: Marks,
+    notes: Mapping[str, Note], part: int = 1, room: bool = False,
+) -> Drawing:  # fmt: skip
+    """Return the boxes and arrows of some steps; with `room`, values fit under streams' names.
 
-    `notes` says by stream id where a cut stream comes from or goes to ("from part 1"); `part` is the
-    number of the part, for the ids of streams that stand in several. With `room`, values fit under streams' names.
+    `notes` says by stream id where a cut stream comes from or goes to ("from part 1"); the number of the part is for
+    the ids of streams that stand in several.
     """
     streams = dict.fromkeys(i for step in behaviour.steps for i in (*step.inputs, step.output))
     ids = {stream: f"s{n}" for n, stream in enumerate(streams, 1)}  # the same in every part
@@ -202,22 +164,17 @@ def make_drawing(
         output = place(step.output)
         anonymous = drawing.boxes[output].kind == "anonymous"
         drawing.arrows.append(Arrow(row.id, output, row.off, headless=anonymous))
-    drawing.arrows += _through_the_world(graph, drawing)
-    return drawing
-
-
-def _through_the_world(graph: Graph, drawing: Drawing) -> list[Arrow]:
-    """Return the arrows from actuators to their done streams."""
     actuators = {box.stream: box for box in drawing.boxes.values() if box.kind == "actuator"}
     dones = [(box, graph.streams[box.stream].done_of) for box in drawing.boxes.values() if box.kind == "done"]
-    return [Arrow(actuators[of].id, box.id, box.off, world=True) for box, of in dones if of in actuators]
+    drawing.arrows += [Arrow(actuators[of].id, box.id, box.off, world=True) for box, of in dones if of in actuators]
+    return drawing
 
 
 def _stream_box(box_id: str, stream: Stream, cut: Note, room: bool) -> Box:
     kind = stream.kind.value
     name = "" if kind == "anonymous" else stream.name
     return stream_box(
-        box_id, kind, stream.id, name, unmarked(wrap(name, NAME_COLUMNS, 2)), note=cut,
+        box_id, kind, stream.id, name, unmarked(wrap(name, style.NAME_COLUMNS, 2)), note=cut,
         room=room and kind == "stream", off=kind in ("stream", "anonymous") and not stream.active,
     )  # fmt: skip
 
@@ -228,15 +185,15 @@ def stream_box(
 ) -> Box:  # fmt: skip
     """Return the box of a stream, as large as its texts need."""
     if kind == "anonymous":
-        size = (width(note.words, SMALL_PT) + 14, 12.0) if note.words else (7.0, 7.0)
+        size = (width(note.words, style.SMALL_PT) + 14, 12.0) if note.words else (7.0, 7.0)
         return Box(box_id, kind, "", *size, stream=stream, note=note.words, entry=note.entry, off=off, status=status)
     bold = kind != "stream"
-    text = max([*(width(plain(line), NAME_PT, bold=bold) for line in heading), *(line.width for line in lines)])
-    high = NAME_LINE * len(heading) + FORMULA_LINE * len(lines) + 8
+    text = max([*(width(plain(line), style.NAME_PT, bold=bold) for line in heading), *(line.width for line in lines)])
+    high = style.NAME_LINE * len(heading) + style.FORMULA_LINE * len(lines) + 8
     if note.words:
-        text, high = max(text, width(note.words, SMALL_PT)), high + 10
+        text, high = max(text, width(note.words, style.SMALL_PT)), high + 10
     if room:
-        text, high = max(text, VALUE_ROOM), high + VALUE_LINE
+        text, high = max(text, style.VALUE_ROOM), high + style.VALUE_LINE
     across = text + 16 if bold else text * 1.16 + 16
     if kind == "stream" and len(heading) + len(lines) + bool(note.words) > 1:  # an oval's corners are missing
         across, high = (across + 14, high + 8) if lines else (across + 10, high + 4)
@@ -271,15 +228,15 @@ def row_box(
     switched_off: bool = False, status: str | None = None,
 ) -> Box:  # fmt: skip
     """Return the box of a row, as large as its texts need; with `beside` its line stands beside the heading."""
-    name_width = width(plain(heading), SMALL_PT, bold=status is not None)
+    name_width = width(plain(heading), style.SMALL_PT, bold=status is not None)
     lines_width = max((line.width for line in lines), default=0.0)
-    mark_width = width(mark, MONO_PT, bold=True) + 14 if mark else 0.0
+    mark_width = width(mark, style.MONO_PT, bold=True) + 14 if mark else 0.0
     if beside:
         text, high = name_width + 6 + lines_width + mark_width, _ROW_TOP
     else:
         text = max(name_width + 4 + mark_width, lines_width - ROW_TEXT_LEFT + indent)
-        high = _ROW_TOP + (FORMULA_LINE * len(lines) + 3 if lines else 0)
-    end = 7 if status is None else 5 + SIGN
+        high = _ROW_TOP + (style.FORMULA_LINE * len(lines) + 3 if lines else 0)
+    end = 7 if status is None else 5 + style.SIGN
     return Box(
         box_id, "row", clean(name), ROW_TEXT_LEFT + text + end, high, (heading,), lines, off=off,
         switched_off=switched_off, row=number, formula=formula, icon=icon, beside=name_width + 6 if beside else 0.0,
@@ -321,8 +278,8 @@ def dot_file(drawings: Sequence[tuple[str, Drawing]]) -> str:
     for number, (title, drawing) in enumerate(drawings, 1):
         lines += [
             f"  subgraph cluster_{number} {{",
-            f'  graph [label={quoted(title)}, fontname="Helvetica", fontsize={NAME_PT + 2:g}];',
-            f'  graph [margin=12, color="{EDGE}"];',
+            f'  graph [label={quoted(title)}, fontname="Helvetica", fontsize={style.NAME_PT + 2:g}];',
+            f'  graph [margin=12, color="{style.EDGE}"];',
             *_body(drawing, pin_entries=True, prefix=f"b{number}_"),
             "  }",
         ]
@@ -331,21 +288,20 @@ def dot_file(drawings: Sequence[tuple[str, Drawing]]) -> str:
 
 def _head(drawings: Sequence[Drawing], title: str, narrow: bool) -> Iterator[str]:
     rows = sum(box.kind == "row" for drawing in drawings for box in drawing.boxes.values())
-    gap = NODE_GAP_NARROW if narrow else NODE_GAP
+    gap = style.NODE_GAP_NARROW if narrow else style.NODE_GAP
     yield (
-        f"  graph [rankdir=TB, {_QUICK if rows > MANY_ROWS else _THOROUGH}, ranksep={_inches(RANK_GAP)}, "
+        f"  graph [rankdir=TB, {_QUICK if rows > MANY_ROWS else _THOROUGH}, ranksep={_inches(style.RANK_GAP)}, "
         f'nodesep={_inches(gap)}, margin=0, pad=0, charset="UTF-8", label="", tooltip={quoted(title)}];'
     )
-    yield f'  node [fixedsize=true, margin=0, fontname="Helvetica", fontsize={NAME_PT:g}, style=filled, penwidth=1.2];'
-    yield f'  edge [arrowsize=0.55, penwidth=0.9, color="{EDGE}"];'
+    font = f'fontname="Helvetica", fontsize={style.NAME_PT:g}'
+    yield f"  node [fixedsize=true, margin=0, {font}, style=filled, penwidth=1.2];"
+    yield f'  edge [arrowsize=0.55, penwidth=0.9, color="{style.EDGE}"];'
 
 
 def _body(drawing: Drawing, pin_entries: bool, prefix: str = "") -> Iterator[str]:
-    for box in drawing.boxes.values():
-        yield _node(box, prefix)
+    yield from (_node(box, prefix) for box in drawing.boxes.values())
     yield from _ranks(drawing, pin_entries, prefix)
-    for arrow in drawing.arrows:
-        yield _edge(arrow, drawing, prefix)
+    yield from (_edge(arrow, drawing, prefix) for arrow in drawing.arrows)
 
 
 def _inches(points: float) -> str:
@@ -362,15 +318,12 @@ def _node(box: Box, prefix: str) -> str:
     if box.kind == "anonymous":
         look = 'shape=box, style=invis, label=""' if box.note else "shape=point"
     elif box.kind == "row":
-        style = f"filled,rounded{',dashed' if box.off else ''}"
         words = [f"{box.row} {box.name}", *(plain(line.words) for line in box.lines)]
-        if box.beside:
-            words = ["  ".join(words)]
-        look = (
-            f'shape=box, label={quoted(*words)}, fontsize={MONO_PT:g}, fillcolor=white, color="{BOX}", style="{style}"'
-        )
+        label = quoted("  ".join(words)) if box.beside else quoted(*words)
+        look = f'shape=box, label={label}, fontsize={style.MONO_PT:g}, fillcolor=white, color="{style.BOX}", '
+        look += f'style="filled,rounded{",dashed" if box.off else ""}"'
     else:
-        fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE[box.kind]
+        fill, line = (style.OFF_FILL, style.OFF_LINE) if box.off else style.FILL_AND_LINE[box.kind]
         dashed = ', style="filled,dashed"' if box.off else ""
         words = [*map(plain, box.heading), *([box.note] if box.note else [])]
         look = f'label={quoted(*words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
@@ -381,8 +334,7 @@ def _ranks(drawing: Drawing, pin_entries: bool, prefix: str) -> list[str]:
     boxes = drawing.boxes.values()
     top = [_name(b.id, prefix) for b in boxes if b.kind == "sensor" or (pin_entries and b.entry)]
     bottom = [_name(b.id, prefix) for b in boxes if b.kind == "actuator"]
-    ranks = (("source", top), ("sink", bottom))
-    return [f"  {{ rank={rank}; {'; '.join(names)}; }}" for rank, names in ranks if names]
+    return [f"  {{ rank={r}; {'; '.join(names)}; }}" for r, names in (("source", top), ("sink", bottom)) if names]
 
 
 def _edge(arrow: Arrow, drawing: Drawing, prefix: str) -> str:
@@ -391,12 +343,11 @@ def _edge(arrow: Arrow, drawing: Drawing, prefix: str) -> str:
     weight = 1 if kinds & {"sensor", "actuator"} else 4 if drawing.boxes[arrow.tail].kind == "row" else 2
     if "anonymous" in kinds:
         weight = 4
-    looks = [f'style=dashed, color="{OFF_LINE}"'] if arrow.off else []
-    looks += ["arrowhead=none"] if arrow.headless else []
+    looks = f'style=dashed, color="{style.OFF_LINE}", ' if arrow.off else ""
+    looks += "arrowhead=none, " if arrow.headless else ""
     if arrow.world:  # against the direction of all others; it must not move anything
-        looks = ["style=dashed, constraint=false"]
-    tail, head = _name(arrow.tail, prefix), _name(arrow.head, prefix)
-    return f"  {tail} -> {head} [{', '.join([*looks, f'weight={weight}'])}];"
+        looks = "style=dashed, constraint=false, "
+    return f"  {_name(arrow.tail, prefix)} -> {_name(arrow.head, prefix)} [{looks}weight={weight}];"
 
 
 Point = tuple[float, float]
@@ -431,13 +382,9 @@ def binaries() -> list[str]:
 
 
 def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) -> Layout:
-    """Lay a DOT text out.
+    """Lay out a DOT text of boxes with explicit sizes, within `timeout` seconds.
 
-    Args:
-        dot: boxes with explicit sizes.
-        binary: the Graphviz program; by default the machine's `dot`, and `graphviz-pure` where that is missing or
-            does not work.
-        timeout: in seconds.
+    The default `binary` is the machine's `dot`, and `graphviz-pure` where that is missing or does not work.
 
     Raises:
         MissingPart: there is no Graphviz at all.
@@ -481,11 +428,8 @@ def _parse(data: dict[str, Any]) -> Layout:
     places = {o["name"]: point(o["pos"]) for o in data.get("objects", ()) if "pos" in o}
     ways = []
     for edge in data.get("edges", ()):
-        tip, points = None, []
-        for word in edge["pos"].split():
-            if word.startswith("e,"):
-                tip = point(word)
-            elif not word.startswith("s,"):
-                points.append(point(word))
-        ways.append(Way(names[edge["tail"]], names[edge["head"]], tuple(points), tip))
+        words = edge["pos"].split()
+        points = tuple(point(word) for word in words if not word.startswith(("e,", "s,")))
+        tips = [point(word) for word in words if word.startswith("e,")]
+        ways.append(Way(names[edge["tail"]], names[edge["head"]], points, tips[-1] if tips else None))
     return Layout(right - left, top - bottom, places, tuple(ways))

@@ -18,27 +18,10 @@ from rrp_sheets.model.changed import (
     ComparableText,
     Link,
 )
+from rrp_sheets.render import style
 from rrp_sheets.render.boxes import TIMEOUT, Arrow, Box, BoxLine, Drawing, Note, dot_text, lay_out, row_box, stream_box
 from rrp_sheets.render.diagram import Page, split
-from rrp_sheets.render.style import (
-    DASHES,
-    LANDSCAPE,
-    MOST_ROWS,
-    NAME_COLUMNS,
-    NAME_PT,
-    OTHER_FACES,
-    PADDING,
-    PAGE,
-    SIGN,
-    SMALL_PT,
-    SOFT,
-    STATUS_STYLES,
-    Line,
-    clean,
-    marked_lines,
-    width,
-    wrap_whole,
-)
+from rrp_sheets.render.style import Line, clean, marked_lines, width, wrap_whole
 from rrp_sheets.render.svg import draw_sign, draw_svg, frame, text
 
 MOST_DRAWN = 180
@@ -63,7 +46,7 @@ def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = 
     """
     shown = drawn_rows(behaviour)
     kinds = {s.id: s.kind for s in behaviour.streams.values()}
-    parts = split([(row, _streams(row)) for row in shown], MOST_ROWS, kinds)
+    parts = split([(row, _streams(row)) for row in shown], style.MOST_ROWS, kinds)
     ids = {stream: f"s{n}" for n, stream in enumerate(behaviour.streams, 1)}
     draw = partial(_page, behaviour, ids, _left_out(behaviour, shown), number, timeout)
     with ThreadPoolExecutor(_AT_ONCE) as pool:
@@ -73,7 +56,7 @@ def draw_changes(behaviour: ChangedBehaviour, number: int = 1, timeout: float = 
 def drawn_rows(behaviour: ChangedBehaviour) -> list[ChangedRow]:
     """Return all rows of a short behaviour; of a long one the changed rows and their neighbours in the graph."""
     rows = behaviour.rows
-    if len(rows) <= MOST_ROWS:
+    if len(rows) <= style.MOST_ROWS:
         return list(rows)
     marked = {s.id for s in behaviour.streams.values() if s.sign}
     changed = [r for r in rows if r.sign or marked & _streams(r)][:MOST_DRAWN]
@@ -92,10 +75,10 @@ def _streams(row: ChangedRow) -> set[str]:
 
 
 def _left_out(behaviour: ChangedBehaviour, shown: Sequence[ChangedRow]) -> str:
-    """Return the rows that are not drawn, in words."""
     ids = {r.id for r in shown}
-    numbers = [r.number for r in behaviour.rows if r.id not in ids and not r.sign]
-    more = sum(1 for r in behaviour.rows if r.id not in ids and r.sign)
+    hidden = [r for r in behaviour.rows if r.id not in ids]
+    numbers = [r.number for r in hidden if not r.sign]
+    more = len(hidden) - len(numbers)
     told = f"not drawn: {ranges(numbers)}, unchanged" if numbers else ""
     return "; ".join(filter(None, [told, f"and {more:,} further changed rows, which the list has" if more else ""]))
 
@@ -115,8 +98,8 @@ def ranges(numbers: Iterable[int]) -> str:
     words = [f"{a}–{b}" if a != b else f"{a}" for a, b in runs]
     if len(words) > 6:
         words = [*words[:3], "…", *words[-2:]]
-    plural = "s" if len(runs) > 1 or any(a != b for a, b in runs) else ""
-    return f"row{plural} " + (" and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0])
+    plural = "s" if len(runs) > 1 or runs[0][0] != runs[0][1] else ""
+    return f"row{plural} " + " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
 
 
 def _page(
@@ -129,11 +112,13 @@ def _page(
     wide, high = layout.width + 2 * drawing.margin, layout.height + 2 * drawing.margin
     name = clean(behaviour.name)
     whole = f"{name}, part {part} of {parts}" if parts > 1 else name
-    alt = f"What changed in the behaviour {whole}: {_told(rows)}. The table of rows says the same."
+    counts = [(sum(r.sign == status for r in rows), style.STATUS_STYLES[status].word) for status in _STATUSES]
+    told = ", ".join(f"{count} row{'s' if count > 1 else ''} {word}" for count, word in counts if count)
+    alt = f"What changed in the behaviour {whole}: {told}. The table of rows says the same."
     prefix = f"c{number}" + (f"-p{part}" if part > 1 else "")
     svg = draw_svg(drawing, layout, prefix=prefix, title=f"What changed in {whole}", description=alt)
     captions = [f"Part {part} of {parts}" if parts > 1 else "", left_out if part == 1 else ""]
-    upright, turned = (min(1.0, most[0] / wide, most[1] / high) for most in (PAGE, LANDSCAPE))
+    upright, turned = (min(1.0, most[0] / wide, most[1] / high) for most in (style.PAGE, style.LANDSCAPE))
     return Page(
         name, "; ".join(filter(None, captions)), svg, dot, wide, high, max(upright, turned), turned > upright,
         (rows[0].number, rows[-1].number), alt, part, parts,
@@ -153,30 +138,23 @@ def _notes(behaviour: ChangedBehaviour, rows: Sequence[ChangedRow]) -> dict[str,
     return notes
 
 
-def _told(rows: Sequence[ChangedRow]) -> str:
-    counts = [(sum(r.sign == status for r in rows), STATUS_STYLES[status].word) for status in _STATUSES]
-    return ", ".join(f"{count} row{'s' if count > 1 else ''} {word}" for count, word in counts if count)
-
-
 def legend_page(title: str) -> Page:
     """Return the legend of the pictures as a page under the given title."""
     x, parts = 8.0, []
     for status in _STATUSES:
-        style, dashes = STATUS_STYLES[status], f' stroke-dasharray="{DASHES}"' if status == REMOVED else ""
-        parts.append(
-            f'<rect x="{x:.1f}" y="9" width="30" height="16" rx="3" fill="{style.fill}" stroke="{style.line}" '
-            f'stroke-width="{style.thick}"{dashes}/>'
-        )
+        look, dashes = style.STATUS_STYLES[status], f' stroke-dasharray="{style.DASHES}"' if status == REMOVED else ""
+        parts.append(f'<rect x="{x:.1f}" y="9" width="30" height="16" rx="3" fill="{look.fill}" stroke="{look.line}" '
+                     f'stroke-width="{look.thick}"{dashes}/>')  # fmt: skip
         if status:
             parts.append(draw_sign(status, (x + 29, 10), 6.0))
-        parts.append(text(x + 40, 21, style.word, NAME_PT))
-        x += 40 + width(style.word, NAME_PT) * OTHER_FACES + 16
+        parts.append(text(x + 40, 21, look.word, style.NAME_PT))
+        x += 40 + width(look.word, style.NAME_PT) * style.OTHER_FACES + 16
     for number, hint in enumerate(_HINTS):
-        parts.append(text(8, 43 + 12 * number, hint, SMALL_PT, fill=SOFT, italic=True))
-    wide, high = max(x, *(width(hint, SMALL_PT) * OTHER_FACES + 16 for hint in _HINTS)), 38.0 + 12 * len(_HINTS)
-    alt = (
-        "Legend: a plus and a thick line for what is new, a minus and dashes for what is gone, a wave for what changed."
-    )
+        parts.append(text(8, 43 + 12 * number, hint, style.SMALL_PT, fill=style.SOFT, italic=True))
+    wide = max(x, *(width(hint, style.SMALL_PT) * style.OTHER_FACES + 16 for hint in _HINTS))
+    high = 38.0 + 12 * len(_HINTS)
+    alt = ("Legend: a plus and a thick line for what is new, a minus and dashes for what is gone, a wave for what "
+           "changed.")  # fmt: skip
     svg = frame("\n".join(parts), wide, high, ident="change-legend", title="How to read the pictures", description=alt)
     return Page(clean(title), "", svg, "", wide, high, 1.0, False, (0, 0), alt)
 
@@ -186,7 +164,7 @@ def make_change_drawing(
     part: int = 1,
 ) -> Drawing:  # fmt: skip
     """Return the boxes and arrows of some rows; `notes` tell where a stream comes from when that is not drawn here."""
-    drawing = Drawing(margin=PADDING + SIGN)
+    drawing = Drawing(margin=style.PADDING + style.SIGN)
 
     def place(stream: str) -> str:
         box_id = ids[stream] + (f"-p{part}" if part > 1 else "")
@@ -214,8 +192,8 @@ def _arrow(tail: str, head: str, link: Link, row: ChangedRow, stream_sign: str, 
 
 def _stream_box(box_id: str, stream: ChangedStream, note: str) -> Box:
     name = stream.name.after
-    heading = marked_lines(((stream.sign == REMOVED, name),), NAME_COLUMNS, 2)
-    was = marked_lines(stream.name.was(), NAME_COLUMNS, 2) if stream.name.changed else ()
+    heading = marked_lines(((stream.sign == REMOVED, name),), style.NAME_COLUMNS, 2)
+    was = marked_lines(stream.name.was(), style.NAME_COLUMNS, 2) if stream.name.changed else ()
     lines = [BoxLine(line, REMOVED, n > 0, mono=False) for n, line in enumerate(was)]
     for setting, words in stream.settings:
         lines += _both(ComparableText(f"{setting}: {words.before}", f"{setting}: {words.after}"), mono=False)
@@ -223,36 +201,29 @@ def _stream_box(box_id: str, stream: ChangedStream, note: str) -> Box:
 
 
 def _row_box(row: ChangedRow) -> Box:
-    connector = row.connector
-    heading: Line = ((row.sign == REMOVED, connector.after or connector.before),)
+    connector, words, removed = row.connector, row.formula, row.sign == REMOVED
+    name = connector.after or connector.before
+    heading: Line = ((removed, name),)
     if connector.before and connector.after and connector.changed:
         heading = ((True, connector.before), (False, f" → {connector.after}"))
-    lines = _formula(row)
-    lines += [
-        BoxLine(line, mono=False)
-        for remark in row.remarks
-        for line in marked_lines(((False, remark),), _REMARK_COLUMNS, 2)
-    ]
-    name = connector.after or connector.before
+    if row.sign not in (ADDED, REMOVED) and words.changed:
+        lines = _both(words)
+    else:
+        runs = ((removed, words.before if removed else words.after),)
+        lines = [BoxLine(line) for line in marked_lines(runs, _COLUMNS, _LINES, wrap_whole)]
+    for remark in row.remarks:
+        lines += [BoxLine(line, mono=False) for line in marked_lines(((False, remark),), _REMARK_COLUMNS, 2)]
     found = connectors().get(name)
     return row_box(
         row.id, row.number, name, found.icon if found else "", heading, tuple(lines),
-        formula=row.formula.after or row.formula.before, off=row.off, status=row.sign,
+        formula=words.after or words.before, off=row.off, status=row.sign,
     )  # fmt: skip
-
-
-def _formula(row: ChangedRow) -> list[BoxLine]:
-    words = row.formula
-    if row.sign not in (ADDED, REMOVED) and words.changed:
-        return _both(words)
-    runs = ((row.sign == REMOVED, words.before if row.sign == REMOVED else words.after),)
-    return [BoxLine(line) for line in marked_lines(runs, _COLUMNS, _LINES, wrap_whole)]
 
 
 def _both(words: ComparableText, mono: bool = True) -> list[BoxLine]:
     """Return the text before and after, each in lines under its sign."""
-    out = []
-    for status, runs in ((REMOVED, words.was()), (ADDED, words.now())):
-        lines = marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole)
-        out += [BoxLine(line, status, n > 0, mono) for n, line in enumerate(lines)]
-    return out
+    return [
+        BoxLine(line, status, n > 0, mono)
+        for status, runs in ((REMOVED, words.was()), (ADDED, words.now()))
+        for n, line in enumerate(marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole))
+    ]

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
+from rrp_sheets.render import style
 from rrp_sheets.render.boxes import (
     FROM_OUTSIDE,
     TIMEOUT,
@@ -23,23 +24,7 @@ from rrp_sheets.render.boxes import (
     lay_out,
     make_drawing,
 )
-from rrp_sheets.render.style import (
-    BADGE,
-    BESIDE_A_TABLE,
-    FEWEST_ROWS,
-    INK,
-    LANDSCAPE,
-    LEAST_SCALE,
-    MOST_ROWS,
-    NAME_PT,
-    OFF_FILL,
-    OFF_LINE,
-    PADDING,
-    PAGE,
-    WRAPPINGS,
-    clean,
-    width,
-)
+from rrp_sheets.render.style import clean, width
 from rrp_sheets.render.svg import draw_badge, draw_box, draw_flag, draw_icon, draw_svg, frame, text
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.texts import translate
@@ -55,15 +40,13 @@ Part = tuple[Step, ...]
 
 @dataclass(frozen=True)
 class Page:
-    """Picture of a behaviour, or of a part of one.
+    """Picture of a behaviour, or of a part of one; sizes are in points.
 
     Attributes:
-        title: the behaviour's title; with "part 1 of 3" in `caption`.
+        caption: "part 1 of 3".
         svg: the picture; ids are `b1-r4` for the row 4 of the first behaviour, `b1-s2` for a stream.
         dot: the text that Graphviz got.
-        width: in points, as are `height` and the sizes in the picture.
-        scale: by which it fits an A4 page, at most 1.
-        landscape: whether the page has to be turned for that.
+        scale: by which it fits an A4 page, at most 1; for that the page is turned to `landscape`.
         rows: the first and the last row.
         alt: for people who do not see the picture.
     """
@@ -96,19 +79,10 @@ class _Fitted:
 
 
 def draw_diagram(
-    graph: Graph,
-    behaviour: BehaviourGraph,
-    *,
-    problems: Mapping[int, int] | None = None,
-    words: Mapping[int, str] | None = None,
-    title: str = "",
-    whole: bool = False,
-    room: bool = False,
-    upright: bool = False,
-    binary: str | None = None,
-    timeout: float = TIMEOUT,
-    language: str = "en",
-) -> list[Page]:
+    graph: Graph, behaviour: BehaviourGraph, *, problems: Mapping[int, int] | None = None,
+    words: Mapping[int, str] | None = None, title: str = "", whole: bool = False, room: bool = False,
+    upright: bool = False, binary: str | None = None, timeout: float = TIMEOUT, language: str = "en",
+) -> list[Page]:  # fmt: skip
     """Draw a behaviour for A4 pages, in parts when it is long.
 
     Args:
@@ -118,8 +92,7 @@ def draw_diagram(
         words: a short word on a row ("changed"), by the row's number.
         title: shown as heading; the behaviour's name by default.
         whole: draw it as one picture however large it becomes, for a screen that scrolls.
-        room: for a panel of a live page: narrow, with room for the newest value under the name of each
-            stream, and boxes that can be chosen.
+        room: for a panel of a live page: narrow, with room for the newest value under each name, and boxes to choose.
         upright: divide a wide one rather than turn the page; what cannot be divided becomes smaller.
         binary: the Graphviz program; by default the best of this machine.
         timeout: of each layout, in seconds.
@@ -128,23 +101,25 @@ def draw_diagram(
     Raises:
         SheetsError: Graphviz is missing or took too long.
     """
-    marks = Marks(dict(problems or {}), dict(words or {}))
     if not behaviour.steps:
         return []
-    number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
+    marks = Marks(dict(problems or {}), dict(words or {}))
     job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room, upright)
     said = texts(language)
-    parts = split_steps(graph, behaviour.steps, len(behaviour.steps) if whole else MOST_ROWS)
+    fewest = _FEWEST_UPRIGHT if upright else style.FEWEST_ROWS
+    parts = split_steps(graph, behaviour.steps, len(behaviour.steps) if whole else style.MOST_ROWS)
     while True:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts, said), range(1, len(parts) + 1)))
-        if whole or not any(_too_large(part, fit, upright) for part, fit in zip(parts, fitted, strict=True)):
+        too_large = [fit.badness[0] and len(part) > fewest for part, fit in zip(parts, fitted, strict=True)]
+        if whole or not any(too_large):
             break
-        halves = [
-            split_steps(graph, part, -(-len(part) // 2)) if _too_large(part, fit, upright) else [part]
-            for part, fit in zip(parts, fitted, strict=True)
+        parts = [
+            half
+            for part, divided in zip(parts, too_large, strict=True)
+            for half in (split_steps(graph, part, -(-len(part) // 2)) if divided else [part])
         ]
-        parts = [half for pair in halves for half in pair]
+    number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
     name = clean(title or behaviour.name)
     return [
         _page(name, f"b{number}", (part, place, len(parts)), fit, room, said)
@@ -152,14 +127,10 @@ def draw_diagram(
     ]
 
 
-def _too_large(part: Part, fit: _Fitted, upright: bool) -> bool:
-    return fit.badness[0] and len(part) > (_FEWEST_UPRIGHT if upright else FEWEST_ROWS)
-
-
 def to_dot(graph: Graph, behaviours: Sequence[BehaviourGraph]) -> str:
     """Return whole behaviours as one graph in the DOT language, a cluster for each; the same on every machine."""
     return dot_file([
-        (b.name, make_drawing(graph, b, b.steps, wrapping=WRAPPINGS[0], marks=Marks(), notes={}))
+        (b.name, make_drawing(graph, b, b.steps, wrapping=style.WRAPPINGS[0], marks=Marks(), notes={}))
         for b in behaviours
         if b.steps
     ])  # fmt: skip
@@ -182,32 +153,26 @@ class _Job:
         for candidate in self._candidates(part, notes, number):
             if best is None or candidate.badness < best.badness:
                 best = candidate
-            if (best.scale >= 1 and not best.landscape) or len(part) > MOST_ROWS:
+            if (best.scale >= 1 and not best.landscape) or len(part) > style.MOST_ROWS:
                 break
         assert best is not None
         return best
 
     def _candidates(self, part: Part, notes: Mapping[str, Note], number: int) -> Iterator[_Fitted]:
         entries = any(note.entry for note in notes.values())
-        for wrapping in (BESIDE_A_TABLE,) if self.room else WRAPPINGS:
+        for wrapping in (style.BESIDE_A_TABLE,) if self.room else style.WRAPPINGS:
             drawing = make_drawing(
-                self.graph,
-                self.behaviour,
-                part,
-                wrapping=wrapping,
-                marks=self.marks,
-                notes=notes,
-                part=number,
+                self.graph, self.behaviour, part, wrapping=wrapping, marks=self.marks, notes=notes, part=number,
                 room=self.room,
-            )
+            )  # fmt: skip
             for pinned in (True, False) if entries else (True,):
                 dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned, narrow=self.room)
                 layout = self.lay_out(dot)
                 wide, high = layout.width + 2 * drawing.margin, layout.height + 2 * drawing.margin
-                sizes = ((False, PAGE),) if self.upright else ((False, PAGE), (True, LANDSCAPE))
+                sizes = ((False, style.PAGE),) if self.upright else ((False, style.PAGE), (True, style.LANDSCAPE))
                 for landscape, (most_wide, most_high) in sizes:
                     scale = min(1.0, most_wide / wide, most_high / high)
-                    badness = (scale < LEAST_SCALE, landscape, not pinned, -round(scale, 2), -wrapping.columns)
+                    badness = (scale < style.LEAST_SCALE, landscape, not pinned, -round(scale, 2), -wrapping.columns)
                     yield _Fitted(badness, drawing, dot, layout, scale, landscape)
 
 
@@ -221,8 +186,8 @@ def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, c
         fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt, chosen=chosen, words=words
     )
     return Page(
-        title, caption, svg, fit.dot, fit.layout.width + 2 * PADDING, fit.layout.height + 2 * PADDING, fit.scale,
-        fit.landscape, (first, last), alt, part_number, parts, words.language,
+        title, caption, svg, fit.dot, fit.layout.width + 2 * style.PADDING, fit.layout.height + 2 * style.PADDING,
+        fit.scale, fit.landscape, (first, last), alt, part_number, parts, words.language,
     )  # fmt: skip
 
 
@@ -248,15 +213,11 @@ def split(rows: Sequence[tuple[Row, Iterable[str]]], most: int, kinds: Mapping[s
     crossing = _crossing([streams for _, streams in rows], kinds)
     best: list[tuple[float, tuple[int, ...]]] = [(0.0, ())]  # by how many rows are placed: cost, and where parts end
     for end in range(1, len(rows) + 1):
-        best.append(
-            min(
-                (
-                    best[start][0] + crossing[end] + ((end - start - ideal) / ideal) ** 2 * 1.5 + 1.2,
-                    (*best[start][1], end),
-                )
-                for start in range(max(0, end - most), end)
-            )
-        )
+        ways = []
+        for start in range(max(0, end - most), end):
+            cost, ends = best[start]
+            ways.append((cost + crossing[end] + ((end - start - ideal) / ideal) ** 2 * 1.5 + 1.2, (*ends, end)))
+        best.append(min(ways))
     ends = best[-1][1]
     return [tuple(row for row, _ in rows[start:end]) for start, end in zip((0, *ends), ends, strict=False)]
 
@@ -266,8 +227,7 @@ def _crossing(rows: Sequence[Iterable[str]], kinds: Mapping[str, str]) -> list[f
     spans: dict[str, tuple[int, int]] = {}
     for number, streams in enumerate(rows):
         for stream in streams:
-            first, _ = spans.get(stream, (number, number))
-            spans[stream] = (first, number)
+            spans[stream] = (spans.get(stream, (number,))[0], number)
     costs = [0.0] * (len(rows) + 1)
     for stream, (first, last) in spans.items():
         for cut in range(first + 1, last + 1):
@@ -303,46 +263,45 @@ def cut_notes(graph: Graph, parts: Sequence[Part], words: Texts) -> list[dict[st
 def draw_legend(language: str = "en") -> tuple[str, float, float]:
     """Return the legend as SVG, its width and its height in points."""
     words = texts(language)
-    wide = PAGE[0]
-    parts = [text(_LEGEND_X[0], 19, words.get("legend.title"), NAME_PT, bold=True)]
-    y = 40.0
-    signs = [("sensor", 0, 0), ("stream", 1, 0), ("actuator", 2, 0), ("anonymous", 0, 1), ("done", 0, 2)]
-    for kind, column, row in signs:
-        size = (7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)
-        box = Box(f"sign-{kind}", kind, "", *size)
-        parts.append(draw_box(box, (_LEGEND_X[column] + 14, y + row * 24), "legend", words=words))
-        parts.append(text(_LEGEND_X[column] + 36, y + row * 24 + 3.4, words.get(f"legend.{kind}"), NAME_PT))
-    x = _LEGEND_X[1]
-    parts.append(
-        f'<rect x="{x}" y="{y + 16}" width="28" height="16" rx="3" fill="{OFF_FILL}" stroke="{OFF_LINE}" '
-        'stroke-width="0.9" stroke-dasharray="3 2.2"/>'
+    wide, y, (left, middle, right) = style.PAGE[0], 40.0, _LEGEND_X
+    title, alt, size = words.get("legend.title"), words.get("legend.alt"), style.NAME_PT
+    parts = [text(left, 19, title, size, bold=True)]
+    signs = (
+        ("sensor", left, 0),
+        ("stream", middle, 0),
+        ("actuator", right, 0),
+        ("anonymous", left, 1),
+        ("done", left, 2),
     )
-    parts.append(text(x + 36, y + 27.4, words.get("legend.off"), NAME_PT))
-    parts.append(draw_flag(1, _LEGEND_X[2] + 7, y + 17))
-    parts.append(text(_LEGEND_X[2] + 36, y + 27.4, words.get("legend.flag"), NAME_PT))
+    for kind, x, row in signs:
+        box = Box(f"sign-{kind}", kind, "", *((7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)))
+        parts.append(draw_box(box, (x + 14, y + row * 24), "legend", words=words))
+        parts.append(text(x + 36, y + row * 24 + 3.4, words.get(f"legend.{kind}"), size))
+    parts += [
+        f'<rect x="{middle}" y="{y + 16}" width="28" height="16" rx="3" fill="{style.OFF_FILL}" '
+        f'stroke="{style.OFF_LINE}" stroke-width="0.9" stroke-dasharray="3 2.2"/>',
+        text(middle + 36, y + 27.4, words.get("legend.off"), size),
+        draw_flag(1, right + 7, y + 17),
+        text(right + 36, y + 27.4, words.get("legend.flag"), size),
+    ]
     y += 64
-    parts.append(
-        f'<rect x="{_LEGEND_X[0]}" y="{y}" width="36" height="18" rx="3" fill="#fff" stroke="{INK}" '
-        'stroke-width="0.9"/>'
-    )
-    parts.append(draw_badge(3, _LEGEND_X[0], y, 18, BADGE))
     example = connectors().get("filter")
-    parts.append(draw_icon(example.icon if example else "", _LEGEND_X[0] + 21, y + 3.4, INK))
-    parts.append(text(_LEGEND_X[0] + 44, y + 12.4, words.get("legend.row"), NAME_PT))
+    parts += [
+        f'<rect x="{left}" y="{y}" width="36" height="18" rx="3" fill="#fff" stroke="{style.INK}" stroke-width="0.9"/>',
+        draw_badge(3, left, y, 18, style.BADGE),
+        draw_icon(example.icon if example else "", left + 21, y + 3.4, style.INK),
+        text(left + 44, y + 12.4, words.get("legend.row"), size),
+    ]
     y += 36
     known = [c for c in dict.fromkeys(connectors()) if c.legend]
     half = -(-len(known) // 2)
     for number, connector in enumerate(known):
-        x, line = (_LEGEND_X[0] if number < half else wide / 2 + 8), y + number % half * _LEGEND_LINE
+        x, line = (left if number < half else wide / 2 + 8), y + number % half * _LEGEND_LINE
         about = translate(connector.legend_message(), language)
         meaning = words.get("legend.meaning", connector=connector.name, meaning=about)
-        parts.append(draw_icon(connector.icon, x + 4, line - 9, INK, 1))
-        parts.append(text(x + 26, line, meaning, NAME_PT - (1 if width(meaning, NAME_PT) > wide / 2 - 30 else 0)))
+        parts.append(draw_icon(connector.icon, x + 4, line - 9, style.INK, 1))
+        parts.append(text(x + 26, line, meaning, size - 1 if width(meaning, size) > wide / 2 - 30 else size))
     high = y + half * _LEGEND_LINE - 6
-    border = (
-        f'<rect x="0.5" y="0.5" width="{wide - 1:g}" height="{high - 1:g}" rx="4" fill="#fff" stroke="#9a9a9a" '
-        'stroke-width="0.7"/>'
-    )
-    body = "\n".join([border, *parts])
-    title = words.get("legend.title")
-    return frame(body, wide, high, ident="legend", title=title, description=words.get("legend.alt")), wide, high
+    border = (f'<rect x="0.5" y="0.5" width="{wide - 1:g}" height="{high - 1:g}" rx="4" fill="#fff" stroke="#9a9a9a" '
+              'stroke-width="0.7"/>')  # fmt: skip
+    return frame("\n".join([border, *parts]), wide, high, ident="legend", title=title, description=alt), wide, high

@@ -362,15 +362,20 @@ def seconds_label(seconds: float) -> str:
     return f"{round(seconds, 3):g} s"
 
 
-def _axis(scale: _Scale) -> str:
-    step = nice_step((scale.last - scale.first) / 1e6, max(2, scale.room // 12))
-    line = [" "] * (scale.room + 8)
-    number = -(-scale.first // round(step * 1e6))
-    while number * step * 1e6 <= scale.last:
-        text = seconds_label(number * step)
-        at = scale.at(round(number * step * 1e6))
-        line[at : at + len(text)] = text
+def ticks(first_us: int, last_us: int, most: int) -> Iterator[tuple[int, str]]:
+    """Yield the times (µs) at which an axis has labels, at most `most` (or two) of them, with the labels."""
+    step = nice_step((last_us - first_us) / 1e6, max(2, most))
+    number = -(-first_us // round(step * 1e6))
+    while number * step * 1e6 <= last_us:
+        yield round(number * step * 1e6), seconds_label(number * step)
         number += 1
+
+
+def _axis(scale: _Scale) -> str:
+    line = [" "] * (scale.room + 8)
+    for us, text in ticks(scale.first, scale.last, scale.room // 12):
+        at = scale.at(us)
+        line[at : at + len(text)] = text
     return "".join(line)
 
 

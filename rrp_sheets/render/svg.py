@@ -6,49 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
+from rrp_sheets.render import style
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, SIGN_INDENT, Arrow, Box, Drawing, Layout, Point, Way
-from rrp_sheets.render.style import (
-    BADGE,
-    BOX,
-    DASHES,
-    EDGE,
-    FILL_AND_LINE,
-    FLAG,
-    FORMULA_LINE,
-    INK,
-    MONO,
-    MONO_PT,
-    NAME_LINE,
-    NAME_PT,
-    OFF_FILL,
-    OFF_INK,
-    OFF_LINE,
-    QUIET_BADGE,
-    QUIET_OFF,
-    SANS,
-    SIGN,
-    SMALL_PT,
-    SOFT,
-    STATUS_STYLES,
-    VALUE_LINE,
-    Line,
-    clean,
-    escape,
-    width,
-)  # fmt: skip
+from rrp_sheets.render.style import Line, clean, escape, width
 from rrp_sheets.render.texts import Texts, texts
 
 
 def draw_svg(
-    drawing: Drawing,
-    layout: Layout,
-    *,
-    prefix: str,
-    title: str,
-    description: str,
-    chosen: bool = False,
+    drawing: Drawing, layout: Layout, *, prefix: str, title: str, description: str, chosen: bool = False,
     words: Texts | None = None,
-) -> str:
+) -> str:  # fmt: skip
     """Return a drawing as SVG; `prefix` starts every id, title and description are for screen readers.
 
     With `chosen` the boxes can be chosen in a page: they have a role and a name of their own.
@@ -58,14 +25,10 @@ def draw_svg(
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
     placed = [(_moved_way(way, margin), arrows[way.tail, way.head]) for way in layout.ways]
     parts = [draw_arrow(way, arrow, prefix) for way, arrow in placed]
-    said = words or texts()
-    parts += [
-        draw_box(box, _moved(layout.places[box.id], margin), prefix, chosen=chosen, words=said)
-        for box in drawing.boxes.values()
-    ]
+    places = {ident: _moved(place, margin) for ident, place in layout.places.items()}
+    parts += [draw_box(b, places[b.id], prefix, chosen=chosen, words=words) for b in drawing.boxes.values()]
     parts += [draw_sign(arrow.status or SAME, _middle(w.points), 4.6) for w, arrow in placed if arrow.labelled]
-    first = next(iter(drawing.boxes), "none")
-    ident, role = f"{prefix}-{first}", "group" if chosen else "img"
+    ident, role = f"{prefix}-{next(iter(drawing.boxes), 'none')}", "group" if chosen else "img"
     return frame("\n".join(parts), wide, high, ident=ident, title=title, description=description, role=role)
 
 
@@ -80,20 +43,19 @@ def frame(body: str, wide: float, high: float, *, ident: str, title: str, descri
 
 
 def text(
-    x: float, y: float, words: str | Line, size: float, *, fill: str = INK, mono: bool = False, bold: bool = False,
-    italic: bool = False, middle: bool = False, struck: bool = False,
+    x: float, y: float, words: str | Line, size: float, *, fill: str = style.INK, mono: bool = False,
+    bold: bool = False, italic: bool = False, middle: bool = False, struck: bool = False,
 ) -> str:  # fmt: skip
     """Draw a line of text; what is marked in it is bold and underlined, or `struck` out."""
     mark = 'text-decoration="line-through"' if struck else 'font-weight="bold" text-decoration="underline"'
     runs: Line = ((False, words),) if isinstance(words, str) else words
     spans = "".join(f"<tspan {mark}>{escape(w)}</tspan>" if marked else escape(w) for marked, w in runs)
-    looks = [
-        f'font-family="{escape(MONO if mono else SANS)}" font-size="{size:g}" fill="{fill}" xml:space="preserve"',
-        'font-weight="bold"' if bold else "",
-        'font-style="italic"' if italic else "",
-        'text-anchor="middle"' if middle else "",
-    ]
-    return f'<text x="{_n(x)}" y="{_n(y)}" {" ".join(filter(None, looks))}>{spans}</text>'
+    face = escape(style.MONO if mono else style.SANS)
+    looks = f'font-family="{face}" font-size="{size:g}" fill="{fill}" xml:space="preserve"'
+    looks += ' font-weight="bold"' if bold else ""
+    looks += ' font-style="italic"' if italic else ""
+    looks += ' text-anchor="middle"' if middle else ""
+    return f'<text x="{_n(x)}" y="{_n(y)}" {looks}>{spans}</text>'
 
 
 def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -> str:
@@ -112,10 +74,10 @@ def icon_elements(icon: str, colour: str) -> str:
 
 def draw_arrow(way: Way, arrow: Arrow, prefix: str) -> str:
     """Draw an arrow along its path; its group holds the ids of the boxes at its ends."""
-    colour = OFF_LINE if arrow.off else FILL_AND_LINE["done"][1] if arrow.world else EDGE
-    thick, dashes = 1.0, DASHES if arrow.off or arrow.world else ""
+    colour = style.OFF_LINE if arrow.off else style.FILL_AND_LINE["done"][1] if arrow.world else style.EDGE
+    thick, dashes = 1.0, style.DASHES if arrow.off or arrow.world else ""
     if arrow.status is not None:
-        colour = QUIET_OFF if arrow.off and not arrow.status else STATUS_STYLES[arrow.status].line
+        colour = style.QUIET_OFF if arrow.off and not arrow.status else style.STATUS_STYLES[arrow.status].line
         thick, dashes = {ADDED: 1.9, REMOVED: 1.3}.get(arrow.status, 0.9), _dashes(arrow.off, arrow.status)
     dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
     kind = "arrow off" if arrow.off else "arrow world" if arrow.world else "arrow"
@@ -147,17 +109,14 @@ _SPOKEN = {"sensor": "sensor", "stream": "stream", "actuator": "actuator", "done
 def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, words: Texts | None = None) -> str:
     """Draw a box with its centre at that place, as a group with a stable id."""
     said = words or texts()
-    about = f' data-row="{box.row}"' if box.kind == "row" else f' data-stream="{escape(clean(box.stream))}"'
-    if box.kind != "row":
-        about += f' data-name="{escape(box.name)}"'
+    title = f"<title>{escape(told)}</title>" if (told := _told(box, said)) else ""
+    if box.kind == "row":
+        about, inside = f' data-row="{box.row}"', _row(box, centre, said.get("diagram.off"))
+    else:
+        about = f' data-stream="{escape(clean(box.stream))}" data-name="{escape(box.name)}"'
+        inside = _anonymous(box, centre) if box.kind == "anonymous" else _stream(box, centre)
     if chosen and box.kind != "anonymous":
         about += ' role="button" tabindex="-1"'
-    told = _told(box, said)
-    title = f"<title>{escape(told)}</title>" if told else ""
-    if box.kind == "row":
-        inside = _row(box, centre, said.get("diagram.off"))
-    else:
-        inside = _anonymous(box, centre) if box.kind == "anonymous" else _stream(box, centre)
     if box.flag is not None:
         inside += draw_flag(box.flag, centre[0] + box.width / 2 - 7, centre[1] - box.height / 2 - 8.5)
     if box.status:
@@ -165,13 +124,13 @@ def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, word
         if box.kind == "stream":  # an oval has no corner
             across, up = box.width * 0.42, box.height * 0.44
         inside += draw_sign(box.status, (centre[0] + across, centre[1] - up))
-    looks = [box.kind, "off" if box.off else "", STATUS_STYLES[box.status].word if box.status else ""]
+    looks = [box.kind, "off" if box.off else "", style.STATUS_STYLES[box.status].word if box.status else ""]
     return f'<g id="{prefix}-{box.id}" class="{" ".join(filter(None, looks))}"{about}>{title}{inside}</g>'
 
 
-def draw_sign(status: str, centre: Point, size: float = SIGN) -> str:
+def draw_sign(status: str, centre: Point, size: float = style.SIGN) -> str:
     """Draw the sign of a status: a plus on a filled disc, a minus on an empty one, a wave on a filled square."""
-    (x, y), colour = centre, STATUS_STYLES[status].line
+    (x, y), colour = centre, style.STATUS_STYLES[status].line
     if status == CHANGED:
         square = _rect((x - size, y - size, 2 * size, 2 * size), colour, "#fff", 0.8, radius=2)
         wave = f"M{_n(x - size * 0.55)} {_n(y + size * 0.18)}q{_n(size * 0.28)} {_n(-size * 0.6)} {_n(size * 0.55)} "
@@ -189,18 +148,16 @@ def draw_sign(status: str, centre: Point, size: float = SIGN) -> str:
 def _middle(points: Sequence[Point]) -> Point:
     """Return the middle of the middle piece of a spline."""
     pieces = (len(points) - 1) // 3
-    start = (pieces // 2) * 3
-    a, b, c, d = points[start : start + 4]
+    a, b, c, d = points[pieces // 2 * 3 :][:4]
     if pieces % 2:
         return (a[0] + 3 * b[0] + 3 * c[0] + d[0]) / 8, (a[1] + 3 * b[1] + 3 * c[1] + d[1]) / 8
     return a
 
 
 def _told(box: Box, words: Texts) -> str:
-    """Return a box in words, for its tooltip and for screen readers."""
     if box.status is not None:
         name = words.get("diagram.told.row", n=box.row, connector=box.name) if box.row else box.name
-        return f"{name}, {STATUS_STYLES[box.status].word}" if name else ""
+        return f"{name}, {style.STATUS_STYLES[box.status].word}" if name else ""
     if not box.row:
         kind = _SPOKEN.get(box.kind) if box.name else None
         return words.get(f"diagram.told.{kind}", name=box.name) if kind else ""
@@ -214,8 +171,8 @@ def _told(box: Box, words: Texts) -> str:
 def draw_flag(number: int, x: float, y: float) -> str:
     """Draw the flag of a problem with its number."""
     return (
-        f'<path d="M{_n(x)} {_n(y)}h15l-3.6 5.5 3.6 5.5h-15z" fill="{FLAG}" stroke="#fff" stroke-width="0.6"/>'
-        f'<path d="M{_n(x)} {_n(y - 0.3)}v16" stroke="{FLAG}" stroke-width="1.5"/>'
+        f'<path d="M{_n(x)} {_n(y)}h15l-3.6 5.5 3.6 5.5h-15z" fill="{style.FLAG}" stroke="#fff" stroke-width="0.6"/>'
+        f'<path d="M{_n(x)} {_n(y - 0.3)}v16" stroke="{style.FLAG}" stroke-width="1.5"/>'
         + text(x + 5.8, y + 8.3, str(number), 8 if number < 10 else 7, fill="#fff", bold=True, middle=True)
     )
 
@@ -223,12 +180,12 @@ def draw_flag(number: int, x: float, y: float) -> str:
 def _anonymous(box: Box, centre: Point) -> str:
     x, y = centre
     dot_x = x - box.width / 2 + 4 if box.note else x
-    looks = f'fill="{OFF_LINE if box.off else INK}"'
+    looks = f'fill="{style.OFF_LINE if box.off else style.INK}"'
     if box.status is not None:
-        line = STATUS_STYLES[box.status].line
+        line = style.STATUS_STYLES[box.status].line
         looks = f'fill="{"#fff" if box.status == REMOVED else line}" stroke="{line}"'
     dot = f'<circle cx="{_n(dot_x)}" cy="{_n(y)}" r="3.2" {looks}/>'
-    return dot + (text(dot_x + 7, y + 3, box.note, SMALL_PT, fill=SOFT, italic=True) if box.note else "")
+    return dot + (text(dot_x + 7, y + 3, box.note, style.SMALL_PT, fill=style.SOFT, italic=True) if box.note else "")
 
 
 @dataclass(frozen=True)
@@ -246,16 +203,16 @@ _THICK = {"row": 0.9, "stream": 1.2, "sensor": 2.2, "done": 1.4, "actuator": 1.1
 def _look(box: Box) -> _Look:
     """Return how the box of a row or stream is drawn: by its status in a comparison, else by its kind."""
     if box.status is not None:
-        style = STATUS_STYLES[box.status]
-        thick = style.thick + (0.9 if box.kind == "sensor" else 0)
-        return _Look(style.fill, style.line, style.ink, thick, _dashes(box.off, box.status))
-    fill, line = (OFF_FILL, OFF_LINE) if box.off else FILL_AND_LINE.get(box.kind, ("#fff", BOX))
+        found = style.STATUS_STYLES[box.status]
+        thick = found.thick + (0.9 if box.kind == "sensor" else 0)
+        return _Look(found.fill, found.line, found.ink, thick, _dashes(box.off, box.status))
+    fill, line = (style.OFF_FILL, style.OFF_LINE) if box.off else style.FILL_AND_LINE.get(box.kind, ("#fff", style.BOX))
     dashed = box.off or box.kind == "done"  # the loop that goes through the world is dashed
-    return _Look(fill, line, OFF_INK if box.off else INK, _THICK[box.kind], DASHES if dashed else "")
+    return _Look(fill, line, style.OFF_INK if box.off else style.INK, _THICK[box.kind], style.DASHES if dashed else "")
 
 
 def _dashes(off: bool, status: str) -> str:
-    return DASHES if status == REMOVED or (off and not status) else ""
+    return style.DASHES if status == REMOVED or (off and not status) else ""
 
 
 def _stream(box: Box, centre: Point) -> str:
@@ -269,69 +226,68 @@ def _stream(box: Box, centre: Point) -> str:
             f'fill="{look.fill}" stroke="{look.line}" stroke-width="{look.thick:g}"{dashes}/>'
         )
     elif box.kind == "actuator":
-        inner = (x + 2.6, y + 2.6, w - 5.2, h - 5.2)
         shape = _rect((x, y, w, h), "#fff", look.line, look.thick, dashes=look.dashes)
+        inner = (x + 2.6, y + 2.6, w - 5.2, h - 5.2)
         shape += _rect(inner, look.fill, look.line, min(look.thick, 1.1), dashes=look.dashes)
     else:
         shape = _rect((x, y, w, h), look.fill, look.line, look.thick, dashes=look.dashes)
-    tall = NAME_LINE * len(box.heading) + FORMULA_LINE * len(box.lines) + (10 if box.note else 0)
+    tall = style.NAME_LINE * len(box.heading) + style.FORMULA_LINE * len(box.lines) + (10 if box.note else 0)
     base = cy - tall / 2 + 9.2
     for number, words in enumerate(box.heading):
-        y = base + NAME_LINE * number
-        shape += text(cx, y, words, NAME_PT, fill=look.ink, bold=box.kind != "stream", middle=True, struck=True)
-    base += NAME_LINE * len(box.heading) - 1
+        y = base + style.NAME_LINE * number
+        shape += text(cx, y, words, style.NAME_PT, fill=look.ink, bold=box.kind != "stream", middle=True, struck=True)
+    base += style.NAME_LINE * len(box.heading) - 1
     for number, told in enumerate(box.lines):
         sign = f"{told.status} " if told.status and not told.continued else ""
-        colour = STATUS_STYLES[told.status].line
-        shape += text(cx, base + FORMULA_LINE * number, ((False, sign), *told.words), MONO_PT, fill=colour,
+        colour = style.STATUS_STYLES[told.status].line
+        shape += text(cx, base + style.FORMULA_LINE * number, ((False, sign), *told.words), style.MONO_PT, fill=colour,
                       mono=told.mono, middle=True, struck=told.status == REMOVED)  # fmt: skip
     if box.note:
-        y = base + FORMULA_LINE * len(box.lines)
-        shape += text(cx, y, box.note, SMALL_PT, fill=SOFT, italic=True, middle=True)
+        y = base + style.FORMULA_LINE * len(box.lines)
+        shape += text(cx, y, box.note, style.SMALL_PT, fill=style.SOFT, italic=True, middle=True)
     if box.room:  # the page writes the newest value here, and then moves the name up by half a line
-        y = cy + (NAME_LINE * len(box.heading) + VALUE_LINE) / 2 - 2.5
-        now = text(cx, y, "", SMALL_PT, fill=INK, bold=True, middle=True)
-        shape += now.replace(
-            "<text ", f'<text class="now" data-wide="{_n(w * (0.84 if len(box.heading) < 2 else 0.7))}" '
-        )
+        y = cy + (style.NAME_LINE * len(box.heading) + style.VALUE_LINE) / 2 - 2.5
+        most = _n(w * (0.84 if len(box.heading) < 2 else 0.7))
+        now = text(cx, y, "", style.SMALL_PT, fill=style.INK, bold=True, middle=True)
+        shape += now.replace("<text ", f'<text class="now" data-wide="{most}" ')
     return shape
 
 
 def _row(box: Box, centre: Point, off: str) -> str:
     x, y, w, h = centre[0] - box.width / 2, centre[1] - box.height / 2, box.width, box.height
     look = _look(box)
-    ink = look.ink
-    badge = OFF_LINE if box.off else BADGE
+    ink, bold = look.ink, box.status == ADDED
+    badge = style.OFF_LINE if box.off else style.BADGE
     if box.status is not None:
-        badge = look.line if box.status else QUIET_BADGE
+        badge = look.line if box.status else style.QUIET_BADGE
     dashes = f' stroke-dasharray="{look.dashes}"' if look.dashes else ""
     parts = [
         f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}" rx="3" fill="{look.fill}" '
         f'stroke="{look.line}" stroke-width="{look.thick:g}"{dashes}/>',
         draw_badge(box.row, x, y, h, badge),
         draw_icon(box.icon, x + 20.5, y + 3.4, ink),
-        text(x + ROW_TEXT_LEFT, y + 12.4, box.heading[0], SMALL_PT, fill=ink, bold=box.status == ADDED, struck=True),
+        text(x + ROW_TEXT_LEFT, y + 12.4, box.heading[0], style.SMALL_PT, fill=ink, bold=bold, struck=True),
     ]
     for number, told in enumerate(box.lines):
-        line_y = y + (12.3 if box.beside else 23.6 + FORMULA_LINE * number)
+        line_y = y + (12.3 if box.beside else 23.6 + style.FORMULA_LINE * number)
         left = x + (ROW_TEXT_LEFT + box.beside if box.beside else box.indent)
-        colour = STATUS_STYLES[told.status].line if told.status else ink
+        colour = style.STATUS_STYLES[told.status].line if told.status else ink
         if told.status:
-            sign = "" if told.continued else told.status
-            parts.append(text(left, line_y, sign, MONO_PT + 1, fill=colour, bold=True) if sign else "")
+            if not told.continued:
+                parts.append(text(left, line_y, told.status, style.MONO_PT + 1, fill=colour, bold=True))
             left += SIGN_INDENT
-        parts.append(text(left, line_y, told.words, MONO_PT, fill=colour, mono=told.mono,
+        parts.append(text(left, line_y, told.words, style.MONO_PT, fill=colour, mono=told.mono,
                           italic=not told.mono and not told.status,
                           struck=REMOVED in (told.status, box.status)))  # fmt: skip
     if box.switched_off:
         across = max(17.0, width(off, 8) + 4)
-        parts.append(_rect((x + w - across - 1, y - 6.5, across, 10), "#fff", OFF_LINE, 0.7, radius=2))
+        parts.append(_rect((x + w - across - 1, y - 6.5, across, 10), "#fff", style.OFF_LINE, 0.7, radius=2))
         parts.append(text(x + w - across / 2 - 1, y + 1.4, off, 8, fill="#555", middle=True))
     if box.mark:
-        across = width(box.mark, MONO_PT, bold=True) + 7
-        parts.append(_rect((x + w - across - 4, y + 3.8, across, 11), INK, "none", 0, radius=2))
+        across = width(box.mark, style.MONO_PT, bold=True) + 7
         middle = x + w - across / 2 - 4
-        parts.append(text(middle, y + 12, box.mark, MONO_PT, fill="#fff", bold=True, middle=True))
+        parts.append(_rect((x + w - across - 4, y + 3.8, across, 11), style.INK, "none", 0, radius=2))
+        parts.append(text(middle, y + 12, box.mark, style.MONO_PT, fill="#fff", bold=True, middle=True))
     return "".join(parts)
 
 
