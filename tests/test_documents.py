@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,8 +16,8 @@ from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.grid import Cells
 from rrp_sheets.documents.workfile import Journal, made_for
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import edit
-from rrp_sheets.workbook.edits import AddSheet, DeleteRows, InsertRows, SetCell
+from rrp_sheets.workbook.editing import Edited, edit
+from rrp_sheets.workbook.edits import AddSheet, DeleteRows, Edit, InsertRows, SetCell
 
 SHEET = "Tracking"
 FORMULA = 3
@@ -216,6 +217,59 @@ def test_what_another_program_writes_before_the_next_check_is_taken_over(documen
     put(document, third, "still mine")
     assert formulas(document)[0] == "new" and document.grids[SHEET].number(third) == 5
     assert formulas(document) == [text for text in on_disk(document) if text]
+
+
+@pytest.fixture
+def written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another program writes the file once, at the moment when our first edit of it was stored."""
+
+    def stored(path: Path, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
+        monkeypatch.undo()
+        done = edit(path, edits, expected_digest=expected_digest)
+        edit(path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
+        return done
+
+    monkeypatch.setattr("rrp_sheets.documents.workfile.edit", stored)
+
+
+@pytest.mark.usefixtures("written_at_once")
+@pytest.mark.parametrize("checked", [False, True])
+def test_what_another_program_writes_when_an_edit_is_stored_is_taken_over(document: Document, checked: bool) -> None:
+    first, _, third = document.grids[SHEET].rows[:3]
+    put(document, first, "mine")
+    if checked:
+        assert document.reading.workbook.behaviours, "the check reads it"
+    else:
+        with pytest.raises(Refused, match="changed by somebody else"):
+            put(document, third, "still mine")
+    put(document, third, "still mine")
+    assert formulas(document)[:2] == ["new", "mine"] and document.grids[SHEET].number(third) == 5
+    assert formulas(document) == [text for text in on_disk(document) if text]
+
+
+@pytest.mark.usefixtures("written_at_once")
+def test_what_another_program_writes_when_a_sheet_is_added_is_told(document: Document) -> None:
+    document.sheets.add("Aya", "behaviour", "More")
+    assert SHEET in [one.sheet for one in document.outside()] and formulas(document)[0] == "new"
+    assert not document.poll()
+
+
+def test_rows_that_could_not_be_taken_over_are_no_base_for_an_edit(
+    document: Document, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    third = document.grids[SHEET].rows[2]
+    edit(document.path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
+    monkeypatch.setattr(document.file, "whole", read_failing)
+    with pytest.raises(OSError, match="locked"):
+        document.poll()
+    monkeypatch.undo()
+    put(document, third, "still mine")
+    assert formulas(document)[0] == "new" and document.grids[SHEET].number(third) == 5
+    assert formulas(document) == [text for text in on_disk(document) if text]
+
+
+def read_failing(_tables: object) -> None:
+    raise OSError("locked for a moment")
 
 
 OTHERS = st.lists(

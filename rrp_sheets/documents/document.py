@@ -116,7 +116,7 @@ class Document:
 
     @property
     def reading(self) -> Reading:
-        """The workbook as its file says it now; read again only when it has changed."""
+        """The workbook as its file said it when it was last read: its rows may be newer than those of the grids."""
         with self._lock:
             return self.file.reading
 
@@ -366,12 +366,15 @@ class Document:
         changes += [Changed(n, change=SheetChange("added", n)) for n in own if n not in self.own]
         changes += [Changed(n, change=SheetChange("deleted", n)) for n in self.own if n not in reading.workbook.sheets]
         self.own = own
+        self.file.accept()
         return changes
 
     def _renew(self, grids: Mapping[str, Grid]) -> Mapping[str, Grid]:
         self._added = self.file.added()
-        self.grids = dict(grids)
-        self._take_over()
+        self.grids, stored = dict(grids), self.file.digest
+        changes = self._take_over()
+        if self.file.digest != stored:  # another program has written it since
+            self._outside += changes
         return self.grids
 
     def _grid(self, sheet: str) -> Grid:

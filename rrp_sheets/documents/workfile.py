@@ -288,9 +288,10 @@ class WorkFile:
         self.why = why
         self._kept = journal
         self._stamp: Stamp | None = None
-        self._digest = ""
+        self.digest = ""
         self._recovered = ""  # the digest before what a killed server had accepted
         self._reading: Reading | None = None
+        self._read_stamp: Stamp | None = None  # of the file when it was read
         if journal is not None:
             self._recover(journal)
 
@@ -308,22 +309,22 @@ class WorkFile:
 
     @property
     def reading(self) -> Reading:
-        """The workbook as its file says it, read again only when it has changed.
-
-        What another program has written since the last look is still told by `has_changed`: the rows of the document
-        are older.
-        """
+        """The workbook as its file said it when it was last read: its rows may be newer than those of the document."""
         if self._reading is None:
-            stamp = stamp_of(self.path)
+            self._read_stamp = stamp_of(self.path)
             self._reading = read(self.path)
-            if not self._digest:
-                self._digest, self._stamp = self._reading.digest, stamp
+            if self._reading.digest != self.digest:
+                self._stamp = None  # another program wrote it at the moment when it was stored
         return self._reading
+
+    def accept(self) -> None:
+        """Take note that the document has the rows of `reading`, so that edits may be based on them."""
+        self.digest, self._stamp = self.reading.digest, self._read_stamp
 
     def sheets(self) -> tuple[RawSheet, ...]:
         """The sheets as they stand there, without understanding them."""
         stamp = stamp_of(self.path)
-        sheets, self._digest = raw_sheets(self.path)
+        sheets, self.digest = raw_sheets(self.path)
         self._stamp = stamp
         return tuple(sheets)
 
@@ -337,12 +338,13 @@ class WorkFile:
 
     def has_changed(self) -> bool:
         """Return whether another program has written other contents into it; `reading` is then the new one."""
-        stamp = stamp_of(self.path)
-        if stamp == self._stamp:
+        if stamp_of(self.path) == self._stamp:
             return False
         self._reading = None
-        before, self._digest, self._stamp = self._digest, self.reading.digest, stamp
-        return self._digest != before
+        if self.reading.digest != self.digest:
+            return True
+        self._stamp = self._read_stamp
+        return False
 
     def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
         """Write edits to the journal and then to the file; out of the journal again when the file does not take them.
@@ -353,14 +355,15 @@ class WorkFile:
         Raises:
             Refused: the file does not take it, and why.
         """
-        seq = self.journal.add(self.path.name, author, edits, self._digest, requests_now())
+        seq = self.journal.add(self.path.name, author, edits, self.digest, requests_now())
         try:
-            edited = edit(self.path, edits, expected_digest=self._digest)
+            edited = edit(self.path, edits, expected_digest=self.digest)
         except SheetsError as error:
             self.journal.drop(seq)
+            self._stamp = None  # another program may have changed it since the last look: the next one reads it
             raise Refused(error.message, error.remedy) from error
         self.journal.stored(seq, self.path.name, edited.digest)
-        self._digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
+        self.digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
         return edited.kept
 
     def made(self, request: str) -> bool:
@@ -371,7 +374,7 @@ class WorkFile:
         """Keep the ids of the rows, by sheet, for after a restart."""
         if self._kept is not None:
             seq = self._kept.newest(self.path.name)
-            self._kept.keep_rows(self.path.name, Identities(seq, self._digest, rows))
+            self._kept.keep_rows(self.path.name, Identities(seq, self.digest, rows))
 
     def kept_rows(self) -> tuple[dict[str, list[str]], list[Edit]]:
         """The ids of the rows as they were kept, by sheet, and the edits made since; none when they do not fit.
@@ -379,7 +382,7 @@ class WorkFile:
         They do not when another program has changed it while no server was running.
         """
         kept = self._kept.kept_rows(self.path.name) if self._kept else None
-        if self._kept is None or kept is None or kept.digest not in (self._digest, self._recovered):
+        if self._kept is None or kept is None or kept.digest not in (self.digest, self._recovered):
             return {}, []
         return kept.rows, self._kept.since(self.path.name, kept.seq)
 
@@ -395,7 +398,7 @@ class WorkFile:
         """
         if not self.path.is_file():  # of a pipe the end would be waited for
             raise Refused(N_("“{name}” is no file any more.", name=self.path.name), N_("Put the workbook there again."))
-        self.journal.keep_version(self.path.name, name, author, self._digest, self.path.read_bytes())
+        self.journal.keep_version(self.path.name, name, author, self.digest, self.path.read_bytes())
 
     def versions(self) -> list[Version]:
         """The named versions, the newest first."""
@@ -418,7 +421,7 @@ class WorkFile:
         try:
             refuse_open_file(self.path)
             stamp = file_stamp(self.path)
-            if all(v.digest != self._digest for v in self.versions()):
+            if all(v.digest != self.digest for v in self.versions()):
                 self.keep_version(author, f"Before {name} came back")
             write_atomically(self.path, content, unchanged=stamp)
         except SheetsError as error:
