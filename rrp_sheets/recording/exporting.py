@@ -31,9 +31,7 @@ class ExportKind:
     Attributes:
         name: of a file that is downloaded, before its suffix.
         title: what such a file is, in words.
-        types: the suffixes of its formats, each with the media type; no two kinds share one. Of a kind that takes
-            several runs, the first has a full label on the page Runs (runs.html), and the page of two runs links to
-            “.xlsx” (runpair.html).
+        types: the suffixes of its formats, each with the media type; no two kinds share one.
         write: writes traces to a file, of a picture only these streams (all when empty); returns notes for the user.
         links: the suffixes that the page of a run offers, each with the words beside its link.
         picture: whether it shows the numbers of one run; any other takes several runs, and all that they recorded.

@@ -341,7 +341,7 @@ def _picture_names(place: Path) -> list[str]:
 
 
 Stamp = tuple[int, int]
-_LOST = SheetsError(N_("There is no such part of the run."), N_("Load the page again: the record has perhaps changed."))
+_LOST = SheetsError(N_("There is no such part of the run."), N_("Reload the page: the record has perhaps changed."))
 _MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
 _MOST_SHOWN = 2_000  # rows of a sheet
 _LONGEST = 2_000  # letters of a cell
