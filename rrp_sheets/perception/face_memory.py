@@ -123,11 +123,7 @@ def kept(folder: Path) -> list[str]:
 
 
 def forget(folder: Path, name: str) -> str:
-    """Delete one remembered person; return the name as it was stored.
-
-    Raises:
-        SheetsError: nobody has that name, or the file cannot be read or written.
-    """
+    """Delete one remembered person; return the name as stored. Raises SheetsError, also when nobody has that name."""
     memory = read_memory(faces_file(folder))
     gone = [p for p in memory.persons if key(p.name) == key(name)]
     if not gone:

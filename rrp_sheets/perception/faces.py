@@ -1,7 +1,7 @@
 """Faces in the head camera's pictures: finding them, following them between pictures, and recognising them.
 
-Nothing here knows the scene. A face that comes into view is a new track; its numbers (see `FaceModels`) are compared
-with those of everybody whom the robot remembers, until it is clear that it is one of them or none.
+A face that comes into view is a new track; its features are compared with those of everybody whom the robot remembers,
+until it is clear that it is one of them or none.
 """
 
 from __future__ import annotations
@@ -287,11 +287,7 @@ class DetectedFace:
 
 
 class FaceModels:
-    """Finds faces in pictures, and describes them in numbers.
-
-    Raises:
-        MissingPart: the networks, or what runs them, are not installed.
-    """
+    """Finds faces in pictures, and describes them in numbers; raises MissingPart when that is not installed."""
 
     def __init__(self) -> None:
         folder = models_folder()

@@ -97,11 +97,7 @@ class Phonetics(Protocol):
 
 
 class Ear:
-    """The recogniser, loaded once; its dictionary has only the words of the sensors (`wanted`), and decoys.
-
-    Raises:
-        ImportError: it is not installed.
-    """
+    """The recogniser, loaded once, with only the sensors' words and decoys; raises ImportError if not installed."""
 
     def __init__(self, wanted: Sequence[str], phonetics: Callable[[], Phonetics | None]) -> None:
         import soxr  # noqa: F401  # the microphone needs it

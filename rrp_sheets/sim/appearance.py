@@ -68,45 +68,39 @@ def parse_colour(value: Value) -> RGB | None:
 
 @dataclass(frozen=True)
 class Traits:
-    """Measures and colours of a drawn face.
+    """Measures and colours of a drawn face, also those without a unit: 0 to 1.
 
     Lengths are parts of half the head's height; the origin is the middle of the face, x to the right of who looks at
-    it, y up. Colours are 0 to 1.
+    it, y up.
 
     Attributes:
-        width, jaw: half widths at the cheeks and at the mouth; chin: 0.4 is broad, 0.7 pointed.
         eyes: (half distance, height, half width, opening, slant).
         brows: (height above the eyes, thickness, arch, slant).
         nose: (lower end's height, half width, how strong its shadow is).
         mouth: (height, half width, upper lip, lower lip, smile).
-        style: of the hair: `short`, `bob`, `long`, `curly`, `bald`, `tail`.
-        hairline: height at the middle; `parting` lifts it to one side, `fringe` is how ragged it is.
-        glasses: `round`, `square` or empty.
-        beard: 0 to 1; moustache: 0 to 1.
-        lines: of age, 0 to 1; freckles: 0 to 1; rosy: cheeks, 0 to 1.
     """
 
     skin: RGB
     hair: RGB
     iris: RGB
     lips: RGB
-    width: float = 0.78
-    jaw: float = 0.62
-    chin: float = 0.55
+    width: float = 0.78  # half of it, at the cheeks
+    jaw: float = 0.62  # half its width, at the mouth
+    chin: float = 0.55  # 0.4 is broad, 0.7 pointed
     eyes: tuple[float, float, float, float, float] = (0.33, 0.04, 0.165, 0.075, 0.0)
     brows: tuple[float, float, float, float] = (0.17, 0.03, 0.04, 0.0)
     nose: tuple[float, float, float] = (-0.27, 0.13, 1.0)
     mouth: tuple[float, float, float, float, float] = (-0.52, 0.24, 0.045, 0.065, 0.03)
-    style: str = "short"
-    hairline: float = 0.55
-    parting: float = 0.0
-    fringe: float = 0.02
-    glasses: str = ""
+    style: str = "short"  # of the hair: a name in `HAIR`
+    hairline: float = 0.55  # height at the middle
+    parting: float = 0.0  # lifts the hairline to one side
+    fringe: float = 0.02  # how ragged the hairline is
+    glasses: str = ""  # `round`, `square` or empty
     beard: float = 0.0
     moustache: float = 0.0
-    lines: float = 0.0
+    lines: float = 0.0  # of age
     freckles: float = 0.0
-    rosy: float = 0.3
+    rosy: float = 0.3  # cheeks
 
 
 def outline(traits: Traits, height: float) -> float:

@@ -1,8 +1,8 @@
 """Walking and turning: where the feet are put, the torso between them, and the joints of the legs.
 
-Pure geometry on the floor. Each step swings one foot while the other stands; the torso goes to the middle between both.
-With the torso in the middle, one joint turns both feet by the same angle outwards: NAO has only one motor for that. So
-a turn to the left is opened by the left foot and closed by the right one, and so is a step aside.
+Pure geometry on the floor. Each step swings one foot while the other stands; the torso goes to the middle between both,
+as one motor turns both feet outwards by the same angle: a turn to the left is opened by the left foot, closed by the
+right one, and so is a step aside.
 """
 
 from __future__ import annotations

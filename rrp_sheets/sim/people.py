@@ -135,11 +135,7 @@ class Heads:
         self._textures: dict[str, int] = {}
 
     def portrait(self, face: int, picture: str = "") -> Portrait:
-        """The portrait in a picture file, else the drawn face of that number.
-
-        Raises:
-            SheetsError: the picture cannot be used.
-        """
+        """The portrait in a picture file, else the drawn face of that number; raises SheetsError for a bad picture."""
         if not picture:
             if face not in self._drawn:
                 self._drawn[face] = drawn(face)

@@ -78,11 +78,7 @@ def png(picture: Pixels) -> bytes:
 
 
 def from_file(path: Path, models: FaceModels) -> Portrait:
-    """Cut the largest face of a picture file, turned upright, to a portrait.
-
-    Raises:
-        SheetsError: it cannot be read, is no picture, or shows no face.
-    """
+    """Cut the largest face of a picture file, turned upright, to a portrait; raises SheetsError when it shows none."""
     picture = read_picture(path)
     scale = min(1.0, FINE / max(picture.shape[:2]))
     if scale < 1:
@@ -100,11 +96,7 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
 
 
 def read_picture(path: Path) -> Pixels:
-    """Read a PNG or JPEG file as (height, width, 3), red first, turned as its camera says.
-
-    Raises:
-        SheetsError: it is missing, too large, too small, no such file, or broken.
-    """
+    """Read a PNG or JPEG file, turned as its camera says; raises SheetsError: missing, broken, too large or small."""
     name = path.name
     try:
         if path.stat().st_size > MOST_BYTES:

@@ -1,8 +1,7 @@
-"""Control of the simulator's process, for the supervisor that starts it, and its messages.
+"""Control of the simulator's process, for the supervisor that starts it, its messages, and whether it can run here.
 
 The supervisor has a connection of its own, over which it can bring the robot to rest whatever the engine does; the
-engine has another one, for its requests (`drivers/simulated.py`). Messages are plain data only. Also here: whether the
-packages that the simulator needs are installed.
+engine has another one, for its requests (`drivers/simulated.py`). Messages are plain data only.
 """
 
 from __future__ import annotations
@@ -114,11 +113,7 @@ def about() -> str:
 
 
 class Simulator:
-    """A simulator process as its supervisor sees it: can be brought to rest, and is watched for failures.
-
-    Raises:
-        MissingPart: when the simulator is not installed here.
-    """
+    """A simulator process as its supervisor sees it: can be brought to rest, and is watched for failures."""
 
     def __init__(self) -> None:
         require()

@@ -1,9 +1,8 @@
 """Task of the simulator's process, which `sim.process` starts.
 
-It answers the engine's requests on one connection, one by one, and reads its supervisor's on the other, also between
-two steps of the physics. It brings the robot to its safe stop (silence, a moment's hold, the rest posture; film and
-speech are finished) when the engine or the supervisor requests it, and by itself when the connection to either closes.
-It ends when the engine's connection does.
+It answers the engine's requests on one connection, and reads its supervisor's on the other, also between two steps of
+the physics. It brings the robot to its safe stop (silence, a moment's hold, the rest posture; film and speech are
+finished) when either requests it or its connection closes, and ends when the engine's does.
 """
 
 from __future__ import annotations

@@ -215,13 +215,9 @@ FALLBACK = "en"
 NO_SPEECH = N_("There is no sound: the package espeakng-loader is not installed. Durations are estimated.")
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
-_SYNCHRONOUS = 2
 _RATE, _VOLUME, _PITCH = 1, 2, 3
-_UTF8 = 1
-_BY_CHARACTER = 1
-_IPA = 2
-_OK = 0
-_ABORT = 1
+_SYNCHRONOUS, _UTF8, _BY_CHARACTER, _IPA = 2, 1, 1, 2
+_OK, _ABORT = 0, 1
 _UNSPEAKABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # the library stops at the first, or refuses them
 
 
@@ -231,12 +227,8 @@ class NoSpeech(Exception):
 
 @cache
 def espeak() -> Espeak:
-    """The speech library of this process. It must not be started twice: that frees the sounds of the voice in use.
-
-    Raises:
-        NoSpeech: it is not there.
-    """
-    return Espeak()
+    """The speech library of this process; raises NoSpeech when it is not there."""
+    return Espeak()  # it must not be started twice: that frees the sounds of the voice in use
 
 
 class Espeak:

@@ -1,8 +1,7 @@
 """Speech of people: a voice for each, audio that is kept as .wav, its way to the robot's microphone, and what is heard.
 
 The microphone hears everybody at once, quieter from farther away, with the noise of the room, and nothing while the
-robot itself speaks and a moment longer; a sound that it plays is noise. Where an utterance begins and ends is taken
-from the audio of those who speak; what is said in it is for the recogniser (`Ear`) to find out.
+robot itself speaks and a moment longer; a sound that it plays is noise.
 """
 
 from __future__ import annotations
@@ -236,11 +235,9 @@ class Hearing:
             try:
                 self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech.library)
             except ImportError as error:
-                text = N_(
-                    "Words are not recognised: the package {package} is not installed. "
-                    "Type them in the run panel: Send a value.",
-                    package=error.name or "pocketsphinx",
-                )
+                package = error.name or "pocketsphinx"
+                text = N_("Words are not recognised: the package {package} is not installed. "
+                          "Type them in the run panel: Send a value.", package=package)  # fmt: skip
                 self._tell(Notice("error", text))
 
     def listen(self, stream: str, words: Sequence[str]) -> Listener | None:

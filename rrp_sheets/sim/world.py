@@ -103,7 +103,6 @@ class SimWorld:
         ]
         seeing = frozenset(stream for stream, sensor, _ in self._sensors if sensor.locates)
         self.arbiter = Arbiter(spec.dones, self._tell)
-        self._relaxing = Relaxing(self.body, self.stance, self.arbiter)
         self.falling = Falling(self._b, self.body, self.stance, self.arbiter, self._tell)
         parts = Parts(self.body, self.stance, self.eyes, self.voice, self.faces, self.trackers, self.motions,
                       self.arbiter, self._tell, seeing, self.stage,
@@ -123,7 +122,7 @@ class SimWorld:
         for order in orders:
             if actuator := self._actuators.get(order.stream):
                 if order.release:
-                    self._relaxing.relax(order.stream)
+                    relax(order.stream, self.body, self.stance, self.arbiter)
                 elif order.value is None:
                     actuator.blank(order, self._us)
                 else:
@@ -359,34 +358,27 @@ def make_faces(
     return faces
 
 
-class Relaxing:
-    """Brings limbs back to the start posture; the arbiter knows what each stream has moved, and what is in use."""
+def relax(stream: str, body: Body, stance: Stance, arbiter: Arbiter) -> None:
+    """Bring the joints that an actuator stream has moved, and no running command uses, back to the start posture."""
+    if body.fallen:
+        return
+    chain = {joint.name: joint.chain for joint in body.robot.joints.values()}
+    resources = body.robot.data["chains"]
 
-    def __init__(self, body: Body, stance: Stance, arbiter: Arbiter) -> None:
-        self._body, self._stance, self._arbiter = body, stance, arbiter
-
-    def relax(self, stream: str) -> None:
-        """Relax the joints that an actuator stream has moved and no running command uses."""
-        if self._body.fallen:
-            return
-        joints = self._joints(*self._arbiter.moved(stream))
-        for uses, names in self._arbiter.in_use():
-            joints -= self._joints(uses, names)
-        legs = {j for j in joints if self._chain(j) in LEGS}
-        if self._stance.stepping:  # it finishes its step and stands
-            joints -= legs
-        elif legs and any(abs(self._body.aimed(j) - self._body.start[j]) > 1e-6 for j in legs):
-            self._stance.follow_legs(0.0)
-        for joint in sorted(joints):
-            self._body.go(joint, self._body.start[joint], RELAXED * EASY)
-
-    def _joints(self, uses: frozenset[str], names: frozenset[str]) -> set[str]:
+    def used(uses: frozenset[str], names: frozenset[str]) -> set[str]:
         """Return the joints that a command names, else all joints of the resources that it uses."""
-        chains = self._body.robot.data["chains"]
-        return set(names) or {j for j in self._body.start if chains[self._chain(j)] in uses}
+        return set(names) or {j for j in body.start if resources[chain[j]] in uses}
 
-    def _chain(self, joint: str) -> str:
-        return self._body.robot.joints[joint.lower()].chain
+    joints = used(*arbiter.moved(stream))
+    for command in arbiter.in_use():
+        joints -= used(*command)
+    legs = {j for j in joints if chain[j] in LEGS}
+    if stance.stepping:  # it finishes its step and stands
+        joints -= legs
+    elif legs and any(abs(body.aimed(j) - body.start[j]) > 1e-6 for j in legs):
+        stance.follow_legs(0.0)
+    for joint in sorted(joints):
+        body.go(joint, body.start[joint], RELAXED * EASY)
 
 
 HELD = 10.0  # N: a push that the guide withstands
