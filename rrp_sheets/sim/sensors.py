@@ -90,16 +90,17 @@ class Sight:
 
     def pose(self) -> Pose:
         """Return the present pose of the camera."""
-        self._refresh()
-        assert self._pose is not None
+        if self.us != self._stage.us or self._pose is None:
+            self.us = self._stage.us
+            self.picture, self._detector, self._pose = None, None, self._body.camera()
         return self._pose
 
     def look(self) -> Pixels:
         """Return the picture of this instant."""
-        self._refresh()
+        pose = self.pose()
         if self.picture is None:
             self._stage.place()
-            self.picture = self._eye.look(self.pose(), self._stage.light)
+            self.picture = self._eye.look(pose, self._stage.light)
             self._latest = self.us, self.picture
         return self.picture
 
@@ -124,11 +125,6 @@ class Sight:
         if self._detector is None:
             self._detector = Detector(picture, self._eye.lens)
         return self._detector
-
-    def _refresh(self) -> None:
-        if self.us != self._stage.us or self._pose is None:
-            self.us = self._stage.us
-            self.picture, self._detector, self._pose = None, None, self._body.camera()
 
 
 @dataclass(frozen=True)

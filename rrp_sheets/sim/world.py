@@ -179,10 +179,8 @@ class SimWorld:
 
     def state(self) -> State:
         """Return the present state of the world."""
-        place = self.body.torso().position
         return State(
-            joints=self.body.positions(),
-            base=(*(float(c) for c in place), *self.body.tilt()),
+            joints=self.body.positions(), base=(*(float(c) for c in self.body.torso().position), *self.body.tilt()),
             eyes=self.eyes.shining, saying=self.voice.saying, things=self.stage.places(),
             driving=self.arbiter.driving(), looks=self.stage.looks(), light=self.stage.light, noise=self.stage.noise,
         )  # fmt: skip
