@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -34,22 +35,13 @@ _PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
 
 
 def make_workbook(
-    sheets: Mapping[str, Sequence[Sequence[str]]],
-    path: Path | str,
-    offers: Offers | None = None,
-    *,
-    language: str = "en",
-    replace: bool = True,
-) -> Path:
+    sheets: Mapping[str, Sequence[Sequence[str]]], path: Path | str, offers: Offers | None = None, *,
+    language: str = "en", replace: bool = True,
+) -> Path:  # fmt: skip
     """Write rows of texts as a workbook that opens, looks right and prints well; the same rows give the same bytes.
 
-    Args:
-        sheets: the rows by sheet name; which row is the header is found as in reading. A Lists sheet that the program
-            has made is made again.
-        path: of the .xlsx.
-        offers: names for the drop-downs.
-        language: of the texts, for the file's properties.
-        replace: whether a file of that name may be replaced.
+    Which row is the header is found as in reading. A Lists sheet that the program has made is made again. The language
+    of the texts is for the file's properties.
 
     Raises:
         SheetsError: when a text is too long for a cell, or the file cannot be written.
@@ -115,17 +107,14 @@ def _name_lists(book: Any, title: str, offers: Offers | None, streams: str) -> d
     for column, (name, entries) in enumerate(offers.lists().items() if offers else (), 1):
         letter = column_letters(column)
         places[name] = f"'{title}'!${letter}$2:${letter}${len(entries) + 1}"
-    names = {}
     for name, place in places.items():
-        names[name] = list_name(name)
-        book.defined_names[names[name]] = DefinedName(names[name], attr_text=place)
-    return names
+        book.defined_names[list_name(name)] = DefinedName(list_name(name), attr_text=place)
+    return {name: list_name(name) for name in places}
 
 
 def _make_lists(book: Any, offers: Offers, title: str) -> None:
     lists = offers.lists()
-    length = max(map(len, lists.values()))
-    rows = [list(lists), *([n[i] if i < len(n) else "" for n in lists.values()] for i in range(length))]
+    rows = [list(lists), *zip_longest(*lists.values(), fillvalue="")]
     sheet = SheetMaker(book.create_sheet(title), rows, Recognised(), {})
     sheet.last = len(rows)
     sheet.make()
@@ -135,11 +124,8 @@ def _make_lists(book: Any, offers: Offers, title: str) -> None:
 class Offers:
     """Names for drop-downs and for the marks of unknown names.
 
-    Attributes:
-        connectors: the everyday ones first, then the advanced ones.
-        sensors: devices that can be an input stream.
-        actuators: devices that can be an output stream.
-        choices: further choices by column header (`Mode`, `Joint`, `Thing`, `Does`).
+    The everyday connectors come first, then the advanced ones. `choices` has further ones by column header (`Mode`,
+    `Joint`, `Thing`, `Does`).
     """
 
     connectors: tuple[str, ...] = ()
@@ -213,14 +199,10 @@ class SheetMaker:
         from openpyxl.styles import Alignment, Border, Font, PatternFill, Side
 
         wrapped = Alignment(vertical="center", wrap_text=True)
-        body = Font(name=FONT, size=SIZE, color=INK)
-        notes = Font(name=FONT, size=SIZE, color=PALE_INK)
-        head = Font(name=FONT, size=SIZE, bold=True, color=INK)
-        title = Font(name=FONT, size=16, bold=True, color=INK)
-        colour = (self.what.kind or OWN).colour
-        fill = PatternFill("solid", fgColor=colour)
-        line = Border(bottom=Side("medium", color="8FA3B2"))
-        self.sheet.sheet_properties.tabColor = colour
+        body, notes = (Font(name=FONT, size=SIZE, color=ink) for ink in (INK, PALE_INK))
+        head, title = (Font(name=FONT, size=size, bold=True, color=INK) for size in (SIZE, 16))
+        self.sheet.sheet_properties.tabColor = colour = (self.what.kind or OWN).colour
+        fill, line = PatternFill("solid", fgColor=colour), Border(bottom=Side("medium", color="8FA3B2"))
         # Setting one part of a style makes openpyxl search its tables for the rest of it, which takes most of the time:
         # the style of the first cell of each look is copied to the others.
         styles: dict[tuple[int, int], Any] = {}
@@ -280,15 +262,10 @@ class SheetMaker:
         """Make room for wrapped texts. Not every program does it on opening; all of them do after an edit."""
         widths = [self.sheet.column_dimensions[column_letters(c)].width for c in range(1, self.width + 1)]
         for number, row in enumerate(self.rows, 1):
-            lines = max(
-                (
-                    sum(1 + int(len(t) * _LETTER / width) for t in text.split("\n"))
-                    for text, width in zip(row, widths, strict=False)
-                ),
-                default=1,
-            )
+            cells = zip(row, widths, strict=False)
+            lines = [sum(1 + int(len(t) * _LETTER / width) for t in text.split("\n")) for text, width in cells]
             if number != self.header:
-                self.sheet.row_dimensions[number].height = min(5 + 13 * lines, 400)
+                self.sheet.row_dimensions[number].height = min(5 + 13 * max(lines, default=1), 400)
         for number in range(len(self.rows) + 1, self.last + 1):
             self.sheet.row_dimensions[number].height = 18
 
@@ -313,7 +290,6 @@ class SheetMaker:
 
 
 def _set_text(cell: Any, text: str) -> None:
-    """Put a text into a cell as text, whatever it begins with."""
     if len(text) > limits.CELL_CHARACTERS:
         raise SheetsError(
             N_("The text of {cell} has {n:,} characters; a cell holds {most:,}.",
@@ -326,14 +302,9 @@ def _set_text(cell: Any, text: str) -> None:
 
 
 def add_prompt(sheet: Any, cells: str, title: str, prompt: str, entries: str | None) -> None:
-    """Give cells a prompt, a drop-down, or both.
+    """Give cells such as `A2:A201` a prompt, a drop-down, or both.
 
-    Args:
-        sheet: of openpyxl.
-        cells: such as `A2:A201`.
-        title: of the prompt.
-        prompt: empty for none.
-        entries: of the drop-down: the defined name of a list, or words in quotes with commas between them.
+    The entries of the drop-down are the defined name of a list, or words in quotes with commas between them.
     """
     from openpyxl.worksheet.datavalidation import DataValidation
 
@@ -350,19 +321,12 @@ def add_prompt(sheet: Any, cells: str, title: str, prompt: str, entries: str | N
 
 
 def add_row_marks(sheet: Any, cells: str, last: str, on: str = "") -> None:
-    """A hairline under every filled row; comment rows and rows switched off are pale.
+    """A hairline under every filled row of cells such as `A2:F201`; comment rows and rows switched off are pale.
 
-    Lines are conditional because lines under blank rows would be printed, page after page.
-
-    Args:
-        sheet: of openpyxl.
-        cells: all rows, such as `A2:F201`.
-        last: the letters of the last column.
-        on: the letters of the column that switches rows off, if there is one.
+    Lines are conditional because lines under blank rows would be printed, page after page. `last` and `on` are the
+    letters of the last column and of the one that switches rows off, if there is one.
     """
-    from openpyxl.formatting.rule import Rule
     from openpyxl.styles import Border, Font, Side
-    from openpyxl.styles.differential import DifferentialStyle
 
     row = cells[1 : cells.index(":")]
     pale = Font(color=OFF_INK, italic=True)
@@ -371,28 +335,16 @@ def add_row_marks(sheet: Any, cells: str, last: str, on: str = "") -> None:
         off = f'",{",".join(sorted(FALSE_WORDS))},"'  # a text in a formula has at most 255 letters
         tests.append(f'AND(LEN(${on}{row})>0,ISNUMBER(SEARCH(","&${on}{row}&",",{off})))')
     for test in tests:
-        sheet.conditional_formatting.add(
-            cells, Rule(type="expression", formula=[test], dxf=DifferentialStyle(font=pale))
-        )
-    line = Border(bottom=Side("thin", color=RULE))
-    filled = f"COUNTA($A{row}:${last}{row})>0"
-    sheet.conditional_formatting.add(
-        cells, Rule(type="expression", formula=[filled], dxf=DifferentialStyle(border=line))
-    )
+        _add_rule(sheet, cells, test, font=pale)
+    _add_rule(sheet, cells, f"COUNTA($A{row}:${last}{row})>0", border=Border(bottom=Side("thin", color=RULE)))
 
 
 def add_name_marks(sheet: Any, cells: str, first: str, known: list[str]) -> None:
     """Mark cells whose single name is in none of the ranges; capitals, spaces, _ and - make no difference.
 
-    Args:
-        sheet: of openpyxl.
-        cells: such as `A2:A201`.
-        first: the first of them, such as `$A2`.
-        known: ranges or defined names that hold the known names.
+    `cells` are such as `A2:A201`, `first` the first of them (`$A2`); the known names stand in ranges or defined names.
     """
-    from openpyxl.formatting.rule import Rule
     from openpyxl.styles import PatternFill
-    from openpyxl.styles.differential import DifferentialStyle
 
     if not known:
         return
@@ -400,8 +352,14 @@ def add_name_marks(sheet: Any, cells: str, first: str, known: list[str]) -> None
     single += [f"ISERROR(FIND({separator},{first}))" for separator in ('","', "CHAR(10)", '"!"')]
     unknown = [f"SUMPRODUCT(--({_key(names)}={_key(first)}))=0" for names in known]
     fill = PatternFill("solid", bgColor=MARK, fgColor=MARK)
-    test = f"AND({','.join(single + unknown)})"
-    sheet.conditional_formatting.add(cells, Rule(type="expression", formula=[test], dxf=DifferentialStyle(fill=fill)))
+    _add_rule(sheet, cells, f"AND({','.join(single + unknown)})", fill=fill)
+
+
+def _add_rule(sheet: Any, cells: str, test: str, **look: Any) -> None:
+    from openpyxl.formatting.rule import Rule
+    from openpyxl.styles.differential import DifferentialStyle
+
+    sheet.conditional_formatting.add(cells, Rule(type="expression", formula=[test], dxf=DifferentialStyle(**look)))
 
 
 def _key(names: str) -> str:
@@ -411,14 +369,8 @@ def _key(names: str) -> str:
 
 
 _MOMENT = (2026, 1, 1, 0, 0, 0)
-
-
 _MODIFIED = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*(</)")
-
-
 _STAMP = rb"\g<1>2026-01-01T00:00:00Z\g<2>"
-
-
 # Numbers are stored as text on purpose; without this Excel marks each with a green corner.
 _AS_TEXT = b'<ignoredErrors><ignoredError sqref="A1:XFD1048576" numberStoredAsText="1"/></ignoredErrors></worksheet>'
 

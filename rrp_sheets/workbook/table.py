@@ -20,8 +20,7 @@ from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
 
 _MOST_ROWS = 1_000_000  # of a sheet, which holds 1,048,576: some may come while it is written
 _PIECE = 2_000  # rows that are written at once
-_LONGEST = 32_767
-_LONGEST_PROPERTY = 255
+_LONGEST, _LONGEST_PROPERTY = 32_767, 255
 _ESCAPED = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
 _ROWS_END = b"</sheetData>"
 # what XML does not take as it is:
@@ -42,21 +41,14 @@ def write_table(
     path: Path, title: str, header: Sequence[str], rows: Iterable[Sequence[Any]], widths: Sequence[float],
     more: Sequence[MoreSheet] = (), properties: Mapping[str, str] | None = None, count: int = 0,
 ) -> None:  # fmt: skip
-    """Write the table atomically; more than a million rows go on in further sheets.
+    """Write the table atomically; more than a million rows go on in further sheets, `more` stand behind them.
 
-    Args:
-        path: of the .xlsx.
-        title: of the sheet.
-        header: the column names.
-        rows: numbers stay numbers, everything else is text (never a live formula), None is an empty cell.
-        widths: of the columns, in characters.
-        more: further sheets, behind it.
-        properties: of the document: `title`, `subject`, `description`, `keywords`, `creator`.
-        count: how many rows there are, about; what comes beyond a million of them needs to be known before.
+    In rows numbers stay numbers, everything else is text (never a live formula), None is an empty cell. Widths are in
+    characters; properties of the document are `title`, `subject`, `description`, `keywords`, `creator`. `count` tells
+    how many rows there are, about: what comes beyond a million of them needs to be known before.
     """
     sheets = max(1, math.ceil(count / _MOST_ROWS))
-    titles = [title if n == 1 else f"{title} {n}" for n in range(1, sheets + 1)]
-    tables = [MoreSheet(name, header, (), widths) for name in titles]
+    tables = [MoreSheet(title if n == 1 else f"{title} {n}", header, (), widths) for n in range(1, sheets + 1)]
     half = path.with_name(path.name + ".part")
     coming = iter(rows)
     try:
@@ -65,7 +57,8 @@ def write_table(
             zipfile.ZipFile(half, "w", zipfile.ZIP_DEFLATED, compresslevel=4) as packed,
         ):
             for entry in frame.infolist():
-                number = _number(entry.filename)
+                found = re.fullmatch(r"xl/worksheets/sheet(\d+)\.xml", entry.filename)
+                number = int(found[1]) if found else 0
                 if not 0 < number <= sheets:
                     packed.writestr(entry.filename, frame.read(entry))
                     continue
@@ -78,12 +71,6 @@ def write_table(
         os.replace(half, path)
     finally:
         half.unlink(missing_ok=True)
-
-
-def _number(name: str) -> int:
-    """Return the number of a sheet's file in an .xlsx, from 1; 0 for other files."""
-    found = re.fullmatch(r"xl/worksheets/sheet(\d+)\.xml", name)
-    return int(found[1]) if found else 0
 
 
 def _frame(sheets: Sequence[MoreSheet], properties: Mapping[str, str]) -> bytes:
@@ -114,7 +101,6 @@ def _frame(sheets: Sequence[MoreSheet], properties: Mapping[str, str]) -> bytes:
 
 
 def _pieces(rows: Iterator[Sequence[Any]], columns: int) -> Iterator[bytes]:
-    """The rows of a sheet, below its header, as XML."""
     from openpyxl.utils import get_column_letter
 
     letters = [get_column_letter(n) for n in range(1, columns + 1)]

@@ -63,28 +63,15 @@ _CHECK = (
     ("1000", "Near", "", "0.3", ""),
 )
 _PROTOCOL = (
-    ("Title", "My first protocol"),
-    ("Authors", ""),
-    ("Version", "0.1"),
+    ("Title", "My first protocol"), ("Authors", ""), ("Version", "0.1"),
     ("Purpose", "The robot's head follows a red ball that is near."),
-    ("Participants", ""),
-    ("Ethics reference", ""),
-    ("Contact", ""),
-    (
-        "Data kept",
-        "Every value with its time, pictures of the robot's camera, a film of the robot, and the sound of what it says",
-    ),
-    ("Retention", ""),
-    ("Robot", "nao"),
-    ("Engine", "frame"),
-    ("Frame rate", "30"),
-    ("Run", "Tracking"),
-    ("Seed", "1"),
-    ("Time limit", "10 min"),
-    ("Face memory", "ends with the run"),
-    ("Camera pictures", "kept"),
+    ("Participants", ""), ("Ethics reference", ""), ("Contact", ""),
+    ("Data kept",
+     "Every value with its time, pictures of the robot's camera, a film of the robot, and the sound of what it says"),
+    ("Retention", ""), ("Robot", "nao"), ("Engine", "frame"), ("Frame rate", "30"), ("Run", "Tracking"), ("Seed", "1"),
+    ("Time limit", "10 min"), ("Face memory", "ends with the run"), ("Camera pictures", "kept"),
     ("Language", "English"),
-)
+)  # fmt: skip
 
 
 def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
@@ -124,8 +111,7 @@ def new_workbook(
     """Make a new workbook from the guided template, or without rows; an existing file is never overwritten.
 
     Raises:
-        SheetsError: when there is such a file already, when its name does not end in .xlsx, or when it cannot be
-            written.
+        SheetsError: there is such a file already, its name does not end in .xlsx, or it cannot be written.
     """
     path = Path(path)
     refuse_name(path)
@@ -174,14 +160,10 @@ def place_of(kind: str, sheets: Mapping[str, str]) -> str:
     >>> place_of("behaviour", {"Read me": "", "Tracking": "behaviour", "Devices": "devices", "Lists": ""})
     'Devices'
     """
-    order: Sequence[str] = list(TITLES)
-    names = list(sheets)
+    order, names = list(TITLES), list(sheets)
     alike = [i for i, name in enumerate(names) if sheets[name] == kind]
-    if alike:
-        return names[alike[-1] + 1] if alike[-1] + 1 < len(names) else ""
-    rank = order.index(kind)
-    before = [i for i, name in enumerate(names) if sheets[name] and order.index(sheets[name]) < rank]
-    after = [i for i, name in enumerate(names) if sheets[name] and order.index(sheets[name]) > rank]
-    if before and kind != "table":
-        return names[before[-1] + 1] if before[-1] + 1 < len(names) else ""
-    return names[after[0]] if after and kind != "table" else ""
+    ranks = {i: order.index(sheets[name]) for i, name in enumerate(names) if sheets[name]}
+    before = [i for i, rank in ranks.items() if rank < order.index(kind) and kind != "table"]
+    if last := alike or before:
+        return names[last[-1] + 1] if last[-1] + 1 < len(names) else ""
+    return next((names[i] for i, rank in ranks.items() if rank > order.index(kind) and kind != "table"), "")
