@@ -355,7 +355,6 @@ class Package:
         self._read_workbook()
 
     def _read_workbook(self) -> None:
-        """Read the list of sheets, and the styles."""
         relations = self.relations("").values()
         self.part = next((target for kind, target in relations if kind == "officedocument"), "xl/workbook.xml")
         if self.part not in self or not self.part.endswith(".xml"):

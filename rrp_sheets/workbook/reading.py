@@ -70,13 +70,11 @@ class Reading:
 def read(path: Path | str, suffix: str = "") -> Reading:
     """Read a workbook: an .xlsx file, a folder of .csv or .tsv files (or one), or a Markdown file.
 
-    Args:
-        path: the file or the folder.
-        suffix: the ending that tells its format, if its own does not (git's temporary files).
+    `suffix` is the ending that tells its format, if its own does not (git's temporary files). What is wrong inside the
+    sheets is in the reading's report.
 
     Raises:
-        UnreadableFile: when it cannot be read at all, or is refused. What is wrong inside the sheets is in the
-            reading's report.
+        UnreadableFile: when it cannot be read at all, or is refused.
     """
     path = Path(path)
     try:
@@ -96,7 +94,9 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
         hint = N_("Did you mean “{guess}”?", guess=longer) if there else N_("Check the spelling and the folder.")
         raise unreadable("FILE001", name=path.name or str(path), hint=hint)
     if path.is_dir():
-        return _open_folder(path)
+        files, order = csv_files(path), csv_order(path)
+        book = read_csv(files, path.name or str(path), order, tab_sheets(csv_paths(path)))
+        return book, text_digest(files, named=True, order=order)
     suffix = (suffix or path.suffix).casefold()
     if not path.is_file():
         raise unreadable("FILE002", name=path.name)
@@ -113,12 +113,6 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
     from rrp_sheets.workbook.xlsx import XlsxBook
 
     return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
-
-
-def _open_folder(folder: Path) -> tuple[Book, str]:
-    files, order = csv_files(folder), csv_order(folder)
-    book = read_csv(files, folder.name or str(folder), order, tab_sheets(csv_paths(folder)))
-    return book, text_digest(files, named=True, order=order)
 
 
 def csv_order(folder: Path) -> list[str]:
@@ -138,9 +132,8 @@ def csv_paths(path: Path) -> dict[str, Path]:
     """
     if not path.is_dir():
         return {path.stem: path}
-    found = sorted(
-        p for p in path.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~" and p.is_file()
-    )
+    files = (p for p in path.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~" and p.is_file())
+    found = sorted(files)
     if len(found) > limits.SHEETS:
         raise unreadable("FILE012", name=path.name, count=len(found), limit=limits.SHEETS)
     paths: dict[str, Path] = {}
@@ -197,21 +190,18 @@ class Reader:
         self.sheets: list[RawSheet] = []
         own = [index for index in range(len(book.names)) if not self._read(index)]
         tables = self._tables(own)
-        self._check_names()
+        first: dict[str, str] = {}
+        for name in book.names:
+            if key(name) in first:
+                self.report.add("SHEET014", Address(name), first=first[key(name)], sheet=name)
+            first.setdefault(key(name), name)
         if not self._behaviours and not self._nearly:
             self.report.add("SHEET001", None)
         self.workbook = Workbook(
-            source=source,
-            behaviours=tuple(self._behaviours),
-            devices=tuple(self._devices),
-            helpers=tuple(self._helpers),
-            protocol=Protocol(self._fields, self._names),
-            scene=None if self._scene is None else tuple(self._scene),
-            gestures=tuple(self._gestures),
-            tests=tuple(self._tests),
-            tables=tables,
-            sheets=tuple(book.names),
-        )
+            source, tuple(self._behaviours), tuple(self._devices), tuple(self._helpers),
+            Protocol(self._fields, self._names), None if self._scene is None else tuple(self._scene),
+            tuple(self._gestures), tuple(self._tests), tables, tuple(book.names),
+        )  # fmt: skip
 
     def _read(self, index: int) -> bool:
         """Read a sheet of ours; False for one of the user's own."""
@@ -280,13 +270,6 @@ class Reader:
                 self._report_findings(name)
                 tables[key(name)] = read_table(sheet, self.report)
         return tables
-
-    def _check_names(self) -> None:
-        first: dict[str, str] = {}
-        for name in self._book.names:
-            if key(name) in first:
-                self.report.add("SHEET014", Address(name), first=first[key(name)], sheet=name)
-            first.setdefault(key(name), name)
 
 
 def to_sheets(reading: Reading) -> Mapping[str, Sequence[Sequence[str]]]:

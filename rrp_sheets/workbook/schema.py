@@ -259,13 +259,9 @@ def list_titles() -> set[str]:
 
 @dataclass(frozen=True, slots=True)
 class ProtocolField:
-    """A field of the Protocol sheet.
+    """A field of the Protocol sheet; where it is `closed`, values that are not among its choices are mistakes.
 
-    Attributes:
-        name: as it is written.
-        choices: values that are suggested.
-        closed: other values are mistakes.
-        prompt: shown by spreadsheet programs, beside the drop-down of a closed field.
+    The prompt is shown by spreadsheet programs, beside the drop-down of a closed field.
     """
 
     name: str
@@ -310,8 +306,6 @@ FIELDS = {
     )
 }  # fmt: skip
 """The fields of the Protocol sheet by key, in the order in which they are suggested."""
-
-
 _KINDS = sorted(SHEETS.values(), key=lambda kind: (-len(kind.required), not kind.any_name))
 """Those with more required headers first: a header row that fits several is of the first."""
 
@@ -332,13 +326,9 @@ class NearMiss:
 class Recognised:
     """Kind and columns of a sheet; `kind` is None for a sheet of the user's own.
 
-    A sheet with one misspelt header is read as if it were spelt right, so that one mistake gives one finding.
-
-    Attributes:
-        row: the header row.
-        columns: column by the standard header.
-        others: header by column, for the columns that are not ours.
-        twice: columns whose header stands already further left, with that column.
+    A sheet with one misspelt header is read as if it were spelt right, so that one mistake gives one finding. `row` is
+    the header row. `columns` tells a column by its standard header, `others` the header of a column that is not ours,
+    and `twice` the column further left that has the same header already.
     """
 
     kind: SheetKind | None = None
@@ -377,10 +367,8 @@ def _head(sheet: RawSheet) -> dict[int, dict[int, RawCell]]:
 
 
 def _match(kind: SheetKind, row: int, headers: Mapping[int, str]) -> Recognised:
-    columns: dict[str, int] = {}
-    others: dict[int, str] = {}
-    twice: dict[int, int] = {}
-    seen: dict[str, int] = {}
+    columns, seen = dict[str, int](), dict[str, int]()
+    others, twice = dict[int, str](), dict[int, int]()
     for column, header in headers.items():
         name = kind.spellings.get(key(header))
         if name is None:

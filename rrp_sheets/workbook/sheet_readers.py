@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count, groupby, takewhile
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
@@ -73,7 +74,8 @@ class OwnTable:
         """The rows below the header that say something: not blank, no comment, more than notes."""
         says = self.ours - self._optional
         for number, cells in self.sheet.rows().items():
-            if number > self.header_row and not self._is_comment(cells) and self._filled(cells, says):
+            filled = (c for c, cell in cells.items() if c in says and (cell.formula or clean_spaces(cell.text)))
+            if number > self.header_row and not self._is_comment(cells) and any(filled):
                 yield FilledRow(number, cells)
 
     def shown_lines(self) -> list[FilledRow]:
@@ -87,10 +89,6 @@ class OwnTable:
         for number, cells in self.sheet.rows().items():
             if number > self.header_row and self._is_comment(cells):
                 yield FilledRow(number, cells)
-
-    @staticmethod
-    def _filled(cells: Mapping[int, RawCell], columns: set[int]) -> bool:
-        return any(c in columns and (cell.formula or clean_spaces(cell.text)) for c, cell in cells.items())
 
     def _is_comment(self, cells: Mapping[int, RawCell]) -> bool:
         """Return whether a row is a comment: its first cell, leaving out the user's own columns, begins with `#`."""
@@ -147,16 +145,11 @@ class OwnTable:
         if self.sheet.hidden and lines:
             self.add("SHEET010", Address(self.sheet.name), sheet=self.sheet.name)
         hidden = sorted(self.sheet.hidden_rows & lines.keys())
-        blocks: list[list[int]] = []
-        for row in hidden:
-            if blocks and blocks[-1][1] == row - 1:
-                blocks[-1][1] = row
-            else:
-                blocks.append([row, row])
-        for first, last in blocks:
-            rows: str = N_("Row {n}", n=first)
-            if first != last:
-                rows = N_("Rows {first} to {last}", first=first, last=last)
+        for _, block in groupby(enumerate(hidden), lambda item: item[1] - item[0]):  # the same in consecutive rows
+            numbers = [row for _, row in block]
+            first, last = numbers[0], numbers[-1]
+            one, several = N_("Row {n}", n=first), N_("Rows {first} to {last}", first=first, last=last)
+            rows = one if first == last else several
             address = self.address(first, min(self.columns.values()))
             self.add("SHEET009", address, rows=rows, sheet=self.sheet.name)
 
@@ -172,11 +165,8 @@ class OwnTable:
     def _second(self, block: Range) -> Address | None:
         """The first cell of a merged range that is one of ours and not the one with the content."""
         columns = sorted(c for c in self.ours if block.left <= c <= block.right)
-        for row in (block.top, block.top + 1):
-            for column in columns:
-                if row <= block.bottom and (row, column) != (block.top, block.left):
-                    return self.address(row, column)
-        return None
+        places = ((row, column) for row in range(block.top, min(block.top + 1, block.bottom) + 1) for column in columns)
+        return next((self.address(*at) for at in places if at != (block.top, block.left)), None)
 
 
 def is_error_value(text: str) -> bool:
@@ -220,7 +210,6 @@ def _headings(table: OwnTable, rows: Sequence[Row]) -> dict[int, str]:
 
 
 def _comment(line: FilledRow) -> str:
-    """A comment's text without its sign."""
     first = next((cell for cell in line.cells.values() if cell.text.strip().startswith("#")), None)
     return "" if first is None or first.kind is not Kind.TEXT else first.text.strip().lstrip("#").strip()
 
@@ -232,11 +221,8 @@ def _report_buried(table: OwnTable, line: FilledRow) -> None:
     )
     texts = {column: cell.typed for column, cell in line.cells.items() if cell.typed.strip()}
     comment = texts.get(on, "").strip()
-    if (
-        not (comment.startswith("#") and comment.strip("# "))
-        or connector not in texts
-        or not (inputs in texts or output in texts)
-    ):
+    is_row = connector in texts and (inputs in texts or output in texts)
+    if not (comment.startswith("#") and comment.strip("# ") and is_row):
         return
     columns = sorted(table.ours - {on})
     emptied = (Put(table.address(line.number, c), "", was=texts.get(c, "")) for c in columns)
@@ -248,17 +234,10 @@ def _report_buried(table: OwnTable, line: FilledRow) -> None:
 
 def _behaviour_row(table: OwnTable, line: FilledRow) -> Row:
     inputs = table.cell(line, "Input streams")
-    return Row(
-        number=line.number,
-        inputs=table.names(inputs),
-        inputs_cell=inputs,
-        connector=table.cell(line, "Connector"),
-        formula=table.cell(line, "Formula"),
-        output=table.cell(line, "Output stream"),
-        on=_is_on(table, line),
-        priority=_priority(table, line),
-        remarks=table.remarks(line),
-    )
+    names = table.names(inputs)
+    connector, formula, output = (table.cell(line, header) for header in ("Connector", "Formula", "Output stream"))
+    on, priority, remarks = _is_on(table, line), _priority(table, line), table.remarks(line)
+    return Row(line.number, names, inputs, connector, formula, output, on, priority, remarks)
 
 
 def _is_on(table: OwnTable, line: FilledRow) -> bool:
@@ -377,13 +356,11 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
     _check_header(sheet, report, {c: filled.get((top, c), "") for c in range(left, right + 1)}, top, filled)
     rows = []
     present = {row for row, column in filled if left <= column <= right}
-    row = top
-    while row in present:
+    for row in takewhile(present.__contains__, count(top)):
         if row > top + limits.TABLE_ROWS:
             _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, N_("rows"))
             break
         rows.append(tuple(_text(sheet, (row, column), filled, report) for column in range(left, right + 1)))
-        row += 1
     if len(rows) < 2:
         report.add("SHEET020", Address(sheet.name, top, left), sheet=sheet.name)
     return tuple(rows)

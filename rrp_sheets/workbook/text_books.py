@@ -69,9 +69,8 @@ def from_csv(field: str) -> str:
     ('=1+1', "'-' & x", "'tis")
     """
     bare = field.lstrip("'")
-    if bare != field and bare.startswith(_DANGEROUS) and not _QUOTED_SIGN.match(field):
-        return field[1:]
-    return field
+    guarded = bare != field and bare.startswith(_DANGEROUS) and not _QUOTED_SIGN.match(field)
+    return field[1:] if guarded else field
 
 
 def to_csv(text: str, delimiter: str = ",", quoted: bool = False) -> str:
@@ -106,10 +105,8 @@ class TextBook:
             raise unreadable("FILE017", name=name)
         if len(sheets) > limits.SHEETS:
             raise unreadable("FILE012", name=name, count=len(sheets), limit=limits.SHEETS)
-        self.format = format
+        self.format, self.findings, self._sheets = format, findings, sheets
         self.names = [s.name for s in sheets]
-        self.findings = findings
-        self._sheets = sheets
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """A sheet; see Book."""
@@ -119,8 +116,7 @@ class TextBook:
 def decode(data: bytes, name: str) -> str:
     """The text of a file: UTF-8 with or without mark, UTF-16 with mark, or else what Excel writes (Windows-1252)."""
     marked = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    encodings = ["utf-16"] if marked else ["utf-8-sig", "cp1252"]
-    for encoding in encodings:
+    for encoding in ["utf-16"] if marked else ["utf-8-sig", "cp1252"]:
         try:
             text = data.decode(encoding)
         except UnicodeDecodeError:
@@ -141,7 +137,9 @@ def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = (), t
     places = {sheet: i for i, sheet in enumerate(order)}
     for sheet in sorted(files, key=lambda sheet: (places.get(sheet, len(places)), natural(sheet))):
         file = f"{sheet}{TAB_SUFFIX if sheet in tabs else '.csv'}"
-        rows = _csv_rows(decode(files[sheet], file), file)
+        text = decode(files[sheet], file)
+        parsed = _parsed(text[len(csv_hint(text)) :], csv_delimiter(text, file), file)
+        rows = [[from_csv(field) for field in row] for row in parsed]
         sheets.append(text_sheet(sheet, rows))
         findings.extend(_overlong(sheet, rows))
     return TextBook("csv", sheets, findings, name)
@@ -215,11 +213,6 @@ def csv_delimiter(text: str, name: str) -> str:
     return best[1] if best else DELIMITERS[0]
 
 
-def _csv_rows(text: str, name: str) -> list[list[str]]:
-    rows = _parsed(text[len(csv_hint(text)) :], csv_delimiter(text, name), name)
-    return [[from_csv(field) for field in row] for row in rows]
-
-
 def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:
     try:
         return list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter))
@@ -230,11 +223,8 @@ def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:
 def _overlong(sheet: str, rows: list[list[str]]) -> list[Diagnostic]:
     """Rows with more filled cells than the first filled row has: a delimiter inside a text, most likely."""
     width = next((len(r) for r in rows if any(c.strip() for c in r)), 0)
-    return [
-        Diagnostic("SHEET017", Address(sheet, number, width + 1))
-        for number, row in enumerate(rows, 1)
-        if any(c.strip() for c in row[width:])
-    ][:20]
+    wide = [number for number, row in enumerate(rows, 1) if any(c.strip() for c in row[width:])]
+    return [Diagnostic("SHEET017", Address(sheet, number, width + 1)) for number in wide[:20]]
 
 
 def natural(name: str) -> list[tuple[int, int, str]]:

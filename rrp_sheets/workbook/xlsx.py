@@ -60,7 +60,6 @@ class _StringsHandler(Handler):
         self._phonetic = False
 
     def start(self, name: str, attributes: Any) -> None:
-        """A text or a run of one begins."""
         if name == "t":
             self.wanted = not self._phonetic
         elif name == "rPh":
@@ -69,7 +68,6 @@ class _StringsHandler(Handler):
             self.take_text()
 
     def end(self, name: str) -> None:
-        """A text ends."""
         if name == "t":
             self.wanted = False
         elif name == "rPh":
@@ -85,21 +83,18 @@ class SharedStrings:
 
     def __init__(self, package: Package) -> None:
         self._name = package.name
-        refuse = unreadable(
-            "FILE007", name=package.name, what=N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
-        )
-        self._handler = _StringsHandler(refuse)
+        what = N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
+        self._handler = _StringsHandler(unreadable("FILE007", name=package.name, what=what))
         part = package.by_kind.get("sharedstrings")
         self._reader = package.reader(part, self._handler) if part else None
 
     def get(self, index: int) -> str:
         """The text of that number; raises UnreadableFile when there is none."""
         texts = self._handler.texts
-        while len(texts) <= index:
-            if self._reader is None or not self._reader.step():
-                if len(texts) > index:
-                    break
-                raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
+        while len(texts) <= index and self._reader and self._reader.step():
+            pass
+        if len(texts) <= index:
+            raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
         return texts[index]
 
 
@@ -213,13 +208,9 @@ class SheetHandler(Handler):
             raise self._too_large(N_("more than {n} filled cells", n=f"{limits.CELLS:,}"), limits.CELLS)
 
     def _finish(self) -> RawCell | None:
-        formula = self._formula
-        if self._formula_kind == "shared":
-            formula = self._shared_formula()
+        formula = self._shared_formula() if self._formula_kind == "shared" else self._formula
         value, kind = self._typed()
-        if not formula and not value:
-            return None
-        return RawCell(value, kind, formula.lstrip("=") if formula else "")
+        return RawCell(value, kind, formula.lstrip("=")) if formula or value else None
 
     def _shared_formula(self) -> str:
         """A formula that stands once for several cells is written out for this one, as Excel shows it."""
@@ -232,31 +223,25 @@ class SheetHandler(Handler):
         return translated(*self._masters[self._shared], here)
 
     def _typed(self) -> tuple[str, Kind]:
-        """The value as text, and what Excel takes it for."""
         value, kind = self._value, self._type
         if kind == "s":
             index = value.strip()
-            return (
-                (self._strings.get(number(index)), Kind.TEXT)
-                if index.isascii() and index.isdigit()
-                else ("", Kind.TEXT)
-            )
+            known = index.isascii() and index.isdigit()
+            return self._strings.get(number(index)) if known else "", Kind.TEXT
         if kind in ("str", "inlineStr"):
             return value, Kind.TEXT
         value = value.strip()
         if kind == "b":
             return ("TRUE" if truth(value) else "FALSE") if value else "", Kind.TRUTH
-        if kind == "e":
-            return value, Kind.ERROR
-        if kind == "d":
-            return value, Kind.DATE
+        if kind in ("e", "d"):
+            return value, Kind.ERROR if kind == "e" else Kind.DATE
         return self._number(value)
 
     def _number(self, value: str) -> tuple[str, Kind]:
         try:
             parsed = float(value)
         except ValueError:
-            return value, Kind.TEXT
+            parsed = math.nan
         if not math.isfinite(parsed):
             return value, Kind.TEXT
         style = self._styles.kind(number(self._style))
@@ -272,8 +257,7 @@ class SheetHandler(Handler):
             raise Stop
 
     def _merge(self, reference: str) -> None:
-        block = block_of(reference)
-        if block is None:
+        if (block := block_of(reference)) is None:
             return
         self.merged.append(block)
         self._merged_area += block.area
