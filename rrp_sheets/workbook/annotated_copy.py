@@ -6,6 +6,7 @@ import zipfile
 from collections.abc import Sequence
 from contextlib import suppress
 from copy import deepcopy
+from itertools import count
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -80,9 +81,8 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
         row, column = finding.address.row or header, finding.address.column
         texts.setdefault(row, []).append(finding)
         if column and finding.address.row:
-            worst.setdefault((row, column), finding.severity.value)
-            if finding.severity.value == "error":
-                worst[row, column] = "error"
+            severity = finding.severity.value
+            worst[row, column] = severity if severity == "error" else worst.get((row, column), severity)
     for (row, column), severity in worst.items():
         _restyle(sheet, row, column, styles.marked(sheet.style(row, column), _FILLS[severity], _EDGES[severity]))
     for row, found in texts.items():
@@ -106,13 +106,12 @@ def _told(finding: Diagnostic, language: str) -> str:
 
 
 def _restyle(sheet: SheetXml, row: int, column: int, style: int) -> None:
-    """Give a cell another style; its content stays."""
     cell = sheet.cell(row, column)
     if cell is None:
         sheet.set_cell(row, column, None, style)
-        return
-    cell.set("s", str(style))
-    sheet.block(row).touch()
+    else:
+        cell.set("s", str(style))
+        sheet.block(row).touch()
 
 
 def _last_column(sheet: SheetXml) -> int:
@@ -158,13 +157,9 @@ def _widen(sheet: SheetXml, column: int) -> None:
 
 
 def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> None:
-    """Add the sheet with all findings; each leads to its cell."""
     names = package.book.names
     *_, title = sheet_titles([*names, TITLE if TITLE not in names else f"{TITLE} of the check"]).values()
-    number = 1
-    while f"{_PART}{number}.xml" in package.book:
-        number += 1
-    part = f"{_PART}{number}.xml"
+    part = next(part for n in count(1) if (part := f"{_PART}{n}.xml") not in package.book)
     package.added[part] = _list_xml(findings, styles, language)
     listed.put_sheet(package, part, title)
 
@@ -173,8 +168,8 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
     plain, head = styles.note(""), styles.note("", bold=True)
     kinds = [f.severity.value for f in findings]
     counts = translate(counted({kind: kinds.count(kind) for kind in _WORDS}), language)
-    rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head])]
-    rows.append((3, [translate(text, language) for text in _HEADERS], [head] * 5))
+    headers = [translate(text, language) for text in _HEADERS]
+    rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head]), (3, headers, [head] * 5)]
     links = []
     for row, f in enumerate(findings, 4):
         kind = f.severity.value
@@ -185,21 +180,19 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
             sheet = f.address.sheet.replace("'", "''")
             spot = quoteattr(f"'{sheet}'!{f.address.cell or 'A1'}")
             links.append(f'<hyperlink ref="A{row}" location={spot}/>')
-    columns = "".join(
-        f'<col min="{n}" max="{n}" width="{width}" customWidth="1"/>' for n, width in enumerate((24, 10, 12, 60, 60), 1)
-    )
+    widths = enumerate((24, 10, 12, 60, 60), 1)
+    columns = "".join(f'<col min="{n}" max="{n}" width="{width}" customWidth="1"/>' for n, width in widths)
     view = '<sheetViews><sheetView workbookViewId="0"><pane ySplit="3" topLeftCell="A4" activePane="bottomLeft" '
     view += 'state="frozen"/></sheetView></sheetViews>'
     held = f"<hyperlinks>{''.join(links)}</hyperlinks>" if links else ""
     page = '<pageMargins left="0.5" right="0.5" top="0.7" bottom="0.6" header="0.3" footer="0.3"/>'
     page += '<pageSetup paperSize="9" orientation="landscape" fitToHeight="0"/>'
-    made = SheetXml(
-        (
-            f'<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n<worksheet xmlns="{_MAIN}">'
-            f'<sheetPr><pageSetUpPr fitToPage="1"/></sheetPr>{view}<cols>{columns}</cols>'
-            f"<sheetData/>{held}{page}</worksheet>"
-        ).encode()
+    xml = (
+        f'<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n<worksheet xmlns="{_MAIN}">'
+        f'<sheetPr><pageSetUpPr fitToPage="1"/></sheetPr>{view}<cols>{columns}</cols>'
+        f"<sheetData/>{held}{page}</worksheet>"
     )
+    made = SheetXml(xml.encode())
     made.insert(1, (_row(made.table, *row) for row in rows))
     return made.to_bytes()
 
@@ -248,10 +241,8 @@ class StyleSheet:
             solid = f'<patternFill patternType="solid"><fgColor rgb="FF{fill}"/><bgColor indexed="64"/></patternFill>'
             named |= {"fillId": placed("fills", f"<fill>{solid}</fill>"), "applyFill": "1"}
         if edge:
-            sides = "".join(
-                f'<{side} style="medium"><color rgb="FF{edge}"/></{side}>'
-                for side in ("left", "right", "top", "bottom")
-            )
+            names = ("left", "right", "top", "bottom")
+            sides = "".join(f'<{side} style="medium"><color rgb="FF{edge}"/></{side}>' for side in names)
             named |= {"borderId": placed("borders", f"<border>{sides}<diagonal/></border>"), "applyBorder": "1"}
         if base >= 0:
             new = deepcopy(self._styles[base]) if base < len(self._styles) else parse(b"<xf/>")

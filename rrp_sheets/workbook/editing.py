@@ -38,12 +38,9 @@ class FileChanged(SheetsError):
 
 @dataclass(frozen=True)
 class Edited:
-    """Result of a series of edits.
+    """Result of a series of edits: the file's `Reading.digest` as it is now, and whether it was written at all.
 
-    Attributes:
-        digest: of the file as it is now; the same as `Reading.digest` of it.
-        changed: whether the file was written at all.
-        kept: of every deleted sheet, in their order, what brings it back (`BringSheet`).
+    `kept` has of every deleted sheet, in their order, what brings it back (`BringSheet`).
     """
 
     digest: str
@@ -55,12 +52,8 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     """Carry out edits one after the other and write the file once; each counts rows as the one before left them.
 
     In an .xlsx only the parts of the sheets that change are written anew (see `patch`); in CSV and Markdown only the
-    lines that change.
-
-    Args:
-        path: of the workbook; a symbolic link is followed.
-        edits: what to do.
-        expected_digest: `Reading.digest` of what the edits are based on; None takes the file as it is.
+    lines that change. A symbolic link is followed. The edits are based on the file whose `Reading.digest` is expected;
+    None takes the file as it is.
 
     Raises:
         FileChanged: the file is not what was expected. Read it again and decide anew.
@@ -101,7 +94,6 @@ def clean_up(path: Path) -> None:
 
 
 def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
-    """The bytes after edits, and what brings deleted sheets back."""
     from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
     from rrp_sheets.workbook.patch.references import grow
     from rrp_sheets.workbook.patch.row_edits import change_rows
@@ -126,11 +118,7 @@ def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple
 
 
 def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
-    """All cells of all sheets, the user's own too.
-
-    Raises:
-        UnreadableFile: when the file cannot be read, or a sheet is beyond the limits.
-    """
+    """All cells of all sheets, the user's own too; raises UnreadableFile as `read` does."""
     book, _ = open_book(Path(path))
     sheets = tuple(book.sheet(index, Extent.WHOLE) for index in range(len(book.names)))
     for sheet in sheets:
@@ -150,9 +138,8 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
     for one in edits:
         if isinstance(one, SheetEdit):
             if not path.is_dir():
-                raise SheetsError(
-                    N_("A CSV file is one sheet."), N_("Use a folder of CSV files, or an .xlsx workbook.")
-                )
+                remedy = N_("Use a folder of CSV files, or an .xlsx workbook.")
+                raise SheetsError(N_("A CSV file is one sheet."), remedy)
             kept += [back] if (back := now.apply(one)) else []
             continue
         name = sheet_named(list(now.files), one.sheet)
@@ -224,12 +211,9 @@ def _alone(folder: Path) -> Iterator[bool]:
     """
     try:
         import fcntl
-    except ImportError:
-        yield False
-        return
-    try:
+
         handle = os.open(folder, os.O_RDONLY)
-    except OSError:  # a folder that cannot be read is told when the file is
+    except (ImportError, OSError):  # a folder that cannot be read is told when the file is
         yield False
         return
     try:
@@ -248,14 +232,14 @@ def write_folder(
     """Write the files that are other ones, new files, the order of the sheets; delete files whose sheets are gone.
 
     `before` and `stamps` are contents and stamps of the files by sheet as they were read; `order` is what `order.txt`
-    said then.
-
-    Raises:
-        SheetsError: something cannot be written; everything is then as it was.
+    said then. Where something cannot be written, SheetsError is raised and everything is as it was.
     """
 
     def file(name: str) -> Path:
-        return (_spelt(path, name) or path / now.file_name(name)) if path.is_dir() else path
+        if not path.is_dir():
+            return path
+        spelt = (p for p in path.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES)  # or in capitals
+        return next(spelt, path / now.file_name(name))
 
     written: list[str] = []
     try:
@@ -285,8 +269,3 @@ def _leave(old: Path, alike: Sequence[Path]) -> None:
             old.rename(new)
             return
     old.unlink(missing_ok=True)
-
-
-def _spelt(folder: Path, name: str) -> Path | None:
-    """The file of a sheet, whose ending may be written in capitals."""
-    return next((p for p in folder.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES), None)

@@ -150,11 +150,9 @@ class MoveRows:
 
 @dataclass(frozen=True, slots=True)
 class AddSheet:
-    """Add a sheet, with the looks of a new workbook's.
+    """Add a sheet, with the looks of a new workbook's; which of its rows is the header is found as in reading.
 
-    Attributes:
-        rows: its texts; which of them is the header is found as in reading.
-        before: the sheet that it stands before; empty: at the end.
+    It stands before the sheet `before`; empty: at the end.
     """
 
     sheet: str

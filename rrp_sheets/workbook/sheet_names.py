@@ -32,8 +32,7 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
             N_("“{mark}” cannot stand in the name of a sheet.", mark=found[0]),
             N_(r"Leave out [ ] : * ? / and \, which Excel refuses."),
         )
-    if len(name.encode("utf-16-le")) // 2 > LONGEST:
-        count = len(name.encode("utf-16-le")) // 2
+    if (count := len(name.encode("utf-16-le")) // 2) > LONGEST:
         raise SheetsError(
             N_("This name has {n} letters; Excel takes {most}.", n=count, most=LONGEST), N_("Shorten it.")
         )
@@ -43,8 +42,7 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
         raise SheetsError(N_("A sheet's name needs a letter or a digit."), N_("Write a short one, such as “Greeting”."))
     if key(name) == "history":
         raise SheetsError(N_("Excel keeps the name “History” for itself."), N_("Choose another one."))
-    taken = next((other for other in others if key(other) == key(name)), "")
-    if taken:
+    if taken := next((other for other in others if key(other) == key(name)), ""):
         remedy = N_("Choose another name.")
         if taken.casefold() != name.casefold():
             remedy = N_("Choose another name. Capitals, spaces, - and _ make no difference.")

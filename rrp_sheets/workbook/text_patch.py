@@ -9,6 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
@@ -61,11 +62,8 @@ class EncodedText:
     """
 
     def __init__(self, data: bytes) -> None:
-        self._encoding = "utf-8"
-        if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-            self._encoding = "utf-16"
-        elif data.startswith(b"\xef\xbb\xbf"):
-            self._encoding = "utf-8-sig"
+        marks = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+        self._encoding = next((name for mark, name in marks.items() if data.startswith(mark)), "utf-8")
         try:
             self.text = data.decode(self._encoding)
         except UnicodeDecodeError:
@@ -108,12 +106,9 @@ class TextTable(ABC):
 
     def apply(self, edit: SetCell | RowEdit) -> None:
         """Set a cell, or insert, delete or move rows; raises SheetsError where that cannot be."""
-        if isinstance(edit, SetCell):
-            self._set(edit)
-        else:
+        if not isinstance(edit, SetCell):
             self._change_rows(edit)
-
-    def _set(self, edit: SetCell) -> None:
+            return
         if not (1 <= edit.row <= limits.ROWS and 1 <= edit.column <= limits.COLUMNS):
             raise SheetsError(
                 N_("There is no cell {cell}.", cell=edit.place),
@@ -122,9 +117,8 @@ class TextTable(ABC):
             )  # fmt: skip
         text = shown(edit.checked_value())
         if "\0" in text:
-            raise SheetsError(
-                N_("The text for {cell} contains a zero byte.", cell=edit.place), N_("Type the text again.")
-            )
+            message = N_("The text for {cell} contains a zero byte.", cell=edit.place)
+            raise SheetsError(message, N_("Type the text again."))
         if not text and edit.row > len(self.lines):
             return
         self._reach(edit.row)
@@ -150,9 +144,8 @@ class TextTable(ABC):
         if edit.start > len(self.lines) and not isinstance(edit, MoveRows):
             return  # below everything: nothing to insert before, nothing to delete
         if len(self.lines) + edit.count > limits.ROWS or last > 2 * limits.ROWS:
-            raise SheetsError(
-                N_("A sheet in a text file has at most {n:,} rows.", n=limits.ROWS), N_("Delete rows first.")
-            )
+            message = N_("A sheet in a text file has at most {n:,} rows.", n=limits.ROWS)
+            raise SheetsError(message, N_("Delete rows first."))
         self._reach(last if isinstance(edit, MoveRows) else len(self.lines) + 1)
         if not isinstance(edit, MoveRows):
             self.lines.pop()  # it was only there for the line break
@@ -183,9 +176,8 @@ class CsvTable(TextTable):
         while at < len(body):
             match = line.match(body, at)
             if match is None or match.end() == at:  # cannot be: a field may be empty
-                raise SheetsError(
-                    N_("“{name}” cannot be read.", name=file or name), N_("Save it again in LibreOffice.")
-                )
+                message = N_("“{name}” cannot be read.", name=file or name)
+                raise SheetsError(message, N_("Save it again in LibreOffice."))
             self.lines.append(match[0])
             at = match.end()
 
@@ -227,12 +219,11 @@ class MarkdownTable(TextTable):
         super().__init__(name, newline)
         self.first_movable = 2
         lines = _LINE.findall(text)
-        begin = next(i for i, line in enumerate(lines) if _is_heading(line, name))
+        heads = ((i, HEADING.fullmatch(line.strip())) for i, line in enumerate(lines))
+        begin = next(i for i, head in heads if head and head[1] == name)
         first = next((i for i in range(begin + 1, len(lines)) if lines[i].strip().startswith("|")), len(lines))
-        last = first
-        while last < len(lines) and lines[last].strip().startswith("|"):
-            last += 1
-        rows = lines[first:last]
+        rows = list(takewhile(lambda line: line.strip().startswith("|"), lines[first:]))
+        last = first + len(rows)
         self._rule = rows.pop(1) if len(rows) > 1 and RULE.fullmatch(rows[1].strip()) else ""
         self.head, self.lines, self.tail = "".join(lines[:first]), rows, "".join(lines[last:])
 
@@ -258,11 +249,6 @@ class MarkdownTable(TextTable):
         if len(self.lines) > 1 and self._rule and not self._rule.endswith(("\n", "\r")):
             lines[1] += self.newline
         return self.head + "".join(lines) + self.tail
-
-
-def _is_heading(line: str, name: str) -> bool:
-    match = HEADING.fullmatch(line.strip())
-    return match is not None and match[1] == name
 
 
 def markdown_text(sheets: Mapping[str, Rows]) -> str:
@@ -326,9 +312,8 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         )
     for name in sheets:
         if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
-            raise SheetsError(
-                N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name), N_("Rename the sheet.")
-            )
+            message = N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name)
+            raise SheetsError(message, N_("Rename the sheet."))
     # the mark of UTF-8 is for Excel
     files = {f"{name}.csv": csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}
     _refuse_large(b"".join(files.values()))
@@ -337,9 +322,8 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         why = error.strerror or N_("the system refuses it")
-        raise SheetsError(
-            N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why), N_("Name another folder.")
-        ) from error
+        message = N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why)
+        raise SheetsError(message, N_("Name another folder.")) from error
     if list(sheets) != sorted(sheets, key=natural):
         files[ORDER] = ("\n".join(sheets) + "\n").encode()
     with ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
@@ -366,10 +350,6 @@ def _refuse_large(data: bytes) -> None:
         )  # fmt: skip
 
 
-def _kept(**what: object) -> str:
-    return json.dumps(what, ensure_ascii=False)
-
-
 def _refuse_last(names: list[str]) -> None:
     if len(names) < 2:
         raise SheetsError(N_("“{sheet}” is the only sheet.", sheet=names[0]), N_("Add another one first."))
@@ -377,12 +357,9 @@ def _refuse_last(names: list[str]) -> None:
 
 @dataclass
 class CsvFolder:
-    """A folder of CSV files while its sheets change.
+    """A folder of CSV files while its sheets change: contents by sheet, and the order of `order.txt`, if there is one.
 
-    Attributes:
-        files: the contents by sheet.
-        order: what `order.txt` says; empty without one.
-        tabs: the sheets that are .tsv files. New sheets are, too, when all others are.
+    The sheets in `tabs` are .tsv files. New sheets are, too, when all others are.
     """
 
     files: dict[str, bytes]
@@ -425,7 +402,8 @@ class CsvFolder:
                 name = sheet_named(names, edit.sheet)
                 _refuse_last(names)
                 data = base64.b64encode(self.files.pop(name)).decode()
-                kept = _kept(sheet=name, place=names.index(name), data=data, tabs=name in self.tabs)
+                what = {"sheet": name, "place": names.index(name), "data": data, "tabs": name in self.tabs}
+                kept = json.dumps(what, ensure_ascii=False)
                 self.tabs.discard(name)
                 names.remove(name)
             case BringSheet():
@@ -442,9 +420,8 @@ class CsvFolder:
 
 def _file_name(name: str) -> str:
     if NO_FILE_NAME.search(name) or len(name.encode()) > 200 or re.search(r'[<>|"]', name):
-        raise SheetsError(
-            N_("“{name}” cannot be the name of a file.", name=name), N_("Begin and end it with a letter or a digit.")
-        )
+        message = N_("“{name}” cannot be the name of a file.", name=name)
+        raise SheetsError(message, N_("Begin and end it with a letter or a digit."))
     return name
 
 
@@ -500,7 +477,8 @@ class MarkdownSheets:
             case DeleteSheet():
                 _refuse_last(names)
                 at = names.index(sheet_named(names, edit.sheet))
-                return _kept(sheet=names.pop(at), place=at, text=pieces.pop(at + 1))
+                what = {"sheet": names.pop(at), "place": at, "text": pieces.pop(at + 1)}
+                return json.dumps(what, ensure_ascii=False)
             case BringSheet():
                 was = json.loads(edit.kept)
                 self._insert(was["place"], sheet_name(was["sheet"], names), was["text"])

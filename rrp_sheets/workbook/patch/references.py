@@ -171,7 +171,6 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
 
 
 def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
-    """Return the blocks of cells where a rule holds, made longer."""
     found = []
     for text in blocks.split():
         block = block_of(text)

@@ -62,10 +62,6 @@ class Piece:
         set_attributes(element, changes)
         return replace(self, raw=etree.tostring(element, encoding="unicode"))
 
-    def at(self, place: int) -> Piece:
-        """The same element at another place."""
-        return replace(self, place=place)
-
 
 def cut(package: PackageEdit, part: str, path: Path, wanted: Callable[[etree._Element], bool]) -> list[Piece]:
     """Take elements out of a list; the pieces, in their order."""

@@ -10,6 +10,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 from lxml import etree
@@ -116,7 +117,7 @@ def _move(package: PackageEdit, edit: MoveSheet) -> None:
     order.insert(order.index(to) if to < len(before) else len(order), at)
     book = package.book.part
     (piece,) = cut(package, book, SHEETS, lambda e: e.get("name") == before[at])
-    paste(package, piece.at(order.index(at)))
+    paste(package, replace(piece, place=order.index(at)))
     listed.renumber(package, lambda n: order.index(n) if n in order else n)
     keep_titles(package, listed.worksheets(package, before))
 
@@ -292,7 +293,8 @@ def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
             target = {"Target": listed.target(package, new_part)} if new_part != kept["part"] else {}
             piece = piece.with_attributes({"Id": relation, **target})
         elif piece.path == SHEETS:
-            piece = piece.at(place).with_attributes({listed.id_name(package): relation, "sheetId": str(sheet_number)})
+            named = {listed.id_name(package): relation, "sheetId": str(sheet_number)}
+            piece = replace(piece, place=place).with_attributes(named)
         else:
             listed.ensure_names(package)
             piece = piece.with_attributes({"localSheetId": str(place)})
@@ -366,7 +368,6 @@ def _moved(part: str, old: str, new: str) -> str:
 
 
 def _counts(package: PackageEdit) -> list[int]:
-    """Return the number of styles of each kind."""
     parts = package.related(package.book.part, "styles")
     return [len(package.part(parts[0]).children("styleSheet", name)) if parts else 0 for name in _STYLES]
 
