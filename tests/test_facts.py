@@ -136,7 +136,7 @@ def test_which_streams_may_be_blank():
         "| Red ball | forgetAfter | 1 s | F |\n| F | filter | NOT(ISBLANK(f)) | G |\n| F | map | IF(ISBLANK(f); BLANK; 1) | X |\n"
         "| G | subscribe | | Print |" + PRINT
     )
-    assert (found[2].may_be_blank, found[3].may_be_blank, found[4].may_be_blank) == (True, False, True)
+    assert (found[2].known.blank, found[3].known.blank, found[4].known.blank) == (True, False, True)
 
 
 def test_an_example_that_a_filter_keeps_back_is_not_sure():

@@ -26,7 +26,7 @@ from rrp_sheets.graph.device_table import divided_phrase, doubtful_phrase, under
 from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.model.exchange import ROW_ABOVE, SceneAction
 from rrp_sheets.model.names import Proposals, argument_name, key, nearest
-from rrp_sheets.model.workbook import Cell, SceneRow, Workbook
+from rrp_sheets.model.workbook import SceneRow, Workbook
 from rrp_sheets.robots import Robot, load_robot, robot_names
 from rrp_sheets.robots.gesture_sheet import parse_gestures
 from rrp_sheets.robots.media_files import SUFFIX, BadSoundError, check_sound, is_plain
@@ -48,10 +48,10 @@ class Checked:
 
     Attributes:
         formulas: by the row's ref (`Tracking!4`); missing where there is none or where it is wrong.
-        scene: understood actions; None without a Scene sheet.
-        facts: what is known about streams before the run, by stream id; of what a `subscribe` row sends, by its ref.
-        cues: the streams that rows of the scene wait for.
+        scene: None without a Scene sheet.
+        facts: by stream id; of what a `subscribe` row sends, by its ref.
         scope: makes the scope of a formula outside of the rows, with the workbook's helpers and tables.
+        cues: the streams that rows of the scene wait for.
     """
 
     workbook: Workbook
@@ -72,15 +72,15 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
 
     Without `lints`, nothing warns of rows that work, and no fix is judged whether it is safe.
     """
-    robot = robot_of(workbook, report)
+    robot, folder = robot_of(workbook, report), folder_of(workbook)
     graph = build_graph(workbook, robot, connectors(), report)
     compiled = check_formulas(workbook, robot, graph, report)
-    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot, folder_of(workbook))
+    scene = None if workbook.scene is None else parse_scene(workbook.scene, report, robot, folder)
     cues: tuple[Stream, ...] = ()
     if scene:
         scene, cues = find_cues(workbook.scene or (), scene, graph, report)
         check_presses(workbook.scene or (), scene, _buttons(workbook, graph, robot), report)
-    check_device_material(workbook, robot, folder_of(workbook), report)
+    check_device_material(workbook, robot, folder, report)
     run = check_protocol(workbook, report)
     tests = check_tests(workbook, robot, graph, run.behaviours, compiled.records, compiled.scope, report)
     if lints:
@@ -132,15 +132,15 @@ def find_cues(
 ) -> tuple[tuple[SceneAction, ...], tuple[Stream, ...]]:
     """Return the actions with the ids of the streams that they wait for, and those streams."""
     cells = {row.time.address.row: row.time for row in rows}
-    known: dict[str, Stream] | None = None
-    propose = Proposals()
+    waits = any(action.cue not in ("", ROW_ABOVE) for action in scene)
+    known, propose = _by_name(graph) if waits else {}, Proposals()
     found, streams = [], dict[str, Stream]()
     for action in scene:
         if action.cue in ("", ROW_ABOVE):
             found.append(action)
             continue
-        known = known if known is not None else _by_name(graph)
-        stream = known.get(_name(action.cue))
+        sheet, mark, name = action.cue.partition("!")
+        stream = known.get(f"{key(sheet)}!{key(name)}" if mark else key(sheet))
         if stream is None:
             guess = propose(action.cue, [s.name for s in known.values()])
             report.add("SCENE007", cells[action.row].address, name=action.cue, **meant(guess, _ANY))
@@ -165,11 +165,6 @@ def _by_name(graph: Graph) -> dict[str, Stream]:
     return named
 
 
-def _name(text: str) -> str:
-    sheet, mark, name = text.partition("!")
-    return f"{key(sheet)}!{key(name)}" if mark else key(sheet)
-
-
 def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report: Report) -> None:
     """Report words that cannot be recognised, phrases with doubtful commas, and sound files that cannot be played."""
     for device in workbook.devices:
@@ -180,16 +175,22 @@ def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report
                 continue
             if setting.kind == "words":
                 words, wrong = understand(setting, cell.text, robot)
+                if wrong:
+                    continue
                 word = next((w for w in words or () if not can_be_heard(w)), None)
-                if word is not None and not wrong:
+                if word is not None:
                     report.add("DEV011", cell.address, word=word)
-                if (phrase := doubtful_phrase(cell.text)) and not wrong:
+                if phrase := doubtful_phrase(cell.text):
                     report.add("DEV013", cell.address, phrase=phrase)
                 whole, count = divided_phrase(cell.text)
-                if whole and not wrong:
+                if whole:
                     report.add("DEV014", cell.address, phrase=whole, count=count)
-            elif setting.kind == "sound file":
-                _check_sound(cell, folder, report)
+            elif setting.kind == "sound file" and is_plain(name := cell.text.strip()):  # any other is told elsewhere
+                try:
+                    check_sound(folder, name)
+                except BadSoundError as problem:
+                    guess = None if (folder / name).is_file() else nearest(name, _sounds_in(folder))
+                    report.add("DEV012", cell.address, name=name, problem=problem.args[0], **meant(guess, _ELSE))
 
 
 def can_be_heard(word: str) -> bool:
@@ -200,17 +201,6 @@ def can_be_heard(word: str) -> bool:
     """
     spoken = [c for c in unicodedata.normalize("NFKC", word) if c.isalnum()]
     return bool(spoken) and all(c in "0123456789" or unicodedata.name(c, "").startswith("LATIN ") for c in spoken)
-
-
-def _check_sound(cell: Cell, folder: Path, report: Report) -> None:
-    name = cell.text.strip()
-    if not is_plain(name):  # told as a setting that is not understood
-        return
-    try:
-        check_sound(folder, name)
-    except BadSoundError as problem:
-        guess = None if (folder / name).is_file() else nearest(name, _sounds_in(folder))
-        report.add("DEV012", cell.address, name=name, problem=problem.args[0], **meant(guess, _ELSE))
 
 
 def _sounds_in(folder: Path) -> list[str]:
@@ -238,10 +228,10 @@ def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Repo
     judged, compared = MOST_JUDGED, MOST_COMPARED
 
     def judge(finding: Diagnostic, fix: Fix) -> Fix:
+        nonlocal judged, compared
         edit = fix.edits[0] if len(fix.edits) == 1 else None
         if not fix.safe or not isinstance(edit, Replace) or finding.code not in names:
             return fix
-        nonlocal judged, compared
         judged, compared = judged - 1, compared - len(names[finding.code])
         if judged < 0 or compared < 0:
             return replace(fix, safe=False)

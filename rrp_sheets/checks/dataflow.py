@@ -86,23 +86,20 @@ class Paths:
     def _through(self, step: Step) -> tuple[Route, ...] | None:
         name, passes = step.connector.name, step.connector.passes
         first = self.of.get(step.inputs[0], ())
-        if passes is not None and passes.later:
-            return None if first is None else _few(replace(r, origin=f"clock {step.ref}") for r in first)
-        if passes is not None and passes.blanks:
-            return None if first is None else self._forgetting(step, first)
-        if name == "filter":
-            return self._filtered(step, first)
         if name == "accumulate":
             return self._accumulated(step)
-        every = name in ("combineLatest", "merge") or (step.connector.is_sink and not step.row.formula)
-        if not every:
-            return first
-        found = [self.of.get(i, ()) for i in step.inputs]
-        return None if None in found else _few(r for routes in found for r in routes or ())
+        if name in ("combineLatest", "merge") or (step.connector.is_sink and not step.row.formula):
+            found = [self.of.get(i, ()) for i in step.inputs]
+            return None if None in found else _few(r for routes in found for r in routes or ())
+        if first is None:
+            return None
+        if passes is not None and passes.later:
+            return _few(replace(r, origin=f"clock {step.ref}") for r in first)
+        if passes is not None and passes.blanks:
+            return self._forgetting(step, first)
+        return self._filtered(step, first) if name == "filter" and step.ref in self._formulas else first
 
-    def _filtered(self, step: Step, first: tuple[Route, ...] | None) -> tuple[Route, ...] | None:
-        if first is None or step.ref not in self._formulas:
-            return first
+    def _filtered(self, step: Step, first: tuple[Route, ...]) -> tuple[Route, ...]:
         passed = [replace(r, filters=(*r.filters, step.ref)[-MOST_FILTERS:]) for r in first]
         kept = [r for r in passed if self.possible(r)]
         if passed and not kept:
@@ -138,10 +135,7 @@ class Paths:
         """Return whether the conditions of these routes can hold together; True too when there are too many."""
         refs = dict.fromkeys(ref for r in routes for ref in r.filters)
         each = [self._case(ref) for ref in refs]
-        count = 1
-        for c in each:
-            count *= len(c)
-        if count > MOST_COMBINATIONS:
+        if math.prod(map(len, each)) > MOST_COMBINATIONS:
             return True
         given = [g for r in routes for g in r.given]
         given += [(about, known) for ref in refs for about, known in self._known_by(ref)]
@@ -150,13 +144,12 @@ class Paths:
     def together(self, first: Sequence[Route], second: Sequence[Route], *, same_origin: bool) -> bool:
         """Return whether a value of one of the first and a value of one of the second routes can come at one time."""
         pairs = ((a, b) for a in first for b in second if not same_origin or a.origin == b.origin)
-        pairs = ((a, b) for a, b in pairs if not a.waits_for(b) and not b.waits_for(a))
-        return any(self.possible(a, b) for a, b in pairs)
+        return any(not a.waits_for(b) and not b.waits_for(a) and self.possible(a, b) for a, b in pairs)
 
     def _case(self, ref: str) -> list[Case]:
         if ref not in self._cases:
-            step, formula = self._steps[ref], self._formulas[ref]
-            tree = self._substituted(formula.tree, step, formula)
+            formula = self._formulas[ref]
+            tree = self._substituted(formula.tree, self._steps[ref], formula)
             self._cases[ref] = [()] if tree is None else cases(tree)
         return self._cases[ref]
 
@@ -167,11 +160,9 @@ class Paths:
         own = {about for case in cases(formula.tree) for about in (lit.about for lit in case)}
         found = []
         for node in ast.walk(formula.tree):
-            if isinstance(node, (ast.Name, ast.Attribute)):
-                if text_of(node) not in own:
-                    continue
+            if isinstance(node, (ast.Name, ast.Attribute)) and text_of(node) in own:
                 what = known_of(node, known)
-                if what.choices is not None or what.bounded or what.kind != "any":
+                if what.choices is not None or what.kind != ANY:
                     inlined = self._substituted(node, step, formula)
                     if inlined is not None:
                         found.append((text_of(inlined), what))
@@ -252,9 +243,8 @@ class Literal:
     """One condition on one expression.
 
     Attributes:
-        about: the expression, as a text that is the same for the same expression.
+        about: the expression, as a text that is the same for the same expression; two for a comparison between them.
         op: a comparison, or None: whether it is true (`value` says).
-        value: what it is compared with; of a comparison of two expressions it is part of `about`, and this is None.
     """
 
     about: str
@@ -293,35 +283,27 @@ def cases(tree: ast.AST, wanted: bool = True) -> list[Case]:
     if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
         return cases(tree.operand, not wanted)
     if isinstance(tree, ast.BoolOp):
-        parts = [cases(v, wanted) for v in tree.values]
-        if isinstance(tree.op, ast.And) is wanted:
-            return _together(parts)
-        return _limited([c for part in parts for c in part])
+        return _joined([cases(v, wanted) for v in tree.values], isinstance(tree.op, ast.And) is wanted)
     if isinstance(tree, ast.Compare):
-        lefts = [tree.left, *tree.comparators]
-        triples = list(zip(lefts, tree.ops, tree.comparators, strict=False))
-        parts = [_compared(a, type(op), b, wanted) for a, op, b in triples]
-        return _together(parts) if wanted else _limited([c for part in parts for c in part])
+        triples = zip([tree.left, *tree.comparators], tree.ops, tree.comparators, strict=False)
+        return _joined([_compared(a, type(op), b, wanted) for a, op, b in triples], wanted)
     if isinstance(tree, ast.Constant) and type(tree.value) in (bool, int, float):
         return [()] if bool(tree.value) is wanted else []
     if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "ISBLANK":
         return [(Literal(text_of(tree.args[0]), ast.Eq if wanted else ast.NotEq, None),)]
     if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "BETWEEN":
         value, low, high = tree.args
-        parts = [_compared(value, ast.GtE, low, wanted), _compared(value, ast.LtE, high, wanted)]
-        return _together(parts) if wanted else _limited([c for part in parts for c in part])
+        return _joined([_compared(value, ast.GtE, low, wanted), _compared(value, ast.LtE, high, wanted)], wanted)
     return [(Literal(text_of(tree), None, wanted),)]
 
 
-def _together(parts: Sequence[list[Case]]) -> list[Case]:
-    count = math.prod(len(p) for p in parts)
-    if count > MOST_CASES:
+def _joined(parts: Sequence[list[Case]], every: bool) -> list[Case]:
+    """Return the cases in which every part holds, or any."""
+    if (math.prod(map(len, parts)) if every else sum(map(len, parts))) > MOST_CASES:
         return [()]  # too many to follow: it may hold
-    return [tuple(itertools.chain.from_iterable(c)) for c in itertools.product(*parts)]
-
-
-def _limited(found: list[Case]) -> list[Case]:
-    return found if len(found) <= MOST_CASES else [()]
+    if every:
+        return [tuple(itertools.chain.from_iterable(c)) for c in itertools.product(*parts)]
+    return list(itertools.chain.from_iterable(parts))
 
 
 def constant(tree: ast.AST) -> tuple[bool, Value]:
@@ -344,7 +326,7 @@ def _compared(left: ast.AST, op: type, right: ast.AST, wanted: bool) -> list[Cas
     if op in (ast.In, ast.NotIn):
         if fixed_right and isinstance(b, (list, tuple)) and not fixed_left:
             each: list[Case] = [(Literal(text_of(left), ast.Eq if op is ast.In else ast.NotEq, m),) for m in b]
-            return _limited(each) if op is ast.In else [tuple(itertools.chain.from_iterable(each))]
+            return _joined([each], every=False) if op is ast.In else [tuple(itertools.chain.from_iterable(each))]
         return [()]
     if fixed_right:
         return [_one(text_of(left), op, b)]
@@ -398,15 +380,11 @@ def _take(thing: _Thing, literal: Literal) -> None:
     elif literal.op is ast.NotEq:
         thing.unequal.append(literal.value)
     elif isinstance(literal.value, (int, float)):
-        _bound(thing, literal.op, float(literal.value))
-
-
-def _bound(thing: _Thing, op: type, value: float) -> None:
-    thing.number = True
-    if op in (ast.Gt, ast.GtE) and (value > thing.low or (value == thing.low and op is ast.Gt)):
-        thing.low, thing.open_low = value, op is ast.Gt
-    if op in (ast.Lt, ast.LtE) and (value < thing.high or (value == thing.high and op is ast.Lt)):
-        thing.high, thing.open_high = value, op is ast.Lt
+        op, value, thing.number = literal.op, float(literal.value), True
+        if op in (ast.Gt, ast.GtE) and (value > thing.low or (value == thing.low and op is ast.Gt)):
+            thing.low, thing.open_low = value, op is ast.Gt
+        if op in (ast.Lt, ast.LtE) and (value < thing.high or (value == thing.high and op is ast.Lt)):
+            thing.high, thing.open_high = value, op is ast.Lt
 
 
 def _possible(thing: _Thing, given: Sequence[AbstractValue]) -> bool:
@@ -415,12 +393,8 @@ def _possible(thing: _Thing, given: Sequence[AbstractValue]) -> bool:
     low, high = thing.low, thing.high
     if low > high or (low == high and (thing.open_low or thing.open_high)):
         return False
-    first = thing.equal[0] if thing.equal else None
-    if thing.equal:
-        if any(not same(first, e) for e in thing.equal) or any(same(first, u) for u in thing.unequal):
-            return False
-        if not _fits(thing, first):
-            return False
+    if thing.equal and not _suits(thing.equal[0], thing):
+        return False
     return all(_allows(known, thing) for known in given)
 
 
@@ -433,13 +407,13 @@ def _fits(thing: _Thing, value: Value) -> bool:
             return False
         if value > thing.high or (value == thing.high and thing.open_high):
             return False
-        return bool(value) in thing.truths if thing.truths else True
+        return not thing.truths or bool(value) in thing.truths
     return True
 
 
 def _allows(known: AbstractValue, thing: _Thing) -> bool:
     """Return whether a value that is possible by what is known can meet the requirements."""
-    if known.choices is not None and known.choices:
+    if known.choices:
         return any(_suits(c, thing) for c in known.choices)
     if known.kind != NUMBER or known.blank:
         never_blank = not known.blank and known.kind != ANY

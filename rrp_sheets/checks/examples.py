@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 
 from rrp_sheets.checks.facts import (
     ANY,
@@ -95,16 +96,22 @@ class Examples:
         first = facts[0]
         result, trouble = self._evaluate(formula, facts)
         passes = type(result) in (bool, int, float) and bool(result)
-        if not passes and first.may_be_blank and trouble is None:
+        if not passes and first.known.blank and trouble is None:
             blank = replace(first, example=None, has_example=True)
             again, _ = self._evaluate(formula, [blank, *facts[1:]])
             if type(again) in (bool, int, float) and again:  # it lets only the blank pass
                 return replace(blank, known=exactly(None), rate=Rate(EVENT)), None
         if passes and first.example is not None:
-            return replace(
-                first, known=not_blank(first.known) if _refuses_blank(self, formula, facts) else first.known
-            ), None
+            known = not_blank(first.known) if self._refuses_blank(formula, facts) else first.known
+            return replace(first, known=known), None
         return replace(first, sure=first.sure and passes), trouble
+
+    def _refuses_blank(self, formula: Formula, facts: Sequence[Fact]) -> bool:
+        """Return whether a filter never lets blank pass: its formula fails on it or does not hold."""
+        if not facts[0].known.blank or not all(f.has_example for f in facts):
+            return False
+        result = self.value(formula, [None, *(f.example for f in facts[1:])])
+        return isinstance(result, Failure) or not result
 
     def _accumulate(self, step: Step, facts: Sequence[Fact], formula: Formula | None) -> tuple[Fact, Trouble | None]:
         rate = fastest([f.rate for f in facts])
@@ -113,11 +120,10 @@ class Examples:
         names = formula.names[len(step.connector.extra) :]
         inputs = {n: replace(f.known, blank=True, choices=None) for n, f in zip(names, facts, strict=True)}
         known = known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": AbstractValue(NUMBER)})
-        known = (
-            known if known.kind == NUMBER else known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": UNKNOWN})
-        )
+        if known.kind != NUMBER:
+            known = known_of(formula.tree, {"value": UNKNOWN, **inputs, "total": UNKNOWN})
         fact = Fact(known, rate=rate, sure=all(f.sure for f in facts))
-        troubles: list[Trouble] = []
+        trouble = None
         for place, input_fact in enumerate(facts):
             if not input_fact.has_example:
                 continue
@@ -126,9 +132,9 @@ class Examples:
             result = self.value(formula, values)
             if not isinstance(result, Failure):
                 fact = fact if fact.has_example else _with_example(fact, result)
-            elif input_fact.sure and not _from_holes(result, [input_fact]):
-                troubles.append(Trouble(result, tuple(zip(formula.names, values, strict=True))))
-        return fact, troubles[0] if troubles else None
+            elif trouble is None and input_fact.sure and not _from_holes(result, [input_fact]):
+                trouble = Trouble(result, tuple(zip(formula.names, values, strict=True)))
+        return fact, trouble
 
     def _together(self, step: Step, facts: Sequence[Fact]) -> Fact:
         record = together(tuple(self._graph.streams[i].name for i in step.inputs))
@@ -137,9 +143,8 @@ class Examples:
         fact = Fact(AbstractValue(RECORD, record, fields), rate=rate, sure=all(f.sure for f in facts))
         if not all(f.has_example for f in facts):
             return fact
-        values = dict(zip(record.positions, [f.example for f in facts], strict=True))
-        holes = any(f.holes for f in facts)
-        return replace(fact, has_example=True, example=Record(record, values), holes=holes)
+        example = Record(record, dict(zip(record.positions, [f.example for f in facts], strict=True)))
+        return replace(fact, has_example=True, example=example, holes=any(f.holes for f in facts))
 
     # ---- evaluating
     def _evaluate(self, formula: Formula, facts: Sequence[Fact]) -> tuple[Value, Trouble | None]:
@@ -164,23 +169,13 @@ class Examples:
 
 
 _UNKNOWN = Failure("", "")
-_NOT_FOUND = frozenset({"FORM106", "FORM111", "FORM112"})
+_NOT_FOUND = frozenset({"", "FORM106", "FORM111", "FORM112"})
 """Looking up what is not there is how a workbook says that nothing is to happen; the examples cannot know."""
 
 
 def _from_holes(failure: Failure, facts: Sequence[Fact]) -> bool:
     """Return whether a failure may be due to the example: it lacks a field, or a look-up finds nothing."""
-    return (
-        failure.code == "" or failure.code in _NOT_FOUND or (failure.code == "FORM102" and any(f.holes for f in facts))
-    )
-
-
-def _refuses_blank(examples: Examples, formula: Formula, facts: Sequence[Fact]) -> bool:
-    """Return whether a filter never lets blank pass: its formula fails on it or does not hold."""
-    if not facts[0].may_be_blank or not all(f.has_example for f in facts):
-        return False
-    result = examples.value(formula, [None, *(f.example for f in facts[1:])])
-    return isinstance(result, Failure) or not result
+    return failure.code in _NOT_FOUND or (failure.code == "FORM102" and any(f.holes for f in facts))
 
 
 def _with_example(fact: Fact, value: Value) -> Fact:
@@ -192,28 +187,21 @@ def _with_example(fact: Fact, value: Value) -> Fact:
 
 
 def _merged(facts: Sequence[Fact]) -> Fact:
-    known = facts[0].known
-    others: list[Value] = []
-    for fact in facts[1:]:
-        known = either(known, fact.known)
-        first = facts[0]
-        if fact.has_example and first.has_example and not alike(first.example, fact.example):
-            others.append(fact.example)
-    rate = fastest([f.rate for f in facts])
-    sure = all(f.sure for f in facts)
-    kept = tuple(o for f in facts for o in f.others) + tuple(others)
+    first = facts[0]
+    others = [o for f in facts for o in f.others]
+    if first.has_example:
+        others += [f.example for f in facts[1:] if f.has_example and not alike(first.example, f.example)]
     return replace(
-        facts[0], known=known, others=kept[:MOST_OTHERS], rate=rate, sure=sure, holes=any(f.holes for f in facts)
-    )
+        first, known=reduce(either, [f.known for f in facts]), others=tuple(others[:MOST_OTHERS]),
+        rate=fastest([f.rate for f in facts]), sure=all(f.sure for f in facts), holes=any(f.holes for f in facts),
+    )  # fmt: skip
 
 
 def alike(first: Value, second: Value) -> bool:
     """Return whether two values are of one kind, and records of one type; blank goes with every value."""
-    kinds = {kind_of_value(first), kind_of_value(second)} - {BLANK}
-    if len(kinds) < 2:
-        both = isinstance(first, Record) and isinstance(second, Record)
-        return not both or first.type == second.type
-    return False
+    if len({kind_of_value(first), kind_of_value(second)} - {BLANK}) > 1:
+        return False
+    return not (isinstance(first, Record) and isinstance(second, Record)) or first.type == second.type
 
 
 def _timed(fact: Fact) -> Fact:
@@ -223,15 +211,14 @@ def _timed(fact: Fact) -> Fact:
     if not fact.has_example:
         return Fact(known, rate=fact.rate)
     example = Record(record, {"value": fact.example, "timestamp": 1.0})
-    return Fact(known, True, example, sure=fact.sure, holes=fact.holes, rate=fact.rate)
+    return replace(fact, known=known, example=example, others=())
 
 
 def _passed(passing: Passing, fact: Fact, period_us: int | None) -> Fact:
     """Return the fact about the output of a connector that passes on the values of an input."""
     known = fact.known
     if passing.blanks:
-        choices = None if known.choices is None else (*known.choices, None)
-        known = replace(known, blank=True, choices=choices)
+        known = replace(known, blank=True, choices=None if known.choices is None else (*known.choices, None))
     limited, rare = slower(fact.rate, period_us), {"changes": Rate(CHANGE), "events": Rate(EVENT)}
     rates = {"same": fact.rate, "limited": limited, "ticks": replace(limited, kind=TIMER), **rare}
     return replace(fact, known=known, rate=rates[passing.rate])

@@ -26,14 +26,9 @@ class AbstractValue:
     """Knowledge about a value before the run.
 
     Attributes:
-        kind: `number`, `text`, `truth`, `list`, `record`, `blank`, or `any` when that is not known. A value of another
-            kind than `any` and `blank` may be blank besides, when `blank` says so.
-        record: the type of a record.
+        kind: `any` when it is not known. A value of another kind than `any` and `blank` may be blank too, by `blank`.
         fields: what is known about a record's fields, by key, where it is more than their type says.
-        low, high: bounds of a number; infinite when not known.
         choices: all the values that it can have; None when there are too many, or when they are not known.
-        unit: of a number.
-        blank: whether it may be blank.
         members: of a list that is written out: what is known about each place.
     """
 
@@ -163,12 +158,10 @@ _JOINT_EXAMPLE = 0.1  # rad; not 0, by which one cannot divide
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """Frequency of a stream's values.
+    """Frequency of a stream's values: at most `hz` a second, 0 when nothing can be said.
 
-    Attributes:
-        kind: `camera` (again and again, as pictures are looked at), `change` (when something is new), `event` (when
-            somebody does something), `timer`; or empty when that is not known.
-        hz: at most so often a second; 0 when nothing can be said.
+    The kind is `camera` (again and again, as pictures are looked at), `change` (when something is new), `event` (when
+    somebody does something), `timer`; or empty when it is not known.
     """
 
     kind: str = ""
@@ -177,16 +170,12 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """Knowledge about a stream before the run.
+    """Knowledge about a stream before the run; its example may be blank.
 
     Attributes:
-        known: about its values.
-        has_example: whether there is an example value.
-        example: a value that it may have; blank is one too.
         sure: False when the example went through a filter that does not let it pass: it shows the kind of value only.
         holes: whether the example is a record of which some fields are not known.
         others: examples of another type that the stream has besides (of a merge).
-        rate: how often its values come.
     """
 
     known: AbstractValue = UNKNOWN
@@ -196,11 +185,6 @@ class Fact:
     holes: bool = False
     others: tuple[Value, ...] = ()
     rate: Rate = field(default_factory=Rate)
-
-    @property
-    def may_be_blank(self) -> bool:
-        """True when blank may arrive, as far as is known."""
-        return self.known.blank
 
 
 def sensor_fact(stream: Stream, robot: Robot) -> Fact:
@@ -276,51 +260,32 @@ def known_of(tree: ast.AST, names: Names) -> AbstractValue:
     >>> known = known_of(tree, {"x": UNKNOWN}); known.kind, known.low, known.high
     ('number', 1.0, 2.0)
     """
-    return _of(tree, _Env(names, _Budget()))
+    return _of(tree, _Env(names))
 
 
 @dataclass(slots=True)
-class _Budget:
-    """The nodes that may still be visited, and the current depth; both bound helpers that call helpers."""
+class _Env:
+    """The names in scope; the nodes that may still be visited, and the depth, which bound helpers that call helpers."""
 
+    names: Names
     left: int = MOST_STEPS
     deep: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class _Env:
-    """The names in scope, and the rest of the budget."""
-
-    names: Names
-    budget: _Budget
-
-
 def _of(tree: ast.AST | None, env: _Env) -> AbstractValue:
-    found, budget = _NODES.get(type(tree)), env.budget
-    budget.left -= 1
-    if found is None or budget.left < 0 or budget.deep >= MOST_DEEP:
+    found = _NODES.get(type(tree))
+    env.left -= 1
+    if found is None or env.left < 0 or env.deep >= MOST_DEEP:
         return UNKNOWN
-    budget.deep += 1
+    env.deep += 1
     known: AbstractValue = found(tree, env)
-    budget.deep -= 1
+    env.deep -= 1
     return known
 
 
 def _always(kind: str) -> Callable[[ast.AST, _Env], AbstractValue]:
     known = AbstractValue(kind)
     return lambda node, env: known
-
-
-def _constant(node: ast.Constant, env: _Env) -> AbstractValue:
-    return UNKNOWN if isinstance(node.value, Table) else exactly(node.value)
-
-
-def _name(node: ast.Name, env: _Env) -> AbstractValue:
-    return env.names.get(node.id, UNKNOWN)
-
-
-def _attribute(node: ast.Attribute, env: _Env) -> AbstractValue:
-    return _of(node.value, env).at(node.attr)
 
 
 def _subscript(node: ast.Subscript, env: _Env) -> AbstractValue:
@@ -336,10 +301,7 @@ def _subscript(node: ast.Subscript, env: _Env) -> AbstractValue:
 
 
 def _member(lists: tuple[Value, ...] | None) -> AbstractValue:
-    """Return what is known about a member of one of these lists."""
-    if lists is None:
-        return UNKNOWN
-    return one_of(m for members in lists if isinstance(members, (list, tuple)) for m in members)
+    return one_of(m for members in lists or () if isinstance(members, (list, tuple)) for m in members)
 
 
 def _ifexp(node: ast.IfExp, env: _Env) -> AbstractValue:
@@ -385,9 +347,8 @@ def _unary(node: ast.UnaryOp, env: _Env) -> AbstractValue:
     if isinstance(node.op, ast.Not):
         return AbstractValue(TRUTH)
     value = _of(node.operand, env)
-    if isinstance(node.op, ast.UAdd):
-        return number_within(value.low, value.high, value.unit)
-    return number_within(-value.high, -value.low, value.unit)
+    low, high = (value.low, value.high) if isinstance(node.op, ast.UAdd) else (-value.high, -value.low)
+    return number_within(low, high, value.unit)
 
 
 def _binop(node: ast.BinOp, env: _Env) -> AbstractValue:
@@ -396,9 +357,8 @@ def _binop(node: ast.BinOp, env: _Env) -> AbstractValue:
         return AbstractValue(left.kind if left.kind in (TEXT, LIST) else right.kind)
     if isinstance(node.op, ast.Add) and NUMBER not in (left.kind, right.kind):
         return UNKNOWN  # two texts, as far as is known
-    low, high = _bounds(node.op, left, right)
     unit = (left.unit or right.unit) if isinstance(node.op, (ast.Add, ast.Sub)) else ""
-    return number_within(low, high, unit)
+    return number_within(*_bounds(node.op, left, right), unit)
 
 
 def _bounds(op: ast.operator, left: AbstractValue, right: AbstractValue) -> tuple[float, float]:
@@ -422,7 +382,7 @@ def _pick(node: Pick, env: _Env) -> AbstractValue:
 
 
 def _among(node: ast.AST, env: _Env) -> AbstractValue:
-    """Return what is known about a member of a list, or about a row of a table."""
+    """Derive what is known about a member of a list, or about a row of a table."""
     if isinstance(node, ast.Constant) and isinstance(node.value, Table):
         rows = one_of(node.value.rows[:1])  # all rows are alike, and there may be many
         return replace(rows, choices=node.value.rows) if node.value.rows else UNKNOWN
@@ -433,16 +393,15 @@ def _call(node: ast.Call, env: _Env) -> AbstractValue:
     helper: HelperDef | None = getattr(node, "helper", None)
     if helper is not None:
         given = {p.name: _of(a, env) for p, a in zip(helper.parameters, node.args, strict=True)}
-        return _of(helper.tree, _Env(given, env.budget)) if helper.tree else UNKNOWN
+        outer, env.names = env.names, given
+        known = _of(helper.tree, env) if helper.tree else UNKNOWN
+        env.names = outer
+        return known
     name = node.func.id if isinstance(node.func, ast.Name) else ""
     if name in _SPECIAL:
         return _SPECIAL[name](node, env)
     gives: str | tuple[float, float] = getattr(node, "gives", "any")
     return AbstractValue(gives) if isinstance(gives, str) else number_within(*gives)
-
-
-def _index(node: ast.Call, env: _Env) -> AbstractValue:
-    return _among(node.args[0], env)
 
 
 def _xlookup(node: ast.Call, env: _Env) -> AbstractValue:
@@ -464,7 +423,6 @@ def _extreme(node: ast.Call, env: _Env) -> AbstractValue:
 
 
 def _length(node: ast.Call, env: _Env) -> AbstractValue:
-    """Return what is known about ROWS: a constant for a table or list that is known."""
     source = node.args[0]
     if isinstance(source, ast.Constant) and isinstance(source.value, (Table, list, tuple)):
         return exactly(len(source.value))
@@ -478,12 +436,15 @@ def _radians(node: ast.Call, env: _Env) -> AbstractValue:
 
 
 _SPECIAL: dict[str, Callable[[ast.Call, _Env], AbstractValue]] = {
-    "INDEX": _index, "XLOOKUP": _xlookup, "CLAMP": _clamp, "MIN": _extreme, "MAX": _extreme, "ROWS": _length,
-    "RADIANS": _radians, "DEGREES": _radians, "FIRST": _index, "LAST": _index,
+    "XLOOKUP": _xlookup, "CLAMP": _clamp, "MIN": _extreme, "MAX": _extreme, "ROWS": _length,
+    "RADIANS": _radians, "DEGREES": _radians,
+    **dict.fromkeys(("INDEX", "FIRST", "LAST"), lambda node, env: _among(node.args[0], env)),
 }  # fmt: skip
 _NODES: dict[type, Callable[..., AbstractValue]] = {
-    ast.Constant: _constant, ast.Name: _name, ast.Attribute: _attribute, ast.Subscript: _subscript, ast.IfExp: _ifexp,
-    IfError: _iferror, Switch: _switch, ast.List: _list, ast.Tuple: _list, ast.UnaryOp: _unary, ast.BinOp: _binop,
-    ast.Call: _call, Pick: _pick, ast.Compare: _always(TRUTH), ast.BoolOp: _always(TRUTH), ast.JoinedStr: _always(TEXT),
-    Join: _always(TEXT), ast.ListComp: _always(LIST),
+    ast.Constant: lambda node, env: UNKNOWN if isinstance(node.value, Table) else exactly(node.value),
+    ast.Name: lambda node, env: env.names.get(node.id, UNKNOWN),
+    ast.Attribute: lambda node, env: _of(node.value, env).at(node.attr),
+    ast.Subscript: _subscript, ast.IfExp: _ifexp, IfError: _iferror, Switch: _switch, ast.List: _list, ast.Tuple: _list,
+    ast.UnaryOp: _unary, ast.BinOp: _binop, ast.Call: _call, Pick: _pick, ast.Compare: _always(TRUTH),
+    ast.BoolOp: _always(TRUTH), ast.JoinedStr: _always(TEXT), Join: _always(TEXT), ast.ListComp: _always(LIST),
 }  # fmt: skip

@@ -37,9 +37,6 @@ class CellChange:
 def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) -> tuple[list[CellChange], Checked]:
     """Apply all safe fixes, and the chosen ones, to the workbook itself; each round starts from a new check.
 
-    Returns:
-        What was changed, and the workbook as it is then.
-
     Raises:
         SheetsError: when the file cannot be changed, or no finding offers a chosen fix.
     """
@@ -67,18 +64,15 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
 
 def _next(checked: Checked, chosen: Chosen, tried: _Tried) -> list[tuple[Diagnostic, Fix]]:
     """Return the fixes of this round: all safe ones of different cells, or else one of the chosen ones."""
-    cells: set[Address] = set()
-    safe: list[tuple[Diagnostic, Fix]] = []
+    safe: dict[Address, tuple[Diagnostic, Fix]] = {}
     for d, fix in _fixes(checked, chosen):
-        if not fix.safe or d.address is None or d.address in cells:
-            continue
-        name = (d.address, *_name(d, fix))
-        if name not in tried:
-            tried.add(name)
-            cells.add(d.address)
-            safe.append((d, fix))
+        if fix.safe and d.address is not None and d.address not in safe:
+            name = (d.address, *_name(d, fix))
+            if name not in tried:
+                tried.add(name)
+                safe[d.address] = (d, fix)
     if safe:
-        return safe
+        return list(safe.values())
     for d, fix in _fixes(checked, chosen):
         name = _name(d, fix)  # without its address: the fix may have moved the row down
         if not fix.safe and name not in tried:
@@ -116,9 +110,8 @@ def _carry_out(path: Path, wanted: Sequence[tuple[Diagnostic, Fix]]) -> list[Cel
                 edits.append(InsertRows(one.sheet, one.before))
                 edits += [SetCell(one.sheet, one.before, column, parse_typed(text)) for column, text in one.cells]
                 new = " | ".join(text for _, text in one.cells)
-                changes.append(
-                    CellChange(N_("{sheet} row {row}", sheet=one.sheet, row=one.before), None, new, d.code, fix.title)
-                )
+                place = N_("{sheet} row {row}", sheet=one.sheet, row=one.before)
+                changes.append(CellChange(place, None, new, d.code, fix.title))
                 moved += 1
                 continue
             at = one.address

@@ -31,7 +31,7 @@ from rrp_sheets.graph.build import after_needs
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import Proposals, argument_name, is_reserved, key
 from rrp_sheets.model.values import RecordType
-from rrp_sheets.model.workbook import Address, Cell, Workbook
+from rrp_sheets.model.workbook import Cell, Workbook
 from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_, sentences
 
@@ -50,9 +50,9 @@ class Compiled:
         tables: by the sheet's key.
     """
 
-    formulas: Mapping[str, Formula]
-    facts: Mapping[str, Fact]
-    troubles: Mapping[str, Trouble]
+    formulas: dict[str, Formula]
+    facts: dict[str, Fact]
+    troubles: dict[str, Trouble]
     helpers: Helpers
     examples: Examples
     tables: Mapping[str, Table]
@@ -71,32 +71,22 @@ def check_formulas(workbook: Workbook, robot: Robot, graph: Graph, report: Repor
     """Compile every helper and every row's formula, and work out the examples."""
     names = {key(n): n for n in workbook.sheets}
     tables = {k: make_table(names.get(k, k), rows) for k, rows in workbook.tables.items()}
-    compiler = _Compiler(graph, robot, check_helpers(workbook, tables, report), tables, report)
-    compiler.sheets = own_sheets(workbook)
+    given = (s for s in graph.streams.values() if s.kind in (StreamKind.SENSOR, StreamKind.DONE) and s.device)
+    facts = {s.id: sensor_fact(s, robot) for s in given}
+    compiled = Compiled({}, facts, {}, check_helpers(workbook, tables, report), Examples(graph), tables)
+    compiler = _Compiler(graph, own_sheets(workbook), compiled, report)
     for behaviour in graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
             compiler.add(step)
-    done = compiler
-    return Compiled(done.formulas, done.facts, done.troubles, done.helpers, done.examples, tables)
+    return compiled
 
 
 class _Compiler:
-    def __init__(
-        self, graph: Graph, robot: Robot, helpers: Helpers, tables: Mapping[str, Table], report: Report
-    ) -> None:
+    def __init__(self, graph: Graph, sheets: Sequence[str], compiled: Compiled, report: Report) -> None:
         self.graph = graph
-        self.helpers = helpers
-        self.tables = tables
+        self.sheets = sheets  # names that may be meant for tables
+        self.compiled = compiled
         self.report = report
-        self.formulas: dict[str, Formula] = {}
-        self.troubles: dict[str, Trouble] = {}
-        self.examples = Examples(graph)
-        self.facts = {
-            s.id: sensor_fact(s, robot)
-            for s in graph.streams.values()
-            if s.kind in (StreamKind.SENSOR, StreamKind.DONE) and s.device
-        }
-        self.sheets: list[str] = []  # names that may be meant for tables
         self._depths: dict[str, int] = {}  # how many timestamps stand within each other
 
     def add(self, step: Step) -> None:
@@ -106,7 +96,7 @@ class _Compiler:
         if step.row.on and step.row.formula and takes and len(set(step.inputs)) == len(step.inputs):
             formula = self._compile(step)
             if formula is not None:
-                self.formulas[step.ref] = formula
+                self.compiled.formulas[step.ref] = formula
         nested = max((self._depths.get(i, 0) for i in step.inputs), default=0) + (step.connector.name == "timestamp")
         if nested > MOST_TIMESTAMPS:
             self.report.add("GRAPH015", step.row.connector.address, most=MOST_TIMESTAMPS)
@@ -114,28 +104,24 @@ class _Compiler:
         self._depths[step.output] = 0 if formula else nested
         if not step.row.on or not step.inputs:
             return
-        facts = [self.facts.get(i, Fact()) for i in step.inputs]
-        fact, trouble = self.examples.work_out(step, facts, formula)
-        self.facts[step.ref if step.connector.is_sink else step.output] = fact
+        facts = [self.compiled.facts.get(i, Fact()) for i in step.inputs]
+        fact, trouble = self.compiled.examples.work_out(step, facts, formula)
+        self.compiled.facts[step.ref if step.connector.is_sink else step.output] = fact
         if trouble is not None and step.active:
-            self.troubles[step.ref] = trouble
+            self.compiled.troubles[step.ref] = trouble
 
     def _compile(self, step: Step) -> Formula | None:
-        cell = step.row.formula
+        cell, helpers = step.row.formula, self.compiled.helpers
         names = [self.graph.streams[i].name for i in step.inputs]
-        facts = [self.facts.get(i, Fact()) for i in step.inputs]
-        kinds = {n: f.known.kind for n, f in zip(names, facts, strict=True) if f.known.kind in (NUMBER, TEXT, TRUTH)}
+        known = [self.compiled.facts.get(i, Fact()).known for i in step.inputs]
+        kinds = {n: k.kind for n, k in zip(names, known, strict=True) if k.kind in (NUMBER, TEXT, TRUTH)}
         scope = None
         try:
             scope = make_scope(
-                zip(names, [f.known.record for f in facts], strict=True),
-                self.helpers.by_key,
-                tables=self.tables,
-                extra=step.connector.extra,
-                kinds=kinds,
-                propose=self.helpers.propose,
-            )
-            if key(cell.text) in self.helpers.dropped and key(cell.text) not in scope.inputs:
+                zip(names, [k.record for k in known], strict=True), helpers.by_key, tables=self.compiled.tables,
+                extra=step.connector.extra, kinds=kinds, propose=helpers.propose,
+            )  # fmt: skip
+            if key(cell.text) in helpers.dropped and key(cell.text) not in scope.inputs:
                 return None  # a helper alone in the cell that is wrong, which was told there
             text = self._duration(step) or helper_alone(cell, scope, len(step.inputs))
             return compile_formula(text, scope, condition=step.connector.name == "filter")
@@ -145,7 +131,7 @@ class _Compiler:
                 _propose_total(one, step)
             if any(map(is_reserved, names)):  # told of the name, where it is given
                 return None
-            told = [one for one in problem.every if not _about_dropped(one, self.helpers.dropped)]
+            told = [one for one in problem.every if not _about_dropped(one, helpers.dropped)]
             if told:
                 tell(self.report, cell, together(told))
             return None
@@ -218,8 +204,7 @@ class Helpers:
     """The helpers of a workbook.
 
     Attributes:
-        by_key: those that are in order.
-        dropped: the keys of those that are not.
+        by_key: those that are in order; `dropped` are the keys of the others.
         cells: the name's and the formula's cell, by key.
         propose: finds what may be meant by a name, for all formulas of the check together.
     """
@@ -236,16 +221,15 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
     cells: dict[str, Cell] = {}
     names: dict[str, Cell] = {}
     dropped: set[str] = set()
-    places: dict[str, Address] = {}
     for helper in workbook.helpers:
         k = key(argument_name(helper.name.text))
         if not k:
             report.add("FORM016", helper.name.address)
             continue
-        if k in places:
-            report.add("FORM013", helper.name.address, name=helper.name.text, other=str(places[k]))
+        if k in names:
+            report.add("FORM013", helper.name.address, name=helper.name.text, other=str(names[k].address))
             continue
-        places[k] = helper.name.address
+        names[k] = helper.name
         for cell in (helper.name, *helper.inputs):
             if is_reserved(cell.text):
                 report.add("GRAPH018", cell.address, name=cell.text)
@@ -258,13 +242,11 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
         inputs = tuple(Input(c.text, argument_name(c.text) or "value") for c in helper.inputs)
         helpers[k] = HelperDef(argument_name(helper.name.text), inputs)
         cells[k] = helper.formula
-        names[k] = helper.name
     propose = Proposals()
-    for k, definition in list(helpers.items()):
+    for k, definition in helpers.items():
         try:
-            scope = make_scope(
-                [(p.shown, None) for p in definition.parameters], helpers, tables=tables, propose=propose
-            )
+            inputs_known = [(p.shown, None) for p in definition.parameters]
+            scope = make_scope(inputs_known, helpers, tables=tables, propose=propose)
             definition.tree = compile_formula(cells[k].text, scope).tree
         except FormulaProblem as problem:
             for one in problem.every:

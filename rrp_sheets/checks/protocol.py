@@ -50,8 +50,6 @@ class RunPlan:
     Attributes:
         behaviours: keys of the behaviours that run.
         frame_rate: frames a second.
-        seed: of everything random.
-        time_limit_us: when the run ends by itself; None for no limit.
         engine: `frame` or `event loop`.
         keeps_faces: whether remembered faces are kept beyond the run.
         language: the code of the one that explanations, diagrams and the printed protocol are in.
@@ -92,10 +90,8 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FACES_FORGOTTEN, FACES_KEPT), t), report)
     pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((PICTURES, NO_PICTURES), t), report)
     language = _meant(protocol, "Language", "PROT008", language_code, report) or "en"
-    behaviours = _behaviours(workbook, report)
-    return RunPlan(
-        behaviours, rate, seed, limit or None, engine, memory == FACES_KEPT, language, pictures != NO_PICTURES
-    )
+    kept = {"keeps_faces": memory == FACES_KEPT, "keeps_pictures": pictures != NO_PICTURES}
+    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine, language=language, **kept)
 
 
 def _meant(protocol: Protocol, field: str, code: str, meaning: Callable[[str], str], report: Report) -> str:
@@ -129,9 +125,8 @@ def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:
 
 def channel(robot: Robot, device: DeviceType | None) -> str:
     """Return the source of a sensor's values: `camera`, `touch`, `microphone`, `operator`, `clock`, …, `other`."""
-    entry: Mapping[str, Any] = next(
-        (s for s in robot.data["sensor"] if device is not None and s["name"] == device.name), {}
-    )
+    name = device.name if device else None
+    entry: Mapping[str, Any] = next((s for s in robot.data["sensor"] if s["name"] == name), {})
     known = {"press": "operator", "touch": "touch", "say": "microphone"}
     shows = [known[s.split()[0]] for s in entry.get("shows", ()) if s.split()[0] in known]
     return str(entry.get("perception") or (shows[0] if shows else "clock" if entry.get("engine") else "other"))
@@ -143,12 +138,8 @@ def kept_kinds(robot: Robot, graph: Graph, run: RunPlan) -> list[str]:
     streams = [graph.streams[i] for i in dict.fromkeys(i for s in steps for i in s.inputs)]
     sensors = [s for s in streams if s.kind is StreamKind.SENSOR and s.device is not None]
     channels = {channel(robot, s.device.type) for s in sensors if s.device}
-    used = {
-        resource
-        for s in steps
-        if s.connector.is_sink and (device := graph.streams[s.output].device) is not None
-        for resource in device.type.resources
-    }
+    driven = (graph.streams[s.output].device for s in steps if s.connector.is_sink)
+    used = {resource for device in driven if device for resource in device.type.resources}
     sees_faces = any("person" in s.device.type.shows for s in sensors if s.device)
     holds = {
         "events": True, "words": "microphone" in channels, "camera": "camera" in channels and run.keeps_pictures,

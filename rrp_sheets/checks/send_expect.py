@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
@@ -16,9 +17,6 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Cell
 from rrp_sheets.texts import N_, sentences, small
-
-__all__ = ["Expectation", "Place", "Value", "read_expect"]
-
 
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
 _WORDS: dict[str, Value] = {"true": True, "false": False, "blank": None}
@@ -56,16 +54,11 @@ def literal(text: str) -> tuple[bool, Value]:
         return True, _WORDS[short.casefold()]
     digits = short.translate(_MINUS)
     if _NUMBER.fullmatch(digits):
-        return True, _number(digits)
+        if abs(float(digits)) > LARGEST_NUMBER:
+            raise TooLarge(digits)
+        return True, float(digits) if any(c in digits for c in ".eE") else int(digits)
     quoted = in_quotes(short)
-    return (False, None) if quoted is None else (True, quoted)
-
-
-def _number(digits: str) -> int | float:
-    found = float(digits)
-    if abs(found) > LARGEST_NUMBER:
-        raise TooLarge(digits)
-    return found if any(c in digits for c in ".eE") else int(digits)
+    return quoted is not None, quoted
 
 
 def in_quotes(text: str) -> str | None:
@@ -139,13 +132,7 @@ def compiled(text: str, scope: Scope) -> Formula | FormulaProblem:
 
 @dataclass(frozen=True)
 class Sending:
-    """The meaning of a test row's Send cell.
-
-    Attributes:
-        value: when the whole cell is one value or formula.
-        fields: values of fields, by the field's name; the others have their example values.
-        whole: True when `value` counts, False when it is the example with `fields` changed.
-    """
+    """The meaning of a test row's Send cell: `value` as a `whole`, or the example with these `fields` changed."""
 
     text: str
     value: Given = None
@@ -163,9 +150,9 @@ def read_send(cell: Cell, record: RecordType | None, scope: Scope, report: Repor
         found, value = literal(text)
         if found:
             if record is not None and value is not None:
-                every = ", ".join(f.name for f in record.fields)
-                report.add("TEST015", cell.address, text=cell.text, record=record.name, fields=every,
-                           example=record.fields[0].name)  # fmt: skip
+                names = [f.name for f in record.fields]
+                every, example = ", ".join(names), names[0]
+                report.add("TEST015", cell.address, text=cell.text, record=record.name, fields=every, example=example)
             return Sending(cell.text, value, whole=True)
         parts = fields(text)
         if parts is not None:
@@ -207,10 +194,9 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
     for name in names:
         k = record.keys.get(key(name)) if record else key(name)
         if k is None and record is not None:
-            guess = nearest(name, [f.name for f in record.fields])
-            every = ", ".join(f.name for f in record.fields)
-            otherwise = N_("Its fields are: {every}.", every=every)
-            report.add("TEST008", cell.address, record=record.name, field=name, **meant(guess, otherwise))
+            every = [f.name for f in record.fields]
+            remedy = meant(nearest(name, every), N_("Its fields are: {every}.", every=", ".join(every)))
+            report.add("TEST008", cell.address, record=record.name, field=name, **remedy)
             return False
         if k in seen:
             report.add("TEST013", cell.address, field=name)
@@ -220,10 +206,8 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
 
 
 def _is_text(name: str, record: RecordType | None) -> bool:
-    if record is None:
-        return True
-    k = record.keys[key(name)]
-    return any(key(f.name) == k and f.kind in ("text", "any") for f in record.fields)
+    k = record.keys[key(name)] if record else ""
+    return record is None or any(key(f.name) == k and f.kind in ("text", "any") for f in record.fields)
 
 
 def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
@@ -246,9 +230,7 @@ class Expectation:
         kind: `any`, `nothing`, `value`, `about` (a number within a distance), `condition`, or `fields`.
         value: of kind `value` (a formula without inputs is worked out first), and the number of kind `about`.
         quoted: whether a text was in quotes, so that spaces at its ends count.
-        within: how far a number may be away, for kind `about`.
         condition: a formula with the stream's value as its one input.
-        fields: expectations by the name of a record's field.
         blanks: of kind `nothing`, whether blanks may come: they stop an actuator and start nothing.
     """
 
@@ -264,12 +246,11 @@ class Expectation:
 
 @dataclass(frozen=True)
 class Place:
-    """The stream on which a test row expects something: its names, its record type, and the scopes of formulas.
+    """The stream on which a test row expects something.
 
     Attributes:
         names: keys of the names that its value has in conditions.
-        record: of its values, where it is known.
-        with_value: the scope of a condition.
+        with_value: makes the scope of a condition.
         alone: the scope of a formula without inputs.
     """
 
@@ -287,11 +268,10 @@ def read_expect(cell: Cell, place: Place, report: Report) -> Expectation | None:
     if key(text) in ("nothingorblank", "blankornothing"):
         return Expectation("nothing", text, blanks=True)
     try:
-        return _condition(cell, place, report) or _other(cell, place, report)
+        with suppress(_RefusedError):
+            return _condition(cell, place, report) or _other(cell, place, report)
     except TooLarge as error:
         report.add("TEST014", cell.address, text=str(error))
-    except _RefusedError:
-        pass
     return None
 
 
@@ -306,9 +286,8 @@ def _condition(cell: Cell, place: Place, report: Report) -> Expectation | None:
     if operator:
         sign = _PAIRS.get(operator[1], operator[1])
         return _over_value(cell, f"value {sign} {operator['rest']}", place, report)
-    if in_quotes(text) is not None or not any(key(m[0]) in place.names for m in _WORD.finditer(text)):
-        return None
-    if _is_fields(text, place):
+    named = any(key(m[0]) in place.names for m in _WORD.finditer(text))
+    if not named or in_quotes(text) is not None or _is_fields(text, place):
         return None
     begins = _BEGINS.match(text)
     if _SURELY.search(text) or (begins and key(begins["name"]) in place.names):
@@ -338,35 +317,27 @@ def _over_value(cell: Cell, text: str, place: Place, report: Report) -> Expectat
 
 
 def _other(cell: Cell, place: Place, report: Report) -> Expectation:
-    about = _ABOUT.fullmatch(cell.text)
-    if about:
-        return _about(cell, about["number"], about["within"], report)
-    parts = fields(cell.text)
-    if parts is not None and (place.record is not None or len(parts) > 1 or not _sentence(parts)):
-        return _expected_fields(cell, parts, place, report)
-    return _value(cell.text, place)
-
-
-def _sentence(parts: list[tuple[str, str]]) -> bool:
-    """Return whether `a b c d = e` is rather a text than a field: its name has more than three words."""
-    return any(len(name.split()) > 3 for name, _ in parts)
-
-
-def _expected_fields(cell: Cell, parts: list[tuple[str, str]], place: Place, report: Report) -> Expectation:
+    parts = None if _ABOUT.fullmatch(cell.text) else fields(cell.text)
+    # `a b c d = e` is rather a text than a field
+    if parts is None or (place.record is None and len(parts) == 1 and len(parts[0][0].split()) > 3):
+        return _one(cell.text, cell, place, report)
     if not known_fields(cell, [name for name, _ in parts], place.record, report):
         raise _RefusedError
     expected = []
     for name, text in parts:
-        about = _ABOUT.fullmatch(text)
-        one = _about(cell, about["number"], about["within"], report) if about else _value(text, place)
+        one = _one(text, cell, place, report)
         expected.append((name, Expectation("any", text) if key(text) == "any" else one))
     return Expectation("fields", cell.text, fields=tuple(expected))
 
 
-def _about(cell: Cell, number: str, within: str | None, report: Report) -> Expectation:
+def _one(text: str, cell: Cell, place: Place, report: Report) -> Expectation:
+    """Return the meaning of a text that expects one value: the cell's, or that of a field in it."""
+    found = _ABOUT.fullmatch(text)
+    if not found:
+        return _value(text, place)
     try:
-        about = Decimal(number.replace("−", "-").replace("．", "."))
-        distance = half_of_last_digit(about) if within is None else Decimal(within)
+        about = Decimal(found["number"].replace("−", "-").replace("．", "."))
+        distance = half_of_last_digit(about) if found["within"] is None else Decimal(found["within"])
         if not (about.is_finite() and distance.is_finite() and distance >= 0 and abs(about) < Decimal(10) ** 15):
             raise InvalidOperation
     except InvalidOperation:

@@ -28,15 +28,10 @@ class CaseRow:
     """A parsed row of a test, which either sends or expects something.
 
     Attributes:
-        row: its number in the sheet.
         address: of the cell that says what is sent or expected.
         time_us: from the start of the test.
-        name: the stream as the row names it.
-        stream: its id; a done stream that no row reads has one too.
-        sending: None of a row that expects.
-        expectation: None of a row that sends.
+        name: the stream as the row names it; `stream` is its id, which a done stream that no row reads has too.
         why_silent: why nothing can ever come on that stream; empty when it runs.
-        notes: the user's remarks on the row.
     """
 
     row: int
@@ -87,10 +82,9 @@ class _Names:
     propose: Proposals = field(default_factory=Proposals)
 
     def __post_init__(self) -> None:
-        devices = (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE)
         for stream in self.graph.streams.values():
             sheet, _, name = stream.id.partition("!")
-            if stream.kind in devices:
+            if stream.kind in (StreamKind.SENSOR, StreamKind.ACTUATOR, StreamKind.DONE):
                 self.by_name.setdefault(stream.id, []).insert(0, stream)
             else:
                 self.by_name.setdefault(f"{sheet}!{name}", []).append(stream)
@@ -107,9 +101,8 @@ class _Names:
         found = self.by_name.get(k, [])
         if len(found) > 1 and found[0].kind is StreamKind.ORDINARY:
             sheets = [s.address.sheet for s in found]
-            every = listed(sheets, "and of")
             example = f"{quoted_sheet(sheets[0])}!{found[0].name}"
-            report.add("TEST003", cell.address, name=cell.text, sheets=every, example=example)
+            report.add("TEST003", cell.address, name=cell.text, sheets=listed(sheets, "and of"), example=example)
             return None
         if found:
             return self._of_graph(found[0], cell.text)
@@ -210,14 +203,11 @@ class _Reader:
         if row.send and named.kind is StreamKind.ACTUATOR:
             self.report.add("TEST004", row.send.address, name=named.shown, text=row.send.text)
             return None
-        sending = expectation = None
-        if row.expect:
-            expectation = read_expect(row.expect, self._place(named), self.report)
-        else:
-            sending = self._sending(row, named)
+        sending = None if row.expect else self._sending(row, named)
+        expectation = read_expect(row.expect, self._place(named), self.report) if row.expect else None
         if time is None or (sending is None and expectation is None):
             return None
-        address = (row.expect if row.expect else row.send if row.send else row.stream).address
+        address = (row.expect or row.send or row.stream).address
         name, why = row.stream.text, named.why_silent
         return CaseRow(address.row, address, time, name, named.id, sending, expectation, why, row.notes)
 

@@ -50,38 +50,30 @@ def lint_conflicts(context: LintContext) -> None:
     left = MOST_PAIRS
     told: set[tuple[str, ...]] = set()
     for driver in _drivers(context):
-        spoken = False
         for other in drivers:
             left -= 1
             if left < 0:
                 return
-            for resource in sorted(driver.uses & other.uses):
-                how = _in_the_way(driver, other, resource, context)
-                if not how or (driver.behaviour != other.behaviour and not _first(told, driver, other, resource)):
-                    continue
-                _tell(driver, other, resource, how, context)
-                spoken = True
-                break
-            if spoken:
+            if _tell_conflict(driver, other, told, context):
                 break
         drivers.append(driver)
 
 
-def _first(told: set[tuple[str, ...]], one: _Driver, other: _Driver, resource: str) -> bool:
-    """Record a finding about a resource of two behaviours, and return whether it is the first: one is enough."""
-    pair = (*sorted((one.behaviour, other.behaviour)), resource)
-    fresh = pair not in told
-    told.add(pair)
-    return fresh
-
-
-def _tell(driver: _Driver, other: _Driver, resource: str, how: str, context: LintContext) -> None:
-    address = driver.step.row.output.address
-    where = row_of(other.step, driver.step)
-    if resource == VOICE and driver.behaviour == other.behaviour:
-        context.report.add("LINT004", address, other=where)
-    else:
-        context.report.add("LINT003", address, other=where, resource=N_(resource), how=how)
+def _tell_conflict(driver: _Driver, other: _Driver, told: set[tuple[str, ...]], context: LintContext) -> bool:
+    """Report the first resource over which two rows conflict, for two behaviours once, and return whether one is."""
+    for resource in sorted(driver.uses & other.uses):
+        how = _in_the_way(driver, other, resource, context)
+        pair = (*sorted((driver.behaviour, other.behaviour)), resource)
+        if not how or (driver.behaviour != other.behaviour and pair in told):
+            continue
+        told.add(pair)
+        address, where = driver.step.row.output.address, row_of(other.step, driver.step)
+        if resource == VOICE and driver.behaviour == other.behaviour:
+            context.report.add("LINT004", address, other=where)
+        else:
+            context.report.add("LINT003", address, other=where, resource=N_(resource), how=how)
+        return True
+    return False
 
 
 def _drivers(context: LintContext) -> Iterator[_Driver]:
@@ -121,14 +113,14 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, context: LintContex
     same_behaviour = one.behaviour == other.behaviour
     routes = context.routes
     if routes.together(one.routes, other.routes, same_origin=True):
-        if one.step.output == other.step.output and _same_value(one, other):
+        choices = one.fact.known.choices
+        same_value = choices is not None and len(choices) == 1 and choices == other.fact.known.choices
+        if same_value and one.step.output == other.step.output:
             return ""
         origin = next(a.origin for a in one.routes for b in other.routes if a.origin == b.origin)
         return N_("{named} can reach both", named=_named(origin, context))
-    if resource == VOICE and same_behaviour:
-        return ""
     steady = one if one.steady else other if other.steady else None
-    if steady is None and same_behaviour:
+    if same_behaviour and (resource == VOICE or steady is None):
         return ""
     if not routes.together(one.routes, other.routes, same_origin=False):
         return ""
@@ -137,11 +129,6 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, context: LintContex
     if steady is None:
         return N_("they stand in two behaviours that know nothing of each other")
     return N_("{row} does so again and again", row=row_of(steady.step, one.step))
-
-
-def _same_value(one: _Driver, other: _Driver) -> bool:
-    first, second = one.fact.known.choices, other.fact.known.choices
-    return first is not None and first == second and len(first) == 1
 
 
 def _follow(one: _Driver, other: _Driver, context: LintContext) -> bool:

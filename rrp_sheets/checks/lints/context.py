@@ -18,11 +18,7 @@ from rrp_sheets.texts import N_
 
 @dataclass(frozen=True)
 class LintContext:
-    """A workbook with its routes and readers, and the report for the findings of the lints.
-
-    Attributes:
-        running: keys of the behaviours that run, or that another one can switch on.
-    """
+    """A workbook, keys of the behaviours that can run, routes and readers of streams, and the report of the lints."""
 
     workbook: Workbook
     robot: Robot
@@ -65,9 +61,6 @@ class LintContext:
 def row_of(step: Step, seen_from: Step) -> str:
     """Return `row 5`, or `row 5 of the sheet Look` when it is in another sheet."""
     sheet = step.row.output.address.sheet
-    other = key(sheet) != key(seen_from.row.output.address.sheet)
-    return (
-        N_("row {number} of the sheet {sheet}", number=step.number, sheet=sheet)
-        if other
-        else N_("row {number}", number=step.number)
-    )
+    if key(sheet) != key(seen_from.row.output.address.sheet):
+        return N_("row {number} of the sheet {sheet}", number=step.number, sheet=sheet)
+    return N_("row {number}", number=step.number)

@@ -48,11 +48,6 @@ def _needs(step: Step) -> tuple[str, ...]:
     return step.inputs[:1] if step.connector.passes and step.connector.name not in _ALL else step.inputs
 
 
-def _needs_all(step: Step) -> bool:
-    formula = step.connector.is_sink and bool(step.row.formula)
-    return step.connector.name in _ALL or step.connector.passes is not None or formula
-
-
 def _source(stream: Stream) -> str:
     """Return the id of the stream whose rows give a stream its values: for a done stream, its actuator's."""
     return stream.done_of if stream.kind is StreamKind.DONE else stream.id
@@ -68,16 +63,14 @@ def _never_acting(
         for stream in _needs(step):
             readers.setdefault(_source(streams[stream]), []).append(step)
     given: set[str] = set()  # outputs of rows that can act
-
-    def comes(stream: Stream) -> bool:
-        source = _source(stream)
-        return source not in makers or source in given  # a sensor, or an end that nothing here causes
-
     waiting = list(steps)
     while waiting:
         step = waiting.pop()
-        ready = [comes(streams[i]) for i in _needs(step)]
-        if step.ref in left and (all(ready) if _needs_all(step) else any(ready)):
+        sources = [_source(streams[i]) for i in _needs(step)]
+        ready = [s not in makers or s in given for s in sources]  # a sensor, or an end that nothing here causes
+        connector = step.connector
+        every = connector.name in _ALL or connector.passes is not None or (connector.is_sink and step.row.formula)
+        if step.ref in left and (all(ready) if every else any(ready)):
             del left[step.ref]
             if step.output not in given:
                 given.add(step.output)

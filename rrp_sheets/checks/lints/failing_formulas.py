@@ -10,7 +10,7 @@ from rrp_sheets.checks.lints.context import LintContext, row_of
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.problems import KINDS, kind_of
-from rrp_sheets.graph import Step, Stream
+from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.texts import N_
@@ -57,35 +57,33 @@ def _trouble(step: Step, context: LintContext) -> None:
 
 def _said(formula: Formula, name: str, value: Value) -> list[str]:
     """Return an example in words; of a record, only the fields that the formula reads."""
-    shown = name.strip() or "value"
+    shown, found = name.strip() or "value", list[str]()
     if isinstance(value, Record):
         nodes = (n for n in ast.walk(formula.tree) if isinstance(n, ast.Attribute))
         read = dict.fromkeys(n.attr for n in nodes if isinstance(n.value, ast.Name) and n.value.id == name)
         fields = [(field, value.type.keys.get(key(field), "")) for field in read]
         found = [f"{shown}.{field} {show(value.values[k], 40)}" for field, k in fields if k in value.values]
-        if found:
-            return found
-    return [f"{shown} {show(value, 60)}"]
+    return found or [f"{shown} {show(value, 60)}"]
 
 
 def _mixed(step: Step, context: LintContext) -> None:
     """Report a merge of values of different kinds, where a row or an actuator needs them to be alike."""
-    facts = [context.fact(i) for i in step.inputs]
-    first = facts[0]
-    if not first.has_example or first.example is None:
+    first, *others = step.inputs
+    fact = context.fact(first)
+    if not fact.has_example or fact.example is None:
         return
-    for place, fact in enumerate(facts[1:], 1):
-        if not fact.has_example or alike(first.example, fact.example):
+    for other in others:
+        second = context.fact(other)
+        if not second.has_example or alike(fact.example, second.example):
             continue
-        use = _use(step.output, [first.example, fact.example], context, step, set())
-        if use is None:
-            continue
-        context.report.add(
-            "LINT006", step.row.inputs_cell.address, output=context.name(step.output), use=use,
-            first=_kind(first.example), one=context.name(step.inputs[0]),
-            second=_kind(fact.example), two=context.name(step.inputs[place]),
-        )  # fmt: skip
-        return
+        use = _use(step.output, [fact.example, second.example], context, step, set())
+        if use is not None:
+            context.report.add(
+                "LINT006", step.row.inputs_cell.address, output=context.name(step.output), use=use,
+                first=_kind(fact.example), one=context.name(first),
+                second=_kind(second.example), two=context.name(other),
+            )  # fmt: skip
+            return
 
 
 def _kind(value: Value) -> str:
@@ -102,34 +100,22 @@ def _use(stream: str, values: list[Value], context: LintContext, merge: Step, se
             fails = [_fails(formula, reader, stream, v, context) for v in values]
             if any(fails) and not all(fails):
                 return N_(", and the formula of {row} cannot work with both", row=row_of(reader, merge))
-        if _keeps_kind(reader, stream):
+        connector = reader.connector
+        if connector.name == "merge" or (connector.passes is not None and reader.inputs[0] == stream):
             if reader.output in seen or len(seen) >= MOST_STREAMS:
                 continue
             found = _use(reader.output, values, context, merge, seen)
             if found is not None:
                 return found
-        elif reader.connector.is_sink and formula is None:
-            target = context.graph.streams[reader.output]
-            if _looks(target) and plain:
+        elif connector.is_sink and formula is None and plain:
+            device = context.graph.streams[reader.output].device
+            if device is not None and not device.type.takes.startswith(_ANY_VALUE):
                 return ""
     return None
 
 
-def _keeps_kind(reader: Step, stream: str) -> bool:
-    """Return whether a row passes on the values of a stream."""
-    connector = reader.connector
-    return connector.name == "merge" or (connector.passes is not None and reader.inputs[0] == stream)
-
-
-def _looks(stream: Stream) -> bool:
-    """Return whether an actuator uses the value, and not only its arrival."""
-    return stream.device is not None and not stream.device.type.takes.startswith(_ANY_VALUE)
-
-
 def _fails(formula: Formula, reader: Step, stream: str, value: Value, context: LintContext) -> bool:
-    values: list[Value] = []
-    for name in reader.connector.extra:
-        values.append(0 if name == "total" else value)
+    values: list[Value] = [0 if name == "total" else value for name in reader.connector.extra]
     for i in reader.inputs:
         fact = context.fact(i)
         if i != stream and not fact.has_example:

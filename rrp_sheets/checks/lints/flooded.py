@@ -19,21 +19,13 @@ def lint_flooded(context: LintContext) -> None:
     for step in context.steps():
         if step.connector.name == "accumulate" or counted.intersection(step.inputs):
             counted.add(step.output)  # a total decides about it: how often that is so cannot be said
-        stream = context.graph.streams[step.output]
-        if not step.connector.is_sink or stream.device is None:
-            continue
-        fact = context.fact(step.ref)
-        speaks = VOICE in stream.device.type.resources and fact.known.kind != BLANK
-        rate = fact.rate
-        if not speaks or rate.kind not in (CAMERA, CHANGE, TIMER) or rate.hz <= TOO_OFTEN_HZ:
-            continue
-        if counted.intersection(step.inputs):
-            continue
-        source = context.name(step.inputs[0])
-        context.report.add(
-            "LINT002", step.row.connector.address, fixes=_fixes(step, context), stream=source, hz=f"{rate.hz:g}",
-            period=PERIOD,
-        )  # fmt: skip
+        device, fact = context.graph.streams[step.output].device, context.fact(step.ref)
+        speaks = step.connector.is_sink and device is not None and VOICE in device.type.resources
+        often = fact.rate.kind in (CAMERA, CHANGE, TIMER) and fact.rate.hz > TOO_OFTEN_HZ
+        if speaks and often and fact.known.kind != BLANK and not counted.intersection(step.inputs):
+            source, hz = context.name(step.inputs[0]), f"{fact.rate.hz:g}"
+            fixes = _fixes(step, context)
+            context.report.add("LINT002", step.row.connector.address, fixes=fixes, stream=source, hz=hz, period=PERIOD)
 
 
 def _fixes(step: Step, context: LintContext) -> list[Fix]:
@@ -53,11 +45,6 @@ def _fixes(step: Step, context: LintContext) -> list[Fix]:
         blank = type(row.inputs_cell.address)(sheet, row.number + 1, columns[0])
         return (Insert(sheet, row.number, cells), Put(blank, ""))
 
-    return [
-        Fix(
-            "throttle",
-            N_("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD),
-            before("throttle", PERIOD),
-        ),
-        Fix("changes", N_("Speak only when “{name}” has changed (changes)", name=shown), before("changes", "")),
-    ]
+    once = N_("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD)
+    changed = N_("Speak only when “{name}” has changed (changes)", name=shown)
+    return [Fix("throttle", once, before("throttle", PERIOD)), Fix("changes", changed, before("changes", ""))]

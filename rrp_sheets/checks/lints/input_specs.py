@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, AbstractValue, Fact
+from rrp_sheets.checks.facts import ANY, BLANK, LIST, NUMBER, RECORD, TEXT, Fact
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.formulas.problems import KINDS, kind_of, kind_of_value
@@ -26,8 +26,7 @@ class InputSpec:
     Attributes:
         kinds: of values that it accepts; blank is always accepted (it stops the actuator).
         wrong: returns the problem with a value of these kinds, in words, or an empty text.
-        needs: the fields that a record must have.
-        lacks: describes a record without them, in words.
+        needs: the fields that a record must have; `lacks` describes one without them, in words.
     """
 
     kinds: frozenset[str]
@@ -39,7 +38,11 @@ class InputSpec:
 
 def lint_input_specs(context: LintContext) -> None:
     """Report rows that send an actuator values that it cannot use."""
-    seeing = {s.id for s in context.graph.streams.values() if _sees(s)}
+    seeing = {
+        s.id
+        for s in context.graph.streams.values()
+        if s.device and s.device.type.payload and {"x", "y"} <= set(s.device.type.payload.keys)
+    }
     ancestors: dict[str, frozenset[str]] = {}
     for step in context.steps():
         mine = frozenset().union(*(ancestors.get(i, frozenset({i})) for i in step.inputs))
@@ -49,31 +52,35 @@ def lint_input_specs(context: LintContext) -> None:
         stream = context.graph.streams[step.output]
         if stream.device is None:
             continue
-        if stream.device.type.name == "Tracker" and not mine & seeing and context.fact(step.ref).known.kind != BLANK:
+        device = stream.device.type
+        if device.name == "Tracker" and not mine & seeing and context.fact(step.ref).known.kind != BLANK:
             context.report.add("LINT014", step.row.output.address, device=stream.name)
-        taker = _taker(stream.device.type, stream)
-        if taker is not None:
-            _check(step, stream, taker, context)
+        decides = _SETTING_DECIDES.get(device.name)
+        taker = _TAKERS.get(device.name)
+        if taker is not None and not (decides and stream.settings.get(decides) not in (None, "")):
+            _check(step, stream, device, taker, context)
 
 
-def _sees(stream: Stream) -> bool:
-    payload = stream.device.type.payload if stream.device else None
-    return payload is not None and {"x", "y"} <= set(payload.keys)
-
-
-def _check(step: Step, stream: Stream, taker: InputSpec, context: LintContext) -> None:
+def _check(step: Step, stream: Stream, device: DeviceType, taker: InputSpec, context: LintContext) -> None:
     fact = context.fact(step.ref)
     if fact.known.kind == BLANK:
         return
+    address = (step.row.formula or step.row.inputs_cell).address
     what, value = _what_is_wrong(fact, stream, taker, context)
     if what:
-        assert stream.device is not None
-        address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
-        takes = stream.device.type.takes
         remedy = sentences(_stands(value, context), taker.remedy)
-        context.report.add("LINT012", address, device=stream.name, takes=takes, what=what, remedy=remedy)
+        context.report.add("LINT012", address, device=stream.name, takes=device.takes, what=what, remedy=remedy)
         return
-    _limits(step, stream, fact, context)
+    for what, known, low, high, unit in _limited(stream, device, fact, context):
+        beyond = next((v for v in known if v < low - 1e-6 or v > high + 1e-6), None)
+        if beyond is not None:
+            end = low if beyond < low else high  # shown with so many digits that the two look different
+            n = next((n for n in range(3, 7) if f"{beyond:.{n}g}" != f"{end:.{n}g}"), 7)
+            context.report.add(
+                "LINT013", address, value=f"{beyond:.{n}g}", what=what, low=f"{low:.{n}g}", high=f"{high:.{n}g}",
+                unit=f" {unit}" if unit else "",
+            )  # fmt: skip
+            return
 
 
 def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, context: LintContext) -> tuple[str, Value]:
@@ -94,29 +101,19 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, context: LintCo
 
 def _stands(value: Value, context: LintContext) -> str:
     """Return in words the table column that holds an unusable text; empty when none does."""
-    if not isinstance(value, str):
+    columns = ((f.name, t) for t in context.compiled.tables.values() for f in t.type.fields)
+    found = next(((c, t) for c, t in columns if isinstance(value, str) and value in t.column(c)), None)
+    if found is None:
         return ""
-    columns = [
-        (f.name, t) for t in context.compiled.tables.values() for f in t.type.fields if value in t.column(f.name)
-    ]
-    return (
-        N_(
-            "{value} stands in the column {column} of the sheet {sheet}.",
-            value=show(value),
-            column=columns[0][0],
-            sheet=columns[0][1].name,
-        )
-        if columns
-        else ""
-    )
+    column, table = found
+    return N_("{value} stands in the column {column} of the sheet {sheet}.", value=show(value), column=column,
+              sheet=table.name)  # fmt: skip
 
 
 def _wrong(value: Value, stream: Stream, taker: InputSpec, context: LintContext) -> str:
     if value is None:
         return ""
-    if kind_of_value(value) not in taker.kinds:
-        return kind_of(value)
-    return taker.wrong(value, stream, context)
+    return taker.wrong(value, stream, context) if kind_of_value(value) in taker.kinds else kind_of(value)
 
 
 # ---- what each takes, as its driver does
@@ -128,12 +125,7 @@ def _colour(value: Value, stream: Stream, context: LintContext) -> str:
     if isinstance(value, (list, tuple)):
         fine = len(value) == 3 and all(is_number(v) and 0 <= v <= 1 for v in value)
         return "" if fine else N_("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
-    return _named(value, Setting("Colour", "colour"), context.robot)
-
-
-def _named(value: Value, setting: Setting, robot: Robot) -> str:
-    """Return in words the problem with a text that should name something; empty when there is none."""
-    _, wants = understand(setting, str(value), robot)
+    _, wants = understand(Setting("Colour", "colour"), str(value), context.robot)
     return N_("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
 
@@ -198,69 +190,38 @@ _TAKERS: Mapping[str, InputSpec] = {
 _SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
 
 
-def _taker(kind: DeviceType, stream: Stream) -> InputSpec | None:
-    """Return the values that an actuator can use; None when any event will do."""
-    decides = _SETTING_DECIDES.get(kind.name)
-    if decides and stream.settings.get(decides) not in (None, ""):
-        return None
-    return _TAKERS.get(kind.name)
+_Limited = tuple[str, list[float], float, float, str]
+"""The name of what has limits, the values that it will surely be given, its limits and their unit."""
 
 
-# ---- limits
-
-
-def _limits(step: Step, stream: Stream, fact: Fact, context: LintContext) -> None:
-    assert stream.device is not None
-    address = (step.row.formula if step.row.formula else step.row.inputs_cell).address
-    for what, known, low, high, unit in _limited(stream, fact, context):
-        value = _beyond(known, low, high)
-        if value is not None:
-            end = low if value < low else high  # shown with so many digits that the two look different
-            n = next((n for n in range(3, 7) if f"{value:.{n}g}" != f"{end:.{n}g}"), 7)
-            context.report.add(
-                "LINT013", address, value=f"{value:.{n}g}", what=what, low=f"{low:.{n}g}", high=f"{high:.{n}g}",
-                unit=f" {unit}" if unit else "",
-            )  # fmt: skip
-            return
-
-
-def _limited(stream: Stream, fact: Fact, context: LintContext) -> list[tuple[str, list[float], float, float, str]]:
-    """Return what has limits: its name, the values that it will surely be given, the limits and their unit."""
-    assert stream.device is not None
-    if stream.device.type.name == "EyeBrightness":
+def _limited(stream: Stream, device: DeviceType, fact: Fact, context: LintContext) -> list[_Limited]:
+    if device.name == "EyeBrightness":
         return [(N_("the eyes"), _sure_values(fact), 0.0, 1.0, "")]
-    if stream.device.type.name != "SetJointPosition":
+    if device.name != "SetJointPosition":
         return []
     names = context.joints(stream)
-    lists = _lists(fact)
+    given = fact.known.choices if fact.known.choices is not None else (fact.example,) if fact.sure else ()
+    lists = [list(v) for v in given if isinstance(v, (list, tuple))]
+    alone = len(names) == 1 and not lists
+    lists = [v for v in lists if len(v) == len(names)]
     found = []
     for place, name in enumerate(names):
         joint = context.robot.joints[key(name)]
-        values = (
-            _sure_values(fact) if len(names) == 1 and not lists else [v[place] for v in lists if len(v) == len(names)]
-        )
+        values = _sure_values(fact) if alone else [v[place] for v in lists]
         found.append((name, [v for v in values if is_number(v)], joint.lower, joint.upper, joint.unit))
     if {"HeadYaw", "HeadPitch"} <= set(names):
-        found += _pitches(names, lists, context.robot)
+        found += _pitches([(v[names.index("HeadYaw")], v[names.index("HeadPitch")]) for v in lists], context.robot)
     return found
 
 
-def _lists(fact: Fact) -> list[list[Value]]:
-    given = fact.known.choices if fact.known.choices is not None else (fact.example,) if fact.sure else ()
-    return [list(v) for v in given if isinstance(v, (list, tuple))]
-
-
-def _pitches(
-    names: tuple[str, ...], lists: list[list[Value]], robot: Robot
-) -> list[tuple[str, list[float], float, float, str]]:
+def _pitches(pairs: list[tuple[Value, Value]], robot: Robot) -> list[_Limited]:
     """Return the head's pitch with its limits at the yaw that is sent with it: turned aside, it can nod less."""
-    found: list[tuple[str, list[float], float, float, str]] = []
-    yaw, pitch, limits = names.index("HeadYaw"), names.index("HeadPitch"), JointLimits(robot)
-    for values in lists:
-        if len(values) == len(names) and is_number(values[yaw]) and is_number(values[pitch]):
-            low, high = limits.of("HeadPitch", float(values[yaw]))
-            name = N_("HeadPitch with HeadYaw at {value:.3g} rad", value=values[yaw])
-            found.append((name, [values[pitch]], low, high, "rad"))
+    found: list[_Limited] = []
+    limits = JointLimits(robot)
+    for yaw, pitch in pairs:
+        if is_number(yaw) and is_number(pitch):
+            name = N_("HeadPitch with HeadYaw at {value:.3g} rad", value=yaw)
+            found.append((name, [pitch], *limits.of("HeadPitch", float(yaw)), "rad"))
     return found
 
 
@@ -270,13 +231,5 @@ def _sure_values(fact: Fact) -> list[float]:
     if known.choices is not None:
         return [c for c in known.choices if is_number(c)]
     values = [fact.example] if fact.has_example and fact.sure and is_number(fact.example) else []
-    return [*values, *_far_end(known)]
-
-
-def _far_end(known: AbstractValue) -> list[float]:
-    """Return the bound that is nearest to 0, when all values lie on one side of it; else nothing."""
-    return [known.low] if 0 < known.low < 1e9 else [known.high] if -1e9 < known.high < 0 else []
-
-
-def _beyond(values: list[float], low: float, high: float) -> float | None:
-    return next((v for v in values if v < low - 1e-6 or v > high + 1e-6), None)
+    nearest_to_0 = [known.low] if 0 < known.low < 1e9 else [known.high] if -1e9 < known.high < 0 else []
+    return values + nearest_to_0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -21,13 +22,9 @@ _TIMES = frozenset({"t", "timestamp"})
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """The way in which a stream's values come.
+    """The way in which a stream's values come: `filters` (refs of rows) hold some of them back.
 
-    Attributes:
-        filters: refs of the filter rows that hold some of them back.
-        rare: whether they come only when something happens.
-        steady: whether they come again and again.
-        timed: whether they carry the time at which they came.
+    `rare` ones come only when something happens, `steady` ones again and again; `timed` ones carry their time.
     """
 
     filters: frozenset[str] = frozenset()
@@ -50,28 +47,19 @@ def lint_stale(context: LintContext) -> None:
         if found is None:
             continue
         rare, steady = found
-        filters = sorted(inputs[rare].filters - inputs[steady].filters, key=lambda ref: steps[ref].number)
-        why = (
-            N_("{row} lets only some values pass", row=row_of(steps[filters[0]], step))
-            if filters
-            else N_("when something happens")
-        )
+        filters = [steps[ref] for ref in inputs[rare].filters - inputs[steady].filters]
+        why = N_("when something happens")
+        if filters:
+            why = N_("{row} lets only some values pass", row=row_of(min(filters, key=lambda s: s.number), step))
         context.report.add(
-            "LINT001",
-            step.row.connector.address,
-            fixes=remedies(step, step.inputs[rare], context),
-            rare=context.name(step.inputs[rare]),
-            steady=context.name(step.inputs[steady]),
-            why=why,
-            row=step.number,
-        )
+            "LINT001", step.row.connector.address, fixes=remedies(step, step.inputs[rare], context),
+            rare=context.name(step.inputs[rare]), steady=context.name(step.inputs[steady]), why=why, row=step.number,
+        )  # fmt: skip
 
 
 def _pace(stream: str, context: LintContext, paces: dict[str, Pace]) -> Pace:
-    if stream in paces:
-        return paces[stream]
     rate = context.fact(stream).rate
-    return Pace(rare=rate.kind == EVENT, steady=rate.hz > 0)
+    return paces.get(stream) or Pace(rare=rate.kind == EVENT, steady=rate.hz > 0)
 
 
 def _after(step: Step, inputs: Sequence[Pace]) -> Pace:
@@ -99,25 +87,18 @@ def _stale_pair(step: Step, inputs: Sequence[Pace], context: LintContext) -> tup
         return None  # the formula is wrong, which is told there
     for old, slow in enumerate(inputs):
         for new, quick in enumerate(inputs):
-            held_back = slow.filters - quick.filters and not quick.filters - slow.filters
+            held_back = slow.filters > quick.filters
             waits = slow.rare and not quick.rare
             if old == new or not quick.steady or not (held_back or waits):
                 continue
-            forgets = context.fact(step.inputs[old]).may_be_blank and _asks(formula, old)
-            if forgets or (slow.timed and quick.timed and _compares_times(formula, old, new)):
+            # a row without formula passes its inputs on whole, blanks and times included
+            forgets = formula is None or formula.names[old] in formula.used
+            compares = formula is None or (_uses_time(formula, old) and _uses_time(formula, new))
+            if forgets and context.fact(step.inputs[old]).known.blank:
                 continue
-            return old, new
+            if not (slow.timed and quick.timed and compares):
+                return old, new
     return None
-
-
-def _asks(formula: Formula | None, place: int) -> bool:
-    """Return whether a formula uses an input, so that a blank one makes a difference."""
-    return formula is None or formula.names[place] in formula.used
-
-
-def _compares_times(formula: Formula | None, old: int, new: int) -> bool:
-    """Return whether a formula uses the times of both inputs; a row without formula passes them on whole."""
-    return formula is None or (_uses_time(formula, old) and _uses_time(formula, new))
 
 
 def _uses_time(formula: Formula, place: int) -> bool:
@@ -160,7 +141,7 @@ def _forgetting(step: Step, rare: str, context: LintContext) -> Fix | None:
     formula = f"IF(ISBLANK({argument_name(recent)}); BLANK; {inner})"
     row = _Writer(step)
     row.insert(old, "forgetAfter", LONGEST_AGE, recent)
-    if _only_sent(step, context):  # the blank stops the actuator
+    if all(r.connector.is_sink and not r.row.formula for r in context.readers.get(step.output, [])):  # it stops them
         row.put(inputs, formula, step.row.output.text)
     else:
         either = _free(f"{step.row.output.text or 'Joined'} or blank", step, context)
@@ -225,19 +206,11 @@ def _opened(step: Step, context: LintContext) -> str:
     return f"{argument_name(helper.shown)}({names})"
 
 
-def _only_sent(step: Step, context: LintContext) -> bool:
-    """Return whether all readers of a row's output send it on to actuators as it is."""
-    readers = context.readers.get(step.output, [])
-    return all(r.connector.is_sink and not r.row.formula for r in readers)
-
-
 def _free(name: str, step: Step, context: LintContext) -> str:
     sheet = key(step.row.output.address.sheet)
     streams: Mapping[str, object] = context.graph.streams
-    taken, wanted, n = name, name, 2
-    while key(taken) in streams or f"{sheet}!{key(taken)}" in streams:
-        taken, n = f"{wanted} {n}", n + 1
-    return taken
+    names = itertools.chain([name], (f"{name} {n}" for n in itertools.count(2)))
+    return next(n for n in names if key(n) not in streams and f"{sheet}!{key(n)}" not in streams)
 
 
 _PIECE = re.compile(r"""(?P<text>"(?:[^"]|"")*"|'(?:[^']|'')*')|(?P<name>[^\W\d]\w*)|(?P<other>.)""", re.DOTALL)
@@ -256,9 +229,7 @@ def renamed(text: str, new: Mapping[str, str]) -> str | None:
         piece = match.group()
         if match["text"] and before.casefold() == "f":
             return None
-        if match["name"] and not (parts and parts[-1] == "."):
-            parts.append(by_key.get(key(piece), piece))
-        else:
-            parts.append(piece)
+        own = match["name"] and before != "."  # not a field
+        parts.append(by_key.get(key(piece), piece) if own else piece)
         before = piece
     return "".join(parts)

@@ -12,7 +12,6 @@ from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Table
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.model.values import Value
 from rrp_sheets.texts import N_, listed
 
 _LOOK_UP = frozenset({"XLOOKUP", "MATCH"})
@@ -40,8 +39,7 @@ def lint_unmatched(context: LintContext) -> None:
         names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=False)}
         for table, name, with_what in _compared(formula.tree, names, context.compiled.tables):
             column = columns.setdefault((table.name, key(name)), _Column(table, name, step))
-            if with_what.choices is None:
-                column.anything = True
+            column.anything |= with_what.choices is None
             column.comes.update({c.casefold(): c for c in with_what.choices or () if isinstance(c, str)})
     for column in columns.values():
         if column.comes and not column.anything:
@@ -92,20 +90,12 @@ def _cell(node: ast.AST, names: Mapping[str, AbstractValue], tables: Mapping[str
     table = tables.get(key(known.record.name)) if known.kind == RECORD and known.record is not None else None
     if table is None or known.record != table.type or key(node.attr) not in table.type.keys:
         return None
-    return table, _title(table, node.attr)
+    return table, next((f.name for f in table.type.fields if key(f.name) == key(node.attr)), node.attr)
 
 
 def _whole(node: ast.AST, tables: Mapping[str, Table]) -> tuple[Table, str] | None:
     """Return the column of `Parts[Zone]`, found by its values, which stand in the tree instead; else None."""
     if not isinstance(node, ast.Constant) or not isinstance(node.value, list):
         return None
-    values: list[Value] = node.value
-    for table in tables.values():
-        for one in table.type.fields:
-            if table.column(one.name) == values:
-                return table, one.name
-    return None
-
-
-def _title(table: Table, name: str) -> str:
-    return next((f.name for f in table.type.fields if key(f.name) == key(name)), name)
+    columns = ((table, one.name) for table in tables.values() for one in table.type.fields)
+    return next(((table, name) for table, name in columns if table.column(name) == node.value), None)

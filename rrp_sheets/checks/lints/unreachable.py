@@ -58,16 +58,15 @@ def _without_input(step: Step, formula: Formula, context: LintContext) -> None:
     if any(isinstance(n, Pick) for n in ast.walk(formula.tree)):
         return  # it is drawn anew each time
     value = context.compiled.examples.value(formula, [None] * len(formula.names))
-    address = step.row.formula.address
-    if isinstance(value, (bool, int, float)):
-        why: str = N_("the formula is always {value}, whatever arrives", value=show(value))
-        if value:
-            example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
-            context.report.add("LINT015", address, why=why, example=example)
-        else:
-            context.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
-    elif value is None:
-        why = N_("the formula is always blank, whatever arrives")
+    if not (value is None or isinstance(value, (bool, int, float))):
+        return
+    address, why = step.row.formula.address, N_("the formula is always blank, whatever arrives")
+    if value is not None:
+        why = N_("the formula is always {value}, whatever arrives", value=show(value))
+    if value:
+        example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
+        context.report.add("LINT015", address, why=why, example=example)
+    else:
         context.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.formulas import HelperDef
@@ -37,15 +38,8 @@ def lint_unused_helpers(context: LintContext) -> None:
 
 def _words_of_unread_formulas(context: LintContext) -> set[str]:
     """Return the names in formulas that are unreadable or switched off, and in tests: they count as uses."""
-    texts = [
-        row.formula.text
-        for b in context.workbook.behaviours
-        for row in b.rows
-        if f"{b.name}!{row.number}" not in context.compiled.formulas
-    ]
-    texts += [cell.text for sheet in context.workbook.tests for row in sheet.rows for cell in (row.send, row.expect)]
-    found: set[str] = set()
-    for text in texts:
-        found |= {key(word) for word in "".join(c if c.isalnum() or c in "_ " else " " for c in text).split(" ")}
-        found.add(key(text))
-    return found
+    book, formulas = context.workbook, context.compiled.formulas
+    texts = [r.formula.text for b in book.behaviours for r in b.rows if f"{b.name}!{r.number}" not in formulas]
+    texts += [cell.text for sheet in book.tests for row in sheet.rows for cell in (row.send, row.expect)]
+    words = (word for text in texts for word in re.sub(r"[^\w ]", " ", text).split(" "))
+    return {key(text) for text in (*texts, *words)}
