@@ -30,13 +30,11 @@ class Change:
         sheet: the sheet's name, that of the second workbook where both have it.
         name: the stream, helper or field in question; empty for rows.
         rows: its row in the first and in the second workbook, 0 where there is none.
-        field: of a row, the cell that changed: `connector`, `inputs`, `formula`, `output`, `priority`.
         what: the column, setting or field that changed, in words.
-        before: what the first workbook says there.
-        after: what the second says.
-        effect: True when the change alters the behaviour.
+        effect: it alters the behaviour.
         note: why it has no effect, or what the effect is.
         pieces: of a formula, the kept, removed and added parts.
+        field: of a row, the cell that changed: `connector`, `inputs`, `formula`, `output`, `priority`.
     """
 
     kind: str
@@ -57,6 +55,12 @@ class Change:
         return replace(self, effect=False, note=self.note or note) if self.effect else self
 
 
+def one_sided(kind: str, part: str, sheet: str, text: str, row: int = 0, effect: bool = True, note: str = "") -> Change:
+    """Return the change for what only one workbook has: the second one when `kind` is `added`, else the first."""
+    (before, after), rows = (("", text), (0, row)) if kind == "added" else ((text, ""), (row, 0))
+    return Change(kind, part, sheet, "", rows, "", before, after, effect, note)
+
+
 @dataclass(frozen=True, slots=True)
 class ComparedWorkbook:
     """One of the two workbooks, as the comparison identifies it."""
@@ -69,10 +73,7 @@ class ComparedWorkbook:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Differences between two workbooks, the older one first.
-
-    The changes of the behaviours come before the others, sheet by sheet.
-    """
+    """Differences between two workbooks, the older one first; those of behaviours come first, sheet by sheet."""
 
     first: ComparedWorkbook
     second: ComparedWorkbook
@@ -137,10 +138,8 @@ def _meaning(match: re.Match[str], names: Mapping[str, str]) -> str:
     if match["text"]:
         inside = match["text"][1:-1]
         return "“" + (inside.replace('""', '"') if match["text"][0] == '"' else inside)
-    if match["number"]:
-        bare = match["number"]
-        number = float(bare.rstrip("% ")) / (100 if bare.endswith("%") else 1)
-        return f"{number:.15g}"
+    if bare := match["number"]:
+        return f"{float(bare.rstrip('% ')) / (100 if bare.endswith('%') else 1):.15g}"
     if match["name"]:
         return names.get(key(match["name"]), key(match["name"]))
     return _SIGNS.get(match["sign"], match["sign"])
@@ -172,20 +171,10 @@ def pieces(before: str, after: str, names: Mapping[str, str] | None = None) -> t
     if not left or not right or max(len(left), len(right)) > MOST:
         return tuple(FormulaPiece(kind, text) for kind, text in (("gone", before), ("new", after)) if text)
     matcher = difflib.SequenceMatcher(None, [t.meaning for t in left], [t.meaning for t in right], autojunk=False)
-    out: list[FormulaPiece] = []
+    parts: list[tuple[str, Sequence[ComparedToken]]] = []
     for op, a, b, c, d in matcher.get_opcodes():
-        if op == "equal":
-            out.append(FormulaPiece("same", _joined(right[c:d])))
-            continue
-        if b > a:
-            out.append(FormulaPiece("gone", _joined(left[a:b])))
-        if d > c:
-            out.append(FormulaPiece("new", _joined(right[c:d])))
-    return tuple(_spaced(out))
-
-
-def _joined(part: Sequence[ComparedToken]) -> str:
-    return "".join(t.written for t in part)
+        parts += [("same", right[c:d])] if op == "equal" else [("gone", left[a:b]), ("new", right[c:d])]
+    return tuple(_spaced([FormulaPiece(kind, "".join(t.written for t in part)) for kind, part in parts if part]))
 
 
 def _spaced(found: list[FormulaPiece]) -> list[FormulaPiece]:
@@ -213,28 +202,22 @@ def single(found: Sequence[FormulaPiece]) -> tuple[str, str] | None:
     ('20', '15')
     """
     changed = [p for p in found if p.kind != "same"]
-    if [p.kind for p in changed] != ["gone", "new"]:
+    if [p.kind for p in changed] != ["gone", "new"] or any(len(tokens(p.text)) != 1 for p in changed):
         return None
-    old, new = changed[0].text, changed[1].text
-    return (old, new) if len(tokens(old)) == len(tokens(new)) == 1 else None
+    return changed[0].text, changed[1].text
 
 
 _NO_NAMES: Mapping[str, str] = {}
 
 
 def shape(
-    tree: ast.AST,
-    names: Mapping[str, str],
-    helpers: Mapping[str, str] = _NO_NAMES,
+    tree: ast.AST, names: Mapping[str, str], helpers: Mapping[str, str] = _NO_NAMES,
     fields: Mapping[str, str] = _NO_NAMES,
-) -> str:
-    """Return a tree as text, without places and spellings.
+) -> str:  # fmt: skip
+    """Return a tree, resolved by `compile_formula`, as text without places and spellings.
 
-    Args:
-        tree: resolved, as `compile_formula` gives it.
-        names: what stands for each input's name: its place, or the stream it is.
-        helpers: new keys of helpers that are called otherwise now, by the old.
-        fields: new keys of fields, by the old.
+    `names` are what stands for each input's name: its place, or the stream it is; `helpers` and `fields` are new keys
+    by the old ones.
 
     >>> from rrp_sheets.formulas import compile_formula, make_scope
     >>> one = compile_formula("IF(Near > 3, 1, 0)", make_scope([("Near", None)])).tree
@@ -267,9 +250,8 @@ class _Shaper:
         if isinstance(node, ast.Constant):
             return self._constant(node.value, compared)
         if isinstance(node, ast.Name):
-            return "$" + self._name(node.id)
-        found = _field(node)
-        if found is not None:
+            return "$" + (self.local.get(node.id) or self.names.get(node.id, node.id))
+        if (found := _field(node)) is not None:
             owner, name = found
             return f"({self.of(owner)}.{self.fields.get(name, name)})"
         if isinstance(node, ast.Call):
@@ -278,8 +260,7 @@ class _Shaper:
             return f"(text {' '.join(self._text(node.values))})"
         if isinstance(node, ast.ListComp):
             for loop in node.generators:
-                targets = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
-                for target in targets:
+                for target in loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]:
                     if isinstance(target, ast.Name):
                         self.local.setdefault(target.id, f"%{len(self.local)}")
         inside = isinstance(node, ast.Compare)
@@ -299,9 +280,7 @@ class _Shaper:
         parts: list[str] = []
         text = ""
         for part in values:
-            bare = part
-            if isinstance(part, ast.FormattedValue) and part.format_spec is None:
-                bare = part.value
+            bare = part.value if isinstance(part, ast.FormattedValue) and part.format_spec is None else part
             if isinstance(bare, ast.Constant) and isinstance(bare.value, str):
                 text += bare.value
                 continue
@@ -309,9 +288,6 @@ class _Shaper:
             parts += [repr(text), *inner] if text else inner
             text = ""
         return [*parts, repr(text)] if text else parts
-
-    def _name(self, name: str) -> str:
-        return self.local.get(name) or self.names.get(name, name)
 
     def _call(self, node: ast.Call) -> str:
         helper: HelperDef | None = getattr(node, "helper", None)
@@ -329,8 +305,9 @@ def _field(node: ast.AST) -> tuple[ast.expr, str] | None:
     """Return the owner and the key of a field, as in `ball.x` or `ball['X']`; None for other nodes."""
     if isinstance(node, ast.Attribute):
         return node.value, key(node.attr)
-    by_name = isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and node.slice.value
-    return (node.value, key(by_name)) if isinstance(node, ast.Subscript) and isinstance(by_name, str) else None
+    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, str):
+        return node.value, key(node.slice.value)
+    return None
 
 
 def helpers_in(tree: ast.AST, found: dict[str, HelperDef]) -> None:

@@ -6,11 +6,12 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from functools import partial
 
-from rrp_sheets.compare.changes import Change, as_typed, helpers_in
+from rrp_sheets.compare.changes import Change, as_typed, helpers_in, one_sided
 from rrp_sheets.compare.match import Match, Pairs
 from rrp_sheets.compare.rows import WRITTEN
-from rrp_sheets.compare.side import BehaviourView, DeviceView, RowView, Side, different
+from rrp_sheets.compare.side import BehaviourView, RowView, Side, different
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.formulas.tables import value_of
 from rrp_sheets.model import changed as c
@@ -33,11 +34,7 @@ def detail(first: Side, second: Side, found: Match, changes: Sequence[Change]) -
         a = found.behaviours.back.get(b)
         out.append(builder.alone(behaviour, c.ADDED) if a is None else builder.both(a, b))
     out += [builder.alone(first.behaviours[a], c.REMOVED) for a in found.behaviours.left]
-    return tuple(b for b in out if b.rows and _has_changed(b))
-
-
-def _has_changed(behaviour: ChangedBehaviour) -> bool:
-    return any(r.sign for r in behaviour.rows) or any(s.sign for s in behaviour.streams.values())
+    return tuple(b for b in out if b.rows and (any(r.sign for r in b.rows) or any(s.sign for s in b.streams.values())))
 
 
 class _BehaviourBuilder:
@@ -62,9 +59,9 @@ class _BehaviourBuilder:
     def alone(self, behaviour: BehaviourView, sign: str) -> ChangedBehaviour:
         """Return the changed behaviour for one that only one workbook has."""
         side = self.second if sign == c.ADDED else self.first
-        rows = [self._one_sided(view, sign) for view in behaviour.rows]
+        rows = tuple(self._one_sided(view, sign) for view in behaviour.rows)
         views = {(sign, view.row.number): view for view in behaviour.rows}
-        return ChangedBehaviour(behaviour.name, sign, tuple(rows), self._streams(rows, views, side, side))
+        return ChangedBehaviour(behaviour.name, sign, rows, self._streams(rows, views, side, side))
 
     def both(self, a: int, b: int) -> ChangedBehaviour:
         """Return the changed behaviour for two that are paired."""
@@ -93,10 +90,10 @@ class _BehaviourBuilder:
         ident = self._old if sign == c.REMOVED else str
         row, number = view.row, view.row.number
         takes = tuple(Link(ident(i), sign) for i in dict.fromkeys(view.inputs))
-        texts = [words(t.text) for t in (row.inputs_cell, row.connector, row.formula, row.output)]
         return ChangedRow(
-            sign, number, number if sign == c.REMOVED else 0, texts[0], texts[1], texts[2], texts[3], takes,
-            (Link(ident(view.output), sign),), () if view.on else (N_("switched off"),), off=not view.on,
+            sign, number, number if sign == c.REMOVED else 0, words(row.inputs_cell.text), words(row.connector.text),
+            words(row.formula.text), words(row.output.text), takes, (Link(ident(view.output), sign),),
+            () if view.on else (N_("switched off"),), off=not view.on,
         )  # fmt: skip
 
     def _pair(self, a: RowView, b: RowView) -> ChangedRow:
@@ -105,15 +102,13 @@ class _BehaviourBuilder:
         remarks = [*self._remarks(a, b, found, cells), *self._helper_remarks(b)]
         moved = any(change.kind == "moved" and change.effect for change in found)
         sign = c.CHANGED if remarks or moved or any(change.kind in _SHOWN for change in found) else c.SAME
-        row = b.row
-        inputs, formula = cells.get("inputs"), cells.get("formula")
+        row, inputs = b.row, cells.get("inputs")
         return ChangedRow(
             sign, row.number, a.row.number,
             ComparableText(inputs.before, inputs.after) if inputs else same(row.inputs_cell.text),
-            _words(cells.get("connector"), b.row.connector.text),
-            _words(formula, row.formula.text), _words(cells.get("output"), row.output.text),
-            _links([self._old(i) for i in a.inputs], b.inputs), _links([self._old(a.output)], [b.output]),
-            tuple(remarks), off=not b.on,
+            _words(cells.get("connector"), row.connector.text), _words(cells.get("formula"), row.formula.text),
+            _words(cells.get("output"), row.output.text), _links([self._old(i) for i in a.inputs], b.inputs),
+            _links([self._old(a.output)], [b.output]), tuple(remarks), off=not b.on,
         )  # fmt: skip
 
     def _remarks(self, a: RowView, b: RowView, found: Iterable[Change], cells: Mapping[str, Change]) -> Iterable[str]:
@@ -138,11 +133,10 @@ class _BehaviourBuilder:
     # ---- streams
     def _old(self, stream: str) -> str:
         """Return the id that a stream of the first workbook has in the second; a marked one if it has none there."""
-        if stream in self.found.streams.to:
-            return self.found.streams.to[stream]
-        if "!#" in stream or self.found.streams.of(stream).startswith("\0"):
+        now = self.found.streams.of(stream)
+        if stream not in self.found.streams.to and ("!#" in stream or now.startswith("\0")):
             return f"{c.REMOVED}{stream}"
-        return self.found.streams.of(stream)
+        return now
 
     def _streams(
         self, rows: Iterable[ChangedRow], views: Mapping[tuple[str, int], RowView], first: Side, second: Side
@@ -200,8 +194,7 @@ def _kind(side: Side, stream: str, driven: bool) -> str:
         return found.kind.value
     if "!#" in stream:
         return "anonymous"
-    view: DeviceView | None = side.devices.get(stream)
-    if view is not None and view.found is not None:
+    if (view := side.devices.get(stream)) is not None and view.found is not None:
         return view.found.type.kind
     return "actuator" if driven else "stream" if "!" in stream else "sensor"
 
@@ -225,6 +218,10 @@ class ListRow:
     def whole(self) -> tuple[tuple[str, Hashable], ...]:
         """Meanings of all cells, to compare whole rows."""
         return tuple(self.meaning.items())
+
+    def part(self, names: Sequence[str]) -> Hashable:
+        """Return the meanings of some cells."""
+        return tuple(self.meaning.get(n, "") for n in names)
 
 
 @dataclass(frozen=True)
@@ -254,15 +251,10 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
         names={"time": N_("time"), "thing": N_("thing"), "does": N_("does"), "value": N_("value")},
     )  # fmt: skip
     old, new = _scene(first), _scene(second)
-    if first.workbook.scene is None and second.workbook.scene is None:
-        return []
     if not old and not new:  # a scene without rows is an empty world, none at all is the default scene
         if (first.workbook.scene is None) == (second.workbook.scene is None):
             return []
-        word = "removed" if second.workbook.scene is None else "added"
-        empty = N_("empty")
-        return [Change(word, "sheet", "Scene", before="" if word == "added" else empty,
-                       after=empty if word == "added" else "")]  # fmt: skip
+        return [one_sided("removed" if second.workbook.scene is None else "added", "sheet", "Scene", N_("empty"))]
     out, pairs = list_changes(old, new, kind, found.turned)
     timed = Pairs(len(old), len(new))  # the same pairs, each list in the order of its times
     places = [{i: n for n, i in enumerate(sorted(range(len(s)), key=lambda i: (s[i].time, i)))} for s in (old, new)]
@@ -291,14 +283,14 @@ def _scene(side: Side) -> list[ListRow]:
             verb, values = rest.pop("verb"), rest.pop("values")
             meaning |= {"time": repr(rest), "does": verb, "value": repr(sorted(values.items()))}
         time = us / 1e6 if us is not None else math.inf
-        lines.append(
-            ListRow(place.sheet, place.row, meaning, _said(cells), side.remarks_of(place.sheet, place.row), time)
-        )
+        lines.append(_list_row(side, place.sheet, place.row, meaning, cells, time))
     return lines
 
 
-def _said(cells: Mapping[str, Cell]) -> dict[str, str]:
-    return {n: c.text for n, c in cells.items()}
+def _list_row(
+    side: Side, sheet: str, row: int, meaning: Mapping[str, Hashable], cells: Mapping[str, Cell], time: float = 0.0
+) -> ListRow:
+    return ListRow(sheet, row, meaning, {n: c.text for n, c in cells.items()}, side.remarks_of(sheet, row), time)
 
 
 def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -310,12 +302,11 @@ def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
 def _gestures(side: Side) -> list[ListRow]:
     lines = []
     for row in side.workbook.gestures:
-        cells = {"name": row.name, "time": row.time}
         meaning: dict[str, Hashable] = {"name": key(row.name.text), "time": _duration(row.time, "s")}
         meaning |= {k: _angle(c.text) for k, c in sorted(row.joints.items())}
         place = row.name.address
-        said = _said(cells) | {k: c.text for k, c in row.joints.items()}
-        lines.append(ListRow(place.sheet, place.row, meaning, said, side.remarks_of(place.sheet, place.row)))
+        cells = {"name": row.name, "time": row.time, **row.joints}
+        lines.append(_list_row(side, place.sheet, place.row, meaning, cells))
     return lines
 
 
@@ -347,13 +338,10 @@ def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
     for k in dict.fromkeys([*new, *old]):
         mine, other = old.get(k), new.get(k)
         if mine is None or other is None:
-            sheet = mine or other
-            assert sheet is not None
+            word, sheet = ("added", new[k]) if mine is None else ("removed", mine)
             count = N_("{n} rows", n=len(sheet.rows))
-            word, before, after = ("added", "", count) if mine is None else ("removed", count, "")
-            out.append(Change(word, "sheet", sheet.name, before=before, after=after, effect=False, note=TEST))
-        rename = found.streams.of
-        lines = [_test(mine.name, r, rename, first) for r in mine.rows] if mine else []
+            out.append(one_sided(word, "sheet", sheet.name, count, effect=False, note=TEST))
+        lines = [_test(mine.name, r, found.streams.of, first) for r in mine.rows] if mine else []
         now = [_test(other.name, r, lambda s: s, second) for r in other.rows] if other else []
         out += list_changes(lines, now, kind, found.turned)[0]
     return out
@@ -366,13 +354,10 @@ def _test(sheet: str, row: TestRow, rename: Callable[[str], str], side: Side) ->
     if not mark and stream not in side.streams:  # an ordinary stream without its sheet: that of the first that has it
         stream = next((i for i in side.streams if i.endswith(f"!{stream}") and "!#" not in i), stream)
     meaning: dict[str, Hashable] = {
-        "time": _duration(row.time, "ms"),
-        "stream": rename(stream),
-        "send": as_typed(row.send.text),
+        "time": _duration(row.time, "ms"), "stream": rename(stream), "send": as_typed(row.send.text),
         "expect": as_typed(row.expect.text),
-    }
-    number = row.time.address.row
-    return ListRow(sheet, number, meaning, _said(cells), side.remarks_of(sheet, number))
+    }  # fmt: skip
+    return _list_row(side, sheet, row.time.address.row, meaning, cells)
 
 
 def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -384,16 +369,14 @@ def table_changes(first: Side, second: Side, found: Match) -> list[Change]:
         name = names.get(k, k)
         if k not in old or k not in new:
             word, table = ("added", new[k]) if k in new else ("removed", old[k])
-            count = N_("{n} rows", n=max(len(table) - 1, 0))
-            before, after = ("", count) if word == "added" else (count, "")
-            out.append(Change(word, "table", name, before=before, after=after))
-            continue
-        out += _table(name, old[k], new[k], found.turned)
+            out.append(one_sided(word, "table", name, N_("{n} rows", n=max(len(table) - 1, 0))))
+        else:
+            out += _table(name, old[k], new[k], found.turned)
     return out
 
 
 def _table(name: str, old: Sequence[Sequence[str]], new: Sequence[Sequence[str]], turned: bool) -> list[Change]:
-    heads = [tuple(h for h in table[0]) if table else () for table in (old, new)]
+    heads = [tuple(table[0]) if table else () for table in (old, new)]
     kind = ListKind("table", (tuple(key(h) for h in heads[1][:1]),), ordered=True)
     out, _ = list_changes(_table_lines(name, old, heads[0]), _table_lines(name, new, heads[1]), kind, turned)
     mine, other = ([key(h) for h in head] for head in heads)
@@ -429,9 +412,7 @@ def list_changes(
     """Return the changes of a list and the pairs of its rows; swapping the lists gives the same pairs."""
     pairs = _pair(new, old, kind).inverse() if turned else _pair(old, new, kind)
     moved = pairs.moved(turned) if kind.ordered else set()
-    placed: list[tuple[int, int, list[Change]]] = []
-    for i, j in pairs.to.items():
-        placed.append((new[j].row, 1, _line(kind, old[i], new[j], i in moved)))
+    placed = [(new[j].row, 1, _line(kind, old[i], new[j], i in moved)) for i, j in pairs.to.items()]
     placed += [(new[j].row, 1, [_change(kind, "added", None, new[j])]) for j in pairs.right]
     placed += [(old[i].row, 2, [_change(kind, "removed", old[i], None)]) for i in pairs.left]
     placed.sort(key=lambda entry: entry[:2])
@@ -442,15 +423,11 @@ def _pair(old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind) -> Pai
     pairs = Pairs(len(old), len(new))
     if kind.ordered:
         pairs.in_order([n.whole for n in old], [n.whole for n in new])
-    pairs.by_key(old, new, lambda n: n.whole, lambda n: n.whole)
+    pairs.by_key(old, new, lambda n: n.whole)
     if kind.ordered:
         pairs.between(lambda i, j: _alike(old[i], new[j]) >= _HALF)
-    for names in kind.keys:
-
-        def of(line: ListRow, names: tuple[str, ...] = names) -> Hashable:
-            return tuple(line.meaning.get(n, "") for n in names) if names else None
-
-        pairs.by_key(old, new, of, of)
+    for names in filter(None, kind.keys):
+        pairs.by_key(old, new, partial(ListRow.part, names=names))
     pairs.by_likeness(old, new, lambda n: [e for e in n.whole if e[1] not in ("", ())], _alike, _HALF)
     return pairs
 
@@ -481,11 +458,9 @@ def _change(kind: ListKind, word: str, a: ListRow | None, b: ListRow | None, wha
     view = b or a
     assert view is not None
     if a is None or b is None:
-        text = " | ".join(t for t in view.said.values())
+        text = " | ".join(view.said.values())
         before, after = ("", text) if a is None else (text, "")
     rows = (a.row if a else 0, b.row if b else 0)
     effect = kind.effect and word not in ("written", "notes")
     note = note or ("" if effect or word == "notes" else kind.note)
-    return Change(
-        word, kind.part, view.sheet, rows=rows, what=what, before=before, after=after, effect=effect, note=note
-    )
+    return Change(word, kind.part, view.sheet, "", rows, what, before, after, effect, note)

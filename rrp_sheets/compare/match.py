@@ -5,7 +5,7 @@ from __future__ import annotations
 import bisect
 import difflib
 from collections import defaultdict, deque
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TypeVar
@@ -56,13 +56,9 @@ class Match:
 
     def inverse(self) -> Match:
         """Return the match from the second workbook to the first."""
-        return Match(
-            self.behaviours.inverse(),
-            {(b, a): pairs.inverse() for (a, b), pairs in self.rows.items()},
-            self.streams.inverse(),
-            {b: a for a, b in self.helpers.items()},
-            not self.turned,
-        )
+        rows = {(b, a): pairs.inverse() for (a, b), pairs in self.rows.items()}
+        helpers = {b: a for a, b in self.helpers.items()}
+        return Match(self.behaviours.inverse(), rows, self.streams.inverse(), helpers, not self.turned)
 
     def shape(self, a: RowView) -> Hashable:
         """Return the shape of the formula of a row of the first workbook, with the helpers' names of the second."""
@@ -84,9 +80,7 @@ def match(first: Side, second: Side) -> Match:
 
 def _match(first: Side, second: Side) -> Match:
     behaviours = _behaviours(first.behaviours, second.behaviours)
-    streams = StreamMap()
-    for a, b in behaviours.to.items():
-        streams.sheets[first.behaviours[a].key] = second.behaviours[b].key
+    streams = StreamMap(sheets={first.behaviours[a].key: second.behaviours[b].key for a, b in behaviours.to.items()})
     _devices(first, second, streams)
     found = Match(behaviours, {}, streams, _helpers(first, second))
     for a, b in sorted(behaviours.to.items()):
@@ -96,7 +90,7 @@ def _match(first: Side, second: Side) -> Match:
 
 def _behaviours(first: Sequence[BehaviourView], second: Sequence[BehaviourView]) -> Pairs:
     pairs = Pairs(len(first), len(second))
-    pairs.by_key(first, second, lambda b: b.key, lambda b: b.key)
+    pairs.by_key(first, second, lambda b: b.key)
 
     def said(b: BehaviourView) -> set[Hashable]:
         home = b.key + "!"
@@ -156,26 +150,28 @@ def helper_meaning(side: Side, k: str, renamed: dict[str, str]) -> tuple[int, st
 
 def _rows(first: Sequence[RowView], second: Sequence[RowView], found: Match) -> Pairs:
     """Pair rows: equal ones, then by their output, then those of one meaning, then those that are similar."""
-    pairs = Pairs(len(first), len(second))
-    pairs.by_key(first, second, lambda r: r.deep, lambda r: r.deep)
-    for a, b in pairs.to.items():
-        _same_output(first[a], second[b], found.streams)
+    pairs, streams = Pairs(len(first), len(second)), found.streams
+
+    def add_outputs() -> None:
+        for a, b in pairs.to.items():
+            _same_output(first[a], second[b], streams)
+
+    pairs.by_key(first, second, lambda r: r.deep)
+    add_outputs()
 
     def along(of_first: Callable[[RowView], Hashable], of_second: Callable[[RowView], Hashable]) -> None:
         waiting: dict[Hashable, list[int]] = {}
         for b in reversed(pairs.right):
             waiting.setdefault(of_second(second[b]), []).append(b)
         for a in sorted(pairs.left, key=lambda i: (first[i].step.rank if first[i].step else i, i)):  # type: ignore[union-attr]
-            queue = waiting.get(of_first(first[a]))
-            if queue:
+            if queue := waiting.get(of_first(first[a])):
                 b = queue.pop()
                 pairs.add(a, b)
-                _same_output(first[a], second[b], found.streams)
+                _same_output(first[a], second[b], streams)
 
     def by_meaning() -> None:
         along(lambda r: (r.connector, found.inputs(r), found.shape(r)), lambda r: (r.connector, r.inputs, r.shape))
 
-    streams = found.streams
     along(
         lambda r: (r.connector, found.inputs(r), found.shape(r), _named(streams.of(r.output))),
         lambda r: (r.connector, r.inputs, r.shape, _named(r.output)),
@@ -184,19 +180,15 @@ def _rows(first: Sequence[RowView], second: Sequence[RowView], found: Match) -> 
     by_meaning()
     if pairs.left or pairs.right:  # not all rows are the same under other names: then a name says more than a meaning
         pairs.to, pairs.back, streams.to, streams.back = before
-    taken = len(pairs.to)
     pairs.by_key(
         first, second,
         lambda r: None if r.drives or not r.row.output else streams.of(r.output),
         lambda r: None if r.drives or not r.row.output else r.output,
     )  # fmt: skip
-    for a, b in list(pairs.to.items())[taken:]:
-        _same_output(first[a], second[b], streams)
+    add_outputs()
     by_meaning()
-    taken = len(pairs.to)
     pairs.by_likeness(first, second, _features, lambda a, b: _likeness(a, b, streams), _ALIKE)
-    for a, b in list(pairs.to.items())[taken:]:
-        _same_output(first[a], second[b], streams)
+    add_outputs()
     return pairs
 
 
@@ -215,7 +207,6 @@ def _features(row: RowView) -> list[Hashable]:
 
 
 def _likeness(a: RowView, b: RowView, streams: StreamMap) -> float:
-    """Score the likeness of two rows, from 0 to 1."""
     if a.row.inputs and b.row.inputs:
         mine, other = {streams.of(i) for i in a.inputs}, set(b.inputs)
         inputs = len(mine & other) / max(len(mine | other), 1)
@@ -263,21 +254,16 @@ class Pairs:
         return [i for i in range(self._sizes[1]) if i not in self.back]
 
     def by_key(
-        self,
-        first: Sequence[A],
-        second: Sequence[A],
-        of_first: Callable[[A], Hashable],
-        of_second: Callable[[A], Hashable],
-    ) -> None:
+        self, first: Sequence[A], second: Sequence[A], of_first: Callable[[A], Hashable],
+        of_second: Callable[[A], Hashable] | None = None,
+    ) -> None:  # fmt: skip
         """Pair elements with the same key, in order; a key of None pairs nothing."""
         waiting: dict[Hashable, deque[int]] = defaultdict(deque)
         for j in self.right:
-            k = of_second(second[j])
-            if k is not None:
+            if (k := (of_second or of_first)(second[j])) is not None:
                 waiting[k].append(j)
         for i in self.left:
-            queue = waiting.get(of_first(first[i]))
-            if queue:
+            if queue := waiting.get(of_first(first[i])):
                 self.add(i, queue.popleft())
 
     def in_order(self, first: Sequence[Hashable], second: Sequence[Hashable]) -> None:
@@ -299,21 +285,15 @@ class Pairs:
 
     def between(self, alike: Callable[[int, int], bool]) -> None:
         """Pair, by position, elements between the same partners: a single one, or those that `alike` accepts."""
-        for (i, j), (k, m) in _gaps(self.to, self._sizes):
-            if k - i != m - j:
-                continue
-            for n in range(1, k - i):
+        for (i, j), (k, m) in pairwise([(-1, -1), *sorted(self.to.items()), self._sizes]):
+            for n in range(1, k - i) if k - i == m - j else ():
                 if (k - i == 2 or alike(i + n, j + n)) and i + n not in self.to and j + n not in self.back:
                     self.add(i + n, j + n)
 
     def by_likeness(
-        self,
-        first: Sequence[A],
-        second: Sequence[A],
-        features: Callable[[A], Iterable[Hashable]],
-        score: Callable[[A, A], float],
-        least: float,
-    ) -> None:
+        self, first: Sequence[A], second: Sequence[A], features: Callable[[A], Iterable[Hashable]],
+        score: Callable[[A, A], float], least: float,
+    ) -> None:  # fmt: skip
         """Pair similar elements, the most similar first; only those that share a feature or stand near are scored."""
         left, right = self.left, self.right
         if not left or not right:
@@ -339,19 +319,12 @@ class Pairs:
     def moved(self, turned: bool = False) -> set[int]:
         """Return the indexes of the first list whose partners changed their order among the others' partners.
 
-        Args:
-            turned: look from the second list. Of two that were swapped one has moved: it is to be the same one
-                whichever list is the first.
+        With `turned` it looks from the second list. Of two that were swapped one has moved: it is to be the same one
+        whichever list is the first.
         """
         pairs = sorted((j, i) for i, j in self.to.items()) if turned else sorted(self.to.items())
         names = out_of_order([a for a, _ in pairs], [b for _, b in pairs])
         return {self.back[j] for j in names} if turned else names
-
-
-def _gaps(to: Mapping[int, int], sizes: tuple[int, int]) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Return neighbouring pairs with elements between them in both lists; the ends of the lists count as pairs."""
-    pairs = [(-1, -1), *sorted(to.items()), sizes]
-    return [(a, b) for a, b in pairwise(pairs) if b[0] - a[0] > 1 and b[1] - a[1] > 1]
 
 
 def _nearest(places: Sequence[int], here: int) -> Sequence[int]:

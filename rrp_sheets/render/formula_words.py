@@ -23,8 +23,6 @@ _COMPARED: dict[type[ast.cmpop], str] = {
 _TURNED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE, ast.Eq: ast.Eq, ast.NotEq: ast.NotEq,
 }  # fmt: skip
-
-
 FieldNames = Mapping[tuple[str, str], str]
 
 
@@ -41,23 +39,20 @@ class _NotSimple(Exception):
     """Raised for a formula that is better quoted than described."""
 
 
+@dataclass(frozen=True)
 class Wording:
     """Describes the formulas of one row.
 
-    Args:
-        texts: the language.
+    Attributes:
         names: the inputs, by the keys that formulas use for them.
         helpers: the helpers' names as spelt, by key.
-        fields: the fields' names in that language, by the record's name and the field's key.
+        fields: the fields' names in the language, by the record's name and the field's key.
     """
 
-    def __init__(
-        self, texts: Texts, names: Mapping[str, Named], helpers: Mapping[str, str], fields: FieldNames | None = None
-    ) -> None:
-        self.texts = texts
-        self.fields = fields or {}
-        self.names = names
-        self.helpers = helpers
+    texts: Texts
+    names: Mapping[str, Named]
+    helpers: Mapping[str, str]
+    fields: FieldNames = field(default_factory=dict)
 
     def condition(self, formula: str) -> str:
         """Return a filter's formula in words: `“Distance” is under 0.5 m`."""
@@ -79,8 +74,7 @@ class Wording:
         try:
             return self._work(_parse(formula))
         except _NotSimple:
-            code = self.texts.get("value.code", formula=shown(formula))
-            return self.texts.get("value.work", formula=code)
+            return self.texts.get("value.work", formula=self.texts.get("value.code", formula=shown(formula)))
 
     def says_words(self, formula: str) -> str:
         """Return the constant text that a formula is, in words; empty when it is something else."""
@@ -94,8 +88,7 @@ class Wording:
         if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and key(tree.func.id) in self.helpers:
             name = _spaced(self.helpers[key(tree.func.id)])
             inputs = self.texts.listed([self._subject(a)[0] for a in tree.args])
-            entry = "value.helper_of" if inputs else "value.helper"
-            return self.texts.get(entry, name=name, inputs=inputs)
+            return self.texts.get("value.helper_of" if inputs else "value.helper", name=name, inputs=inputs)
         if isinstance(tree, (ast.Name, ast.Attribute)):
             return self.texts.get("value.take", what=self._subject(tree)[0])
         if isinstance(tree, ast.Constant) and isinstance(tree.value, str):
@@ -140,9 +133,7 @@ class Wording:
         negated = tree.operand if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not) else None
         if called == "not" and isinstance(tree, ast.Call) and len(tree.args) == 1:
             negated = tree.args[0]
-        if negated is not None:
-            return self._truth(negated, "not_")
-        return self._truth(tree, "")
+        return self._truth(tree, "") if negated is None else self._truth(negated, "not_")
 
     def _truth(self, tree: ast.expr, negation: str) -> str:
         if _called(tree) == "isblank" and isinstance(tree, ast.Call) and len(tree.args) == 1:
@@ -173,8 +164,7 @@ class Wording:
         lower = {ast.GtE: ast.LtE(), ast.Gt: ast.Lt()}.get(type(low.ops[0]))
         if lower is None or not isinstance(high.ops[0], (ast.Lt, ast.LtE)):
             return ""
-        chain = ast.Compare(low.comparators[0], [lower, high.ops[0]], [low.left, high.comparators[0]])
-        return self._comparison(chain)
+        return self._comparison(ast.Compare(low.comparators[0], [lower, high.ops[0]], [low.left, high.comparators[0]]))
 
     def _comparison(self, tree: ast.Compare) -> str:
         get = self.texts.get
@@ -210,18 +200,16 @@ class Wording:
             return named.noun, named.content.unit, ""
         if isinstance(tree, ast.Attribute) and isinstance(tree.value, ast.Name) and key(tree.value.id) in self.names:
             named = self.names[key(tree.value.id)]
-            field = find_field(named.content.record, tree.attr)
-            if field is None:
+            record = named.content.record
+            found = find_field(record, tree.attr)
+            if record is None or found is None:
                 raise _NotSimple
-            name, unit, kind = field[0].replace("_", " "), field[1], field[2]
-            if named.content.record is not None:
-                name = self.fields.get((named.content.record.name, key(field[0])), name)
+            spelt, unit, kind = found
+            name = self.fields.get((record.name, key(spelt)), spelt.replace("_", " "))
             if kind == "truth":
                 name = self.texts.get("name.quoted", name=name)
-            noun = self.texts.get("name.its", field=name)
-            if not named.pronoun:
-                noun = self.texts.get("name.field", field=name, input=named.noun)
-            return noun, unit, kind
+            entry = "name.its" if named.pronoun else "name.field"
+            return self.texts.get(entry, field=name, input=named.noun), unit, kind
         raise _NotSimple
 
 
@@ -238,7 +226,6 @@ def _parse(formula: str) -> ast.expr:
 
 
 def _called(tree: ast.expr) -> str:
-    """Return the key of the function that is called, or an empty text."""
     return key(tree.func.id) if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) else ""
 
 
@@ -290,9 +277,8 @@ def contents(graph: Graph) -> dict[str, Content]:
     steps = sorted((s for b in graph.behaviours for s in b.steps), key=lambda s: s.rank)
     for step in steps:
         stream = graph.streams.get(step.output)
-        if stream is None or stream.kind in (StreamKind.ACTUATOR, *given):
-            continue
-        found[step.output] = _of_step(step, found, graph)
+        if stream is not None and stream.kind not in (StreamKind.ACTUATOR, *given):
+            found[step.output] = _of_step(step, found, graph)
     return found
 
 
@@ -333,17 +319,17 @@ def _of_formula(formula: str, names: Mapping[str, Content]) -> tuple[RecordType 
         tree = ast.parse(formula.strip().lstrip("=").strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return None, ""
-    if isinstance(tree, ast.Name) and key(tree.id) in names:
-        content = names[key(tree.id)]
+    if isinstance(tree, ast.Name) and (content := names.get(key(tree.id))) is not None:
         return content.record, content.unit
     if isinstance(tree, ast.Attribute) and isinstance(tree.value, ast.Name) and key(tree.value.id) in names:
-        record = names[key(tree.value.id)].record
-        found = find_field(record, tree.attr)
+        found = find_field(names[key(tree.value.id)].record, tree.attr)
         return None, found[1] if found else ""
     return None, ""
 
 
 def find_field(record: RecordType | None, name: str) -> tuple[str, str, str] | None:
     """Return the shown name, unit and kind of a record's field, or None."""
-    wanted = record.keys.get(key(name)) if record else None
-    return next(((f.name, f.unit, f.kind) for f in record.fields if key(f.name) == wanted), None) if record else None
+    if record is None:
+        return None
+    wanted = record.keys.get(key(name))
+    return next(((f.name, f.unit, f.kind) for f in record.fields if key(f.name) == wanted), None)

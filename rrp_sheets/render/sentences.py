@@ -30,10 +30,7 @@ _JOINED = ("map", "filter")  # their result may be called "it" in the sentence t
 
 @dataclass(frozen=True)
 class RowText:
-    """A row in words.
-
-    `active` is False when it is switched off or nothing feeds it; `heading` is the comment above it.
-    """
+    """A row in words; `active` unless it is switched off or nothing feeds it; `heading` is the comment above it."""
 
     number: int
     text: str
@@ -64,11 +61,10 @@ def explain(
     graph: Graph, workbook: Workbook, behaviours: Sequence[BehaviourGraph] | None = None, *, language: str = "en"
 ) -> list[BehaviourText]:
     """Describe all behaviours (or some) in plain words."""
-    words = texts(language)
-    rows = Rows(graph, workbook, words)
+    rows = Rows(graph, workbook, texts(language))
     chosen = graph.behaviours if behaviours is None else behaviours
     headings = {key(b.name): b.headings for b in workbook.behaviours}
-    return [_behaviour(behaviour, rows, words, headings.get(behaviour.key, {})) for behaviour in chosen]
+    return [_behaviour(behaviour, rows, headings.get(behaviour.key, {})) for behaviour in chosen]
 
 
 def explain_text(
@@ -84,20 +80,19 @@ def explain_text(
             rows += ["", f"  {row.heading}"] if row.heading else []
             rows.append(f"  {row.number:>{wide}}  {row.text}")
         rows = rows[1:] if rows and not rows[0] else rows
-        blocks.append(
-            "\n".join([said.name, "=" * columns(said.name), said.paragraph, "", *said.lists(words), "", *rows])
-        )
+        head = [said.name, "=" * columns(said.name), said.paragraph, "", *said.lists(words), ""]
+        blocks.append("\n".join([*head, *rows]))
     return "\n\n".join(blocks) + "\n"
 
 
-def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts, headings: Mapping[int, str]) -> BehaviourText:
+def _behaviour(behaviour: BehaviourGraph, rows: Rows, headings: Mapping[int, str]) -> BehaviourText:
     active = [step for step in behaviour.steps if step.row.on and step.active]
-    streams = rows.graph.streams
+    streams, words = rows.graph.streams, rows.texts
     used = dict.fromkeys(i for step in active for i in step.inputs if rows.is_sensor(i))
     driven = dict.fromkeys(step.output for step in active if streams[step.output].kind is StreamKind.ACTUATOR)
     return BehaviourText(
         clean(behaviour.name),
-        one_stop(_paragraph(behaviour, active, rows, words)),
+        one_stop(_paragraph(behaviour, active, rows)),
         tuple(
             RowText(s.number, rows.sentence(s), s.row.on and s.active, capital(clean(headings.get(s.number, ""))))
             for s in behaviour.steps
@@ -110,12 +105,10 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, words: Texts, headings: Ma
 def _sensor(stream: Stream, words: Texts) -> str:
     device, name, title = stream.device, clean(stream.name), device_title(stream, words)
     about = [title] if title and key(title) != key(name) else []
-    if device is not None and device.type.knowledge:
-        about = (
-            [words.get("behaviour.pressed")]
-            if device.type.name == "OperatorButton"
-            else [*about, words.get("behaviour.told")]
-        )
+    if device is not None and device.type.name == "OperatorButton" and device.type.knowledge:
+        about = [words.get("behaviour.pressed")]
+    elif device is not None and device.type.knowledge:
+        about.append(words.get("behaviour.told"))
     return words.get("behaviour.about", name=name, about=words.in_a_row(about)) if about else name
 
 
@@ -135,18 +128,15 @@ class _Chain:
                 self._readers.setdefault(stream, []).append(step)
 
     def after(self, step: Step) -> Step | None:
-        """Return the row that follows a row."""
         return self._after.get(id(step))
 
     def only_use(self, stream: str, by: Step) -> bool:
-        """Return whether no other row reads a stream."""
         return all(step is by for step in self._readers.get(stream, ()))
 
 
-def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words: Texts) -> str:
+def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows) -> str:
     sentences: list[str] = []
-    place = 0
-    chain = _Chain(active)
+    place, chain, words = 0, _Chain(active), rows.texts
     while place < len(active):
         step, following = active[place], active[place + 1] if place + 1 < len(active) else None
         before = active[place - 1] if place else None
@@ -156,13 +146,12 @@ def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows, words:
             and _follows(following, step) and chain.only_use(step.output, following)
             and following.connector.name in ("map", "subscribe") and (chained or not rows.is_sensor(step.inputs[0]))
         ):  # fmt: skip
-            sentences.append(_when(step, following, chained, chain, rows, words))
+            sentences.append(_when(step, following, chained, chain, rows))
             place += 2
-            continue
-        sentences.append(_sentence(step, before, chain, rows, words))
-        place += 1
-    off = [str(step.number) for step in behaviour.steps if not step.row.on]
-    if off:
+        else:
+            sentences.append(_sentence(step, before, chain, rows))
+            place += 1
+    if off := [str(step.number) for step in behaviour.steps if not step.row.on]:
         name = words.get("behaviour.rows" if len(off) > 1 else "behaviour.row", n=words.listed(off))
         sentences.append(words.get("behaviour.rows_off", rows=name))
     return words.sentences(sentences if active else [words.get("behaviour.nothing"), *sentences])
@@ -174,38 +163,35 @@ def _follows(step: Step, before: Step) -> bool:
     return alone and before.connector.name in _JOINED and step.connector.name in (*_JOINED, "subscribe")
 
 
-def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows, words: Texts) -> str:
+def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows) -> str:
     """Return a filter and the one row that takes its output as one sentence."""
-    condition = rows.wording(test, pronoun=chained).condition(test.row.formula.text)
+    get, condition = rows.texts.get, rows.wording(test, pronoun=chained).condition(test.row.formula.text)
     if act.connector.is_sink:
-        return rows.sentence_of_subscribe(act, event=words.get("chain.does", condition=condition))
+        return rows.sentence_of_subscribe(act, event=get("chain.does", condition=condition))
     work = rows.wording(act, pronoun=True).work(act.row.formula.text)
-    return words.get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows)})
+    return get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows)})
 
 
-def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows, words: Texts) -> str:
-    if before is not None and before.connector.name == "map" and _follows(step, before):
-        wording, formula = rows.wording(step, pronoun=True), step.row.formula.text
-        if step.connector.name == "filter":
-            condition = wording.condition(formula)
-            onto = words.get("row.onto", name=rows.noun(step.output)) if rows.graph.streams[step.output].name else ""
-            return words.get("chain.filter", condition=condition, onto=onto)
-        if step.connector.name == "map":
-            return words.get("chain.next", work=wording.work(formula), **{"as": _name(step, chain, rows)})
-        return rows.sentence_of_subscribe(step, event=words.get("chain.then"))
-    return rows.bare_sentence(step, unnamed=step.connector.name == "map" and not _needs_name(step, chain, rows))
+def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows) -> str:
+    if before is None or before.connector.name != "map" or not _follows(step, before):
+        return rows.bare_sentence(step, unnamed=step.connector.name == "map" and not _needs_name(step, chain, rows))
+    get, wording, formula = rows.texts.get, rows.wording(step, pronoun=True), step.row.formula.text
+    if step.connector.name == "filter":
+        onto = get("row.onto", name=rows.noun(step.output)) if rows.graph.streams[step.output].name else ""
+        return get("chain.filter", condition=wording.condition(formula), onto=onto)
+    if step.connector.name == "map":
+        return get("chain.next", work=wording.work(formula), **{"as": _name(step, chain, rows)})
+    return rows.sentence_of_subscribe(step, event=get("chain.then"))
 
 
 def _name(step: Step, chain: _Chain, rows: Rows) -> str:
-    """Return the phrase for the name of the result, or for none."""
     return rows.named(rows.noun(step.output) if _needs_name(step, chain, rows) else "")
 
 
 def _needs_name(step: Step, chain: _Chain, rows: Rows) -> bool:
     """Return whether the result has a name that a later sentence uses instead of "it"."""
-    following = chain.after(step)
-    is_it = step.connector.name == "map" and following is not None and _follows(following, step)
-    if is_it and following is not None and chain.only_use(step.output, following):
+    following = chain.after(step) if step.connector.name == "map" else None
+    if following is not None and _follows(following, step) and chain.only_use(step.output, following):
         return False
     return bool(rows.graph.streams[step.output].name)
 
@@ -230,24 +216,22 @@ class Rows:
 
     def bare_sentence(self, step: Step, *, unnamed: bool = False) -> str:
         """Return a row in words, as if it were on; `unnamed`: without the name of its result."""
-        kind, get = step.connector.name, self.texts.get
+        kind, formula = step.connector.name, step.row.formula.text
+        if kind == "subscribe":
+            return self.sentence_of_subscribe(step, event=self.event(step))
         values = self._values(step)
         if unnamed:
             values["as"] = self.named("")
-        if kind == "subscribe":
-            return self.sentence_of_subscribe(step, event=self.event(step))
         if kind == "combineLatest":
-            formula = step.row.formula.text
-            values["work"] = self.wording(step).work(formula) if formula else get("value.record")
+            values["work"] = self.wording(step).work(formula) if formula else self.texts.get("value.record")
         elif "{work}" in step.connector.sentence:
             wording = self.wording(step, pronoun=self.is_sensor(step.inputs[0]))
-            values |= {"event": self.event(step), "work": wording.work(step.row.formula.text)}
+            values |= {"event": self.event(step), "work": wording.work(formula)}
         elif "{condition}" in step.connector.sentence:
             return self._filter(step, values)
         return capital(self._said(step.connector, values, _case(step)))
 
     def _said(self, connector: Connector, values: Mapping[str, str], case: str = "") -> str:
-        """Return a connector's sentence for a case with its places filled."""
         language = self.texts.language
         template = connector.sentences.get(language) or translate(connector.sentence_for(case), language)
         return template.format_map(_Places(values))
@@ -268,14 +252,13 @@ class Rows:
         said = self._action(step, event)
         stream = self.graph.streams[step.output]
         blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs)
-        if not blank or self._sends_blanks(step) or not stops_at_a_blank(stream):
+        stops = stream.device is None or bool(stream.device.type.stops)
+        if not blank or self._sends_blanks(step) or not stops:
             return said
         return self.texts.get("row.stops", sentence=said, does=device_stops(stream, self.texts))
 
     def _sends_blanks(self, step: Step) -> bool:
-        """Return whether a `subscribe` sends nothing but blanks."""
-        formula = step.row.formula.text
-        if formula:
+        if formula := step.row.formula.text:
             return is_blank(formula)
         return bool(step.inputs) and all(self.contents.get(i, Content()).blank for i in step.inputs)
 
@@ -283,21 +266,19 @@ class Rows:
         formula, values = step.row.formula.text, {"event": event}
         if not formula or self._sends_blanks(step):
             return self._said(step.connector, values | {"does": self.does(step)})
-        wording = self.wording(step)
-        stream = self.graph.streams[step.output]
-        speaks = stream.device is not None and stream.device.type.takes == "text"
-        if speaks and (words := wording.says_words(formula)):
+        wording, device = self.wording(step), self.graph.streams[step.output].device
+        if device is not None and device.type.takes == "text" and (words := wording.says_words(formula)):
             return self._said(step.connector, values | {"work": words}, "words")
         values |= {"work": wording.work(formula), "does": self.does(step)}
         return self._said(step.connector, values, "formula")
 
     def does(self, step: Step) -> str:
         """Return the action of a `subscribe` in words."""
+        stream = self.graph.streams[step.output]
         if self._sends_blanks(step):
-            return device_stops(self.graph.streams[step.output], self.texts)
-        sensors = {s: None for i in step.inputs for s in self.contents.get(i, Content()).sensors}
-        source = source_of(Content(sensors=sensors), self.graph, self.texts)
-        return device_says(self.graph.streams[step.output], self.texts, source)
+            return device_stops(stream, self.texts)
+        sensors = dict.fromkeys(s for i in step.inputs for s in self.contents.get(i, Content()).sensors)
+        return device_says(stream, self.texts, source_of([self.graph.streams[s] for s in sensors], self.texts))
 
     def event(self, step: Step) -> str:
         """Return the event that triggers a row, in words."""
@@ -306,8 +287,7 @@ class Rows:
         triggers = inputs if step.connector.is_sink and not step.row.formula.text else inputs[:1]
         stream = self.graph.streams[triggers[0]]
         if len(triggers) == 1 and stream.kind is StreamKind.SENSOR:
-            says, name = device_says(stream, self.texts), self.noun(stream.id)
-            device = stream.device
+            says, name, device = device_says(stream, self.texts), self.noun(stream.id), stream.device
             known = device is None or key(device.name) == key(stream.name) or name in says  # a button's label
             event = get("event.sensor", says=says) if known else get("event.sensor_named", says=says, name=name)
         elif len(triggers) == 1 and stream.kind is StreamKind.DONE:
@@ -341,26 +321,22 @@ class Rows:
             noun = self.texts.get("name.it") if is_it else self.noun(stream)
             named = Named(noun, self.contents.get(stream, Content()), is_it)
             name = self.graph.streams[stream].name
-            for spelling in (argument_name(name), name):
+            for spelling in (argument_name(name), name, "value" if len(step.inputs) == 1 else ""):
                 if spelling:
                     names.setdefault(key(spelling), named)
-            if len(step.inputs) == 1:
-                names.setdefault("value", named)
         return Wording(self.texts, names, self.helpers, self.fields)
 
     def _values(self, step: Step) -> dict[str, str]:
         """Return the values that templates of rows may name."""
         nouns = [self.noun(i) for i in dict.fromkeys(step.inputs)]
-        named = bool(self.graph.streams[step.output].name)
-        output = self.noun(step.output) if named else ""
+        output = self.noun(step.output) if self.graph.streams[step.output].name else ""
         period = self.texts.duration(step.period_us) if step.period_us is not None else clean(step.row.formula.text)
         formula = self.texts.get("value.code", formula=shown(clean(step.row.formula.text)))
         plain = {
             "input": nouns[0] if nouns else "", "inputs": self.texts.listed(nouns), "formula": formula,
             "inputs_or": self.texts.listed(nouns, "or"), "others": self.texts.listed(nouns[1:], "or"),
-            "period": period, "pace": self._pace(step), "output": output,
-            "as": self.named(output if named else ""),
-            "onto": self.texts.get("row.onto", name=output) if named else "",
+            "period": period, "pace": self._pace(step), "output": output, "as": self.named(output),
+            "onto": self.texts.get("row.onto", name=output) if output else "",
         }  # fmt: skip
         return {**plain, **{name.capitalize(): capital(value) for name, value in plain.items()}}
 
@@ -380,11 +356,13 @@ class Rows:
 
 def _case(step: Step) -> str:
     """Return the case of a row for which its connector has a sentence of its own."""
-    formula, several = bool(step.row.formula.text), len(set(step.inputs)) > 1
     case = ""
-    for name, holds in (("formula", formula), ("no_formula", not formula), ("several", several), ("one", not several)):
+    for name in (
+        "formula" if step.row.formula.text else "no_formula",
+        "several" if len(set(step.inputs)) > 1 else "one",
+    ):
         longer = f"{case}_{name}" if case else name
-        if holds and longer in step.connector.variants:
+        if longer in step.connector.variants:
             case = longer
     return case
 
@@ -413,12 +391,12 @@ def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
     name = texts.get("name.quoted", name=clean(stream.name))
     words = stream.device.type.words(texts.language) if stream.device else None
     if stream.device is None or words is None or not words.says:
-        sensor = stream.kind.value == "sensor"
-        ended = sensor and key(stream.name).endswith("done")
-        entry = "event.ended" if ended else "event.unknown" if sensor else "does.unknown"
-        if ended:
-            name = texts.get("name.quoted", name=re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE))
-        return texts.get(entry, name=name)
+        if stream.kind is not StreamKind.SENSOR:
+            return texts.get("does.unknown", name=name)
+        if not key(stream.name).endswith("done"):
+            return texts.get("event.unknown", name=name)
+        actuator = re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE)
+        return texts.get("event.ended", name=texts.get("name.quoted", name=actuator))
     return _template(words.says, stream, texts, source)
 
 
@@ -431,11 +409,6 @@ def device_stops(stream: Stream, texts: Texts) -> str:
     if not stops:
         return texts.get("does.stop_nothing", name=name)
     return texts.get("does.stop_device", stops=_template(stops, stream, texts), name=name)
-
-
-def stops_at_a_blank(stream: Stream) -> bool:
-    """Return whether a blank stops what an actuator does."""
-    return stream.device is None or bool(stream.device.type.stops)
 
 
 def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> str:
@@ -456,7 +429,7 @@ def device_title(stream: Stream, texts: Texts) -> str:
 def field_names(graph: Graph, texts: Texts) -> FieldNames:
     """Return the names of record fields in a language, by the record's name and the field's key."""
     done = {(DONE.name, key(f.name)): texts.get(f"done.{key(f.name)}") for f in DONE.fields}
-    kinds = [s.device.type for s in graph.streams.values() if s.device and s.device.type.payload]
+    kinds = (s.device.type for s in graph.streams.values() if s.device)
     words = [(t.payload.name, t.words(texts.language).fields) for t in kinds if t.payload]
     return done | {(record, k): name for record, fields in words for k, (name, _) in fields.items()}
 
@@ -468,12 +441,11 @@ def _shown(value: object, kind: str, words: DeviceWords, texts: Texts) -> object
     return words.said(value, kind) if isinstance(value, str) else value
 
 
-def source_of(content: Content, graph: Graph, texts: Texts) -> str:
+def source_of(sensors: Sequence[Stream], texts: Texts) -> str:
     """Return the source of a value in words: the things that the sensors behind it see."""
-    streams = [graph.streams[i] for i in content.sensors]
-    seen = [s for s in streams if s.device and s.device.type.payload]
-    names = [texts.get("name.sensor", name=device_title(s, texts) or _thing(s.device)) for s in seen if s.device]
-    names = list(dict.fromkeys(names))
+    seen = [(s, s.device) for s in sensors if s.device and s.device.type.payload]
+    things = dict.fromkeys(device_title(stream, texts) or _thing(device) for stream, device in seen)
+    names = list(dict.fromkeys(texts.get("name.sensor", name=thing) for thing in things))
     if len(names) == 1:
         return names[0]
     return texts.get("does.several", list=texts.listed(names, "or")) if names else texts.get("does.nothing_seen")
@@ -501,8 +473,7 @@ def _filled(template: str, settings: Mapping[str, object], source: str, name: st
         found = settings.get(key(match[1]))
         if isinstance(found, tuple):
             found = texts.in_a_row([f"“{part}”" if "," in str(part) else str(part) for part in found])
-        shown = found if isinstance(found, str) else show(found)
-        return clean(shown)
+        return clean(found if isinstance(found, str) else show(found))
 
     return re.sub(r"\{(\w+)\}", value, template)
 
