@@ -20,10 +20,7 @@ SUBSCRIBE = Connector(
     icon=('<path d="M.8 6h5.6M4.2 3.6 6.6 6 4.2 8.4"/><path d="M9.4 1.5v9" stroke-width="2.4"/>'),
     help="Drives the actuator stream named as output. A blank value stops what it is doing.",
     sentence="{event}, {does}.",
-    variants={
-        "formula": "{event}, {work} and {does} with the result.",
-        "words": "{event}, say {work}.",
-    },
+    variants={"formula": "{event}, {work} and {does} with the result.", "words": "{event}, say {work}."},
     legend="drives an actuator",
     build=build,
     is_sink=True,

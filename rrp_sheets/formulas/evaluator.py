@@ -223,9 +223,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         outer = self.symtable
         self.helpers_deep += 1
         if self.helpers_deep > DEEPEST_HELPERS:
-            raise OutOfSteps(
-                "FORM105", reason=N_("helpers call each other more than {most} deep", most=DEEPEST_HELPERS)
-            )
+            reason = N_("helpers call each other more than {most} deep", most=DEEPEST_HELPERS)
+            raise OutOfSteps("FORM105", reason=reason)
         self.symtable = dict(zip(node.parameters, args, strict=True))
         try:
             return self.run(node.entry[0])
@@ -262,9 +261,8 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
             self.symtable[target.id] = member
             return
         if not isinstance(member, (list, tuple)) or len(member) != len(target.elts):
-            raise FormulaProblem(
-                "FORM103", what=N_("Each member must be a list of {count} values", count=len(target.elts))
-            )
+            what = N_("Each member must be a list of {count} values", count=len(target.elts))
+            raise FormulaProblem("FORM103", what=what)
         for name, value in zip(target.elts, member, strict=True):
             self.symtable[name.id] = value
 

@@ -95,11 +95,9 @@ def read_formula(text: str) -> ast.expr:
 
 
 def _check_characters(text: str) -> None:
-    size = len(text.strip())
-    if size > LONGEST_FORMULA:
-        raise FormulaProblem(
-            "FORM002", LONGEST_FORMULA, reason=N_("it has more than {most} characters", most=LONGEST_FORMULA)
-        )
+    if len(text.strip()) > LONGEST_FORMULA:
+        reason = N_("it has more than {most} characters", most=LONGEST_FORMULA)
+        raise FormulaProblem("FORM002", LONGEST_FORMULA, reason=reason)
     if text.isprintable():
         return
     for i, c in enumerate(text):
@@ -118,14 +116,12 @@ def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     lower = text.casefold()
     at = text[problem.column : problem.column + problem.length].casefold() if problem.column >= 0 else ""
     for shown in [*(i.shown for i in scope.inputs.values()), *(t.name for t in scope.tables.values())]:
-        if at and shown.casefold() == at and key(argument_name(shown)) != key(shown):  # a word of Python's: class
-            problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
-            return
-        if problem.code == "FORM003":
-            continue
-        if shown and shown.casefold() in lower and key(shown) != shown.casefold():
-            problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
-            return
-        if shown[:1].isdigit() and key(shown) in key(text):
+        folded = shown.casefold()
+        meant = at and folded == at and key(argument_name(shown)) != key(shown)  # a word of Python's: class
+        if not meant and problem.code != "FORM003":
+            meant = (shown and folded in lower and key(shown) != folded) or (
+                shown[:1].isdigit() and key(shown) in key(text)
+            )
+        if meant:
             problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return

@@ -18,10 +18,7 @@ KEYWORDS = frozenset((
     "assert", "raise", "return", "global", "nonlocal", "while", "async", "as", "except", "finally", "pass", "break",
     "continue", "elif",
 ))  # fmt: skip
-_REFUSED_WORDS = {
-    "lambda": N_("A lambda"),
-    **{word: N_("“{text}”", text=word) for word in ("await", "yield", "async")},
-}
+_REFUSED_WORDS = {"lambda": N_("A lambda"), **{word: N_("“{text}”", text=word) for word in ("await", "yield", "async")}}
 _TIMES = frozenset(("s", "ms", "sec", "min", "h"))
 _UNITS = frozenset(("m", "cm", "mm", "km", "kg", "g", "hz", "deg", "degree", "degrees", "rad"))
 _CELL = re.compile(r"\$?[A-Za-z]{1,3}\$?[1-9]\d{0,6}")
@@ -46,9 +43,9 @@ def syntax(token: Token, reason: str, remedy: str, **details: object) -> Formula
                           **details)  # fmt: skip
 
 
-def refused(token: Token, what: str, remedy: str, code: str = "FORM003") -> FormulaProblem:
-    """Return the problem FORM003, or that of another code, at a token."""
-    return FormulaProblem(code, token.start, max(token.end - token.start, 1), what=what, remedy=remedy)
+def refused(token: Token, what: str, remedy: str) -> FormulaProblem:
+    """Return the problem FORM003 at a token."""
+    return FormulaProblem("FORM003", token.start, max(token.end - token.start, 1), what=what, remedy=remedy)
 
 
 def cell(name: str) -> bool:
@@ -74,17 +71,11 @@ def number(token: Token) -> int | float:
     """Return the number that a token shows; raises FormulaProblem FORM001 or FORM008."""
     text = token.text.replace("_", "")
     try:
-        found = (
-            int(text, 0)
-            if text[1:2] in ("x", "X", "o", "O", "b", "B")
-            else int(text)
-            if text.isdecimal()
-            else float(text)
-        )
+        based = text[1:2].casefold() in ("x", "o", "b")
+        found = int(text, 0 if based else 10) if based or text.isdecimal() else float(text)
     except ValueError:
-        raise syntax(
-            token, N_("“{text}” is not a number", text=token.text), N_("Write a number such as 0.5.")
-        ) from None
+        reason = N_("“{text}” is not a number", text=token.text)
+        raise syntax(token, reason, N_("Write a number such as 0.5.")) from None
     if abs(found) > LARGEST_NUMBER:
         shown = token.text if len(token.text) <= 13 else token.text[:12] + "…"
         raise FormulaProblem("FORM008", token.start, token.end - token.start, number=shown)
@@ -99,22 +90,16 @@ def truth_beside_number(left: ast.expr, right: ast.expr) -> bool:
 
 def bare_separator(tokens: list[Token], i: int) -> NoReturn:
     """Raise the problem of a comma or semicolon without brackets around it."""
-    decimal = _decimal(tokens, i)
-    if decimal:
+    if decimal := _decimal(tokens, i):
         raise decimal.problem(N_("Write {value}; for a pair, use brackets: (x; y).", value=decimal.shown))
     name = N_("comma") if tokens[i].text == "," else N_("semicolon")
-    raise refused(
-        tokens[i],
-        N_("A {name} without brackets", name=name),
-        N_("Put brackets around values that belong together: (x; y)."),
-    )
+    remedy = N_("Put brackets around values that belong together: (x; y).")
+    raise refused(tokens[i], N_("A {name} without brackets", name=name), remedy)
 
 
 def mixed_separators(tokens: list[Token], i: int, separator: Token) -> NoReturn:
     """Raise the problem of `;` and `,` in one pair of brackets, where most often one is a decimal comma."""
-    comma = i if tokens[i].text == "," else tokens.index(separator)
-    decimal = _decimal(tokens, comma)
-    if decimal:
+    if decimal := _decimal(tokens, i if tokens[i].text == "," else tokens.index(separator)):
         raise decimal.problem(N_("Write {value}.", value=decimal.shown))
     raise refused(tokens[i], N_("Both ; and , in one pair of brackets"),
                   N_("Write the same sign between all values; decimal numbers have a point."))  # fmt: skip
@@ -130,7 +115,6 @@ class _Decimal(NamedTuple):
     guess: str | None
 
     def problem(self, remedy: str) -> FormulaProblem:
-        """Return the problem FORM003 for it."""
         return FormulaProblem("FORM003", self.start, self.end - self.start, what=N_("A decimal comma"), remedy=remedy,
                               typed=self.typed, guess=self.guess)  # fmt: skip
 
@@ -159,19 +143,15 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
         raise refused(now, N_("A star"), N_("Write the list itself: MAX(balls)."))
     if now.text == "{":
         if any(t.kind == "sign" and t.text == ":" for t in tokens[i:]):  # braces are lists to a spreadsheet
-            remedy = N_("Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP.")
-            raise refused(now, N_("A dictionary"), remedy)
+            raise refused(now, N_("A dictionary"), N_("Write lists in brackets [ ]: [1; 2]; look up with XLOOKUP."))
         raise refused(now, "{ }", _SIGNS["{"])
     if now.text == "$":
         raise cell_reference(now.start, now.text + "".join(t.text for t in tokens[i + 1 : i + 4] if t.kind != "end"))
     if now.text in _SIGNS:
         raise refused(now, N_("The sign {text}", text=now.text), _SIGNS[now.text])
     if now.text in (")", "]"):
-        raise syntax(
-            now,
-            N_("there is nothing before “{text}”", text=now.text),
-            N_("Write a value there, or take the sign away."),
-        )
+        reason = N_("there is nothing before “{text}”", text=now.text)
+        raise syntax(now, reason, N_("Write a value there, or take the sign away."))
     if now.text == ":":
         raise syntax(now, N_("there is a colon in it"), N_("Colons stand only in brackets: balls[0:2]."))
     if before is not None and before.text in ("=", "==") and now.text in ("=", "=="):
@@ -201,19 +181,14 @@ def leftover(tokens: list[Token], i: int) -> NoReturn:
     if now.kind == "number" and before.kind == "number" and now.start == before.end:
         raise syntax(now, N_("there are two points in a number"), N_("Write numbers with one point: 1.5."))
     if now.kind == "number" and before.kind == "number":
-        raise syntax(
-            now, N_("there is a space in a number"), N_("Write {text}{text2}.", text=before.text, text2=now.text)
-        )
+        remedy = N_("Write {text}{text2}.", text=before.text, text2=now.text)
+        raise syntax(now, N_("there is a space in a number"), remedy)
     if now.kind in ("text", "texts") and before.kind in ("text", "texts"):
         raise syntax(now, N_("two texts stand side by side"), N_("Write & between them to join them."))
     if now.kind == "name":
         raise _odd_word(before, now)
     shown = N_("a text") if now.kind in ("text", "texts") else N_("“{text}”", text=_near(now))
-    raise syntax(
-        now,
-        N_("there is no sign before {shown}", shown=shown),
-        _BETWEEN,
-    )
+    raise syntax(now, N_("there is no sign before {shown}", shown=shown), _BETWEEN)
 
 
 def _odd_word(before: Token, now: Token) -> FormulaProblem:
@@ -237,17 +212,10 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
         advice = N_("Leave the unit out: distances are in metres, angles in radians (30° is 30 degrees).")
         return syntax(now, N_("there is a unit behind a number"), advice)
     if before.kind == "number":
-        return syntax(
-            now,
-            N_("there is no sign between a number and a name"),
-            N_("Write {text} * {text2}.", text=before.text, text2=now.text),
-        )
-    return syntax(
-        now,
-        N_("there is no sign before “{near}”", near=_near(now)),
-        N_("{between} A text needs quotes.", between=_BETWEEN),
-        quotes=True,
-    )
+        advice = N_("Write {text} * {text2}.", text=before.text, text2=now.text)
+        return syntax(now, N_("there is no sign between a number and a name"), advice)
+    advice = N_("{between} A text needs quotes.", between=_BETWEEN)
+    return syntax(now, N_("there is no sign before “{near}”", near=_near(now)), advice, quotes=True)
 
 
 def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
@@ -291,11 +259,9 @@ def refuse_setting(tree: ast.expr, typed: str) -> None:
     settable = isinstance(left, (ast.Name, ast.Attribute, ast.Subscript))
     if settable and number and sign.strip() == "=" and sign != sign.strip() and not typed.lstrip().startswith("="):
         text = typed.strip()
-        raise FormulaProblem(
-            "FORM003", tree.col_offset, len(text), what=N_("Setting a value with ="),
-            remedy=N_("To ask whether they are equal write {twice}, or ={text}.",
-                          twice=text.replace("=", "==", 1), text=text),
-        )  # fmt: skip
+        twice = text.replace("=", "==", 1)
+        remedy = N_("To ask whether they are equal write {twice}, or ={text}.", twice=twice, text=text)
+        raise FormulaProblem("FORM003", tree.col_offset, len(text), what=N_("Setting a value with ="), remedy=remedy)
 
 
 # ---- names of other programs

@@ -16,14 +16,8 @@ from rrp_sheets.model.values import Record, Value
 from rrp_sheets.texts import N_, capital
 
 _SIGNS: dict[type, str] = {
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.Div: "/",
-    ast.FloorDiv: "//",
-    ast.Mod: "%",
-    ast.Pow: "^",
-}
+    ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "^",
+}  # fmt: skip
 
 
 def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
@@ -44,8 +38,7 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
         if isinstance(many, (str, list, tuple)) and type(times) is int:
             charge(letters(many) if isinstance(many, str) else 0)
             if isinstance(many, str) and isinstance(value_of(many), (int, float)):
-                # 10 to a spreadsheet, 55 to Python
-                raise FormulaProblem("FORM115", text=many[:40])
+                raise FormulaProblem("FORM115", text=many[:40])  # 10 to a spreadsheet, 55 to Python
             size = len(many) * max(times, 0)
             _fits(size, many)
             charge(size)
@@ -54,12 +47,8 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
         raise FormulaProblem("FORM102", needed=N_("a value beside {value}", value=_SIGNS[kind]))
     if kind is ast.Add and {type(left), type(right)} & {str} and {type(left), type(right)} & NUMBERS:
         raise FormulaProblem("FORM114")
-    raise FormulaProblem(
-        "FORM103",
-        what=N_(
-            "{value} cannot work with {kind} and {kind2}", value=_SIGNS[kind], kind=kind_of(left), kind2=kind_of(right)
-        ),
-    )
+    raise FormulaProblem("FORM103", what=N_("{value} cannot work with {kind} and {kind2}", value=_SIGNS[kind],
+                                            kind=kind_of(left), kind2=kind_of(right)))  # fmt: skip
 
 
 def _fits(size: int, like: Value) -> None:
@@ -72,9 +61,8 @@ def field(owner: Value, name: str) -> Value:
     if type(owner) is not Record:
         if owner is None:
             raise FormulaProblem("FORM102", needed=N_("something with a field “{name}”", name=name))
-        raise FormulaProblem(
-            "FORM103", what=N_("{what} has no field “{name}”", what=capital(kind_of(owner)), name=name)
-        )
+        what = N_("{what} has no field “{name}”", what=capital(kind_of(owner)), name=name)
+        raise FormulaProblem("FORM103", what=what)
     if len(name) <= LONGEST_FIELD:  # looking a name up folds it, and keeps what it is folded to
         try:
             return owner.get(name)
@@ -120,9 +108,8 @@ def formatted(value: Value, spec: str) -> str:
     try:
         return format(value, spec)
     except ValueError:
-        raise FormulaProblem(
-            "FORM107", what=N_("The format “{spec}” does not fit {kind}", spec=spec, kind=kind_of(value))
-        ) from None
+        what = N_("The format “{spec}” does not fit {kind}", spec=spec, kind=kind_of(value))
+        raise FormulaProblem("FORM107", what=what) from None
 
 
 ORDER: dict[type, Callable[[Any, Any], bool]] = {
@@ -182,9 +169,9 @@ def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = free) -> 
             charge(len(right))
             held = any(same(left, r, charge) for r in right)
         elif isinstance(left, str) and isinstance(right, str):
-            what, text = left.casefold(), right.casefold()
-            charge(searching(what, text))
-            held = what in text
+            sought, text = left.casefold(), right.casefold()
+            charge(searching(sought, text))
+            held = sought in text
         else:
             raise wrong_kind(N_("a list"), right)
         return held is isinstance(op, ast.In)
@@ -195,9 +182,8 @@ def compare(op: ast.cmpop, left: Value, right: Value, charge: Charge = free) -> 
         return ORDER[type(op)](left, right)
     if left is None or right is None:
         raise FormulaProblem("FORM102", needed=N_("a value to compare"))
-    raise FormulaProblem(
-        "FORM103", what=N_("{what} cannot be compared with {kind}", what=capital(kind_of(left)), kind=kind_of(right))
-    )
+    what = N_("{what} cannot be compared with {kind}", what=capital(kind_of(left)), kind=kind_of(right))
+    raise FormulaProblem("FORM103", what=what)
 
 
 class Picker:
@@ -234,8 +220,7 @@ class _Site:
 
     def draw(self, members: Sequence[Value], charge: Charge) -> Value:
         if len(members) != self._count or not self._left:
-            self._count = len(members)
-            self._left = list(range(len(members)))
+            self._count, self._left = len(members), list(range(len(members)))
         fresh = [i for i in self._left if not any(_equal(members[i], last, charge) for last in self._last)]
         choice = fresh or self._left
         # only random() is promised to stay the same between versions of Python

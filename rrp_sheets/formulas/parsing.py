@@ -108,7 +108,6 @@ class _Parser:
 
     # ---- moving on
     def step(self) -> Token:
-        """Return the current token and move on to the next one."""
         token = self.now
         self.i += 1
         self.now = self.tokens[self.i]
@@ -117,15 +116,12 @@ class _Parser:
 
     @property
     def next(self) -> Token:
-        """The token behind the current one."""
         return self.tokens[min(self.i + 1, len(self.tokens) - 1)]
 
     def fail(self, reason: str, remedy: str, at: Token | None = None) -> NoReturn:
-        """Raise FORM001 at a token."""
         raise hints.syntax(at or self.now, reason, remedy)
 
     def refuse(self, what: str, remedy: str, start: int, end: int) -> NoReturn:
-        """Raise FORM003 for a part of the typed text."""
         raise FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy)
 
     def note(self, what: str, remedy: str, start: int, end: int) -> None:
@@ -133,13 +129,11 @@ class _Parser:
         self.problems.append(FormulaProblem("FORM003", start, max(end - start, 1), what=what, remedy=remedy))
 
     def at(self, node: Node, start: int, end: int) -> Node:
-        """Return the node, with its place in the typed text."""
         node.lineno = node.end_lineno = 1  # type: ignore[attr-defined]
         node.col_offset, node.end_col_offset = start, end  # type: ignore[attr-defined]
         return node
 
     def between(self, node: Node, first: ast.expr, last: ast.expr) -> Node:
-        """Return the node, with its place from the start of the first node to the end of the last."""
         return self.at(node, first.col_offset, last.end_col_offset or 0)
 
     def deeper(self, rule: Callable[[], ast.expr]) -> ast.expr:
@@ -178,14 +172,11 @@ class _Parser:
         return self._logic("or", ast.Or, lambda: self._logic("and", ast.And, self._not))
 
     def _logic(self, word: str, op: type[ast.boolop], rule: Callable[[], ast.expr]) -> ast.expr:
-        first = rule()
-        if self.word != word:
-            return first
-        values = [first]
+        values = [rule()]
         while self.word == word:
             self.step()
             values.append(rule())
-        return self.between(ast.BoolOp(op(), values), first, values[-1])
+        return values[0] if len(values) == 1 else self.between(ast.BoolOp(op(), values), values[0], values[-1])
 
     def _not(self) -> ast.expr:
         if self.word != "not":
@@ -231,15 +222,15 @@ class _Parser:
         return node
 
     def _join(self) -> ast.expr:
-        first = self._sum()
-        if self.word != "&":
-            return first
-        join = Join()
-        join.values = [first]
+        values = [self._sum()]
         while self.word == "&":
             self.step()
-            join.values.append(self._sum())
-        return self.between(join, first, join.values[-1])
+            values.append(self._sum())
+        if len(values) == 1:
+            return values[0]
+        join = Join()
+        join.values = values
+        return self.between(join, values[0], values[-1])
 
     def _sum(self) -> ast.expr:
         left = self._term()
@@ -291,15 +282,15 @@ class _Parser:
         loops: list[ast.comprehension] = []
         while self.word == "for":
             self.step()
-            targets = [self._target()]
+            targets = [target := self._target()]
             while self.word == ",":
                 self.step()
                 targets.append(self._target())
             if self.word != "in":
                 self.fail(N_("“in” is missing behind “for”"), N_("Write for example [n * 2 for n in numbers]."))
             self.step()
-            target = targets[0] if len(targets) == 1 else self.between(
-                ast.Tuple(list(targets), ast.Store()), targets[0], targets[-1])  # fmt: skip
+            if len(targets) > 1:
+                target = self.between(ast.Tuple(targets, ast.Store()), targets[0], targets[-1])
             loop = ast.comprehension(target, self.condition(), [], 0)
             while self.word == "if":
                 self.step()
@@ -310,21 +301,17 @@ class _Parser:
         return loops
 
     def _target(self) -> ast.expr:
+        token = self.now
         if self.word == "(":
-            remedy = N_("Write for a, b in … without brackets.")
-            self.refuse(N_("A bracket after “for”"), remedy, self.now.start, self.now.end)
-        if self.now.kind != "name" or self.word or self.now.text.casefold() in CONSTANTS:
-            self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), self.now.start, self.now.end)
-        token = self.step()
+            self.refuse(
+                N_("A bracket after “for”"), N_("Write for a, b in … without brackets."), token.start, token.end
+            )
+        if token.kind != "name" or self.word or token.text.casefold() in CONSTANTS:
+            self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), token.start, token.end)
+        self.step()
         if self.word in ("[", ".", "("):
             self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), token.start, self.now.end)
         return self.at(ast.Name(token.text, ast.Store()), token.start, token.end)
-
-    def read_inner(self, tokens: list[Token]) -> ast.expr:
-        inner = _Parser(tokens, self.typed, self.depth)
-        inner.brackets = self.brackets
-        inner.problems = self.problems
-        return inner.whole()
 
     # ---- what stands behind a value
     def postfix(self) -> ast.expr:
@@ -345,17 +332,12 @@ class _Parser:
                 args = self.members(")", start, call=True)
                 node = self.at(ast.Call(node, args, []), node.col_offset, self.step().end)
             elif word == "%" and self._is_percent(node):
-                end = self.step().end
-                node = self._scaled(node, end, lambda n: n / 100, 100)
+                node = self._scaled(node, self.step().end, lambda n: n / 100, 100)
             elif word == "°":
                 end = self.step().end
                 if not _is_number(node):
-                    self.refuse(
-                        N_("The sign ° behind something that is no number"),
-                        N_("Write RADIANS(…)."),
-                        node.col_offset,
-                        end,
-                    )
+                    remedy = N_("Write RADIANS(…).")
+                    self.refuse(N_("The sign ° behind something that is no number"), remedy, node.col_offset, end)
                 node = self._scaled(node, end, math.radians, 1)
             else:
                 return node
@@ -367,22 +349,16 @@ class _Parser:
             return False
         if following.text in ("-", "+"):
             shown = self.typed[node.col_offset : self.now.start].strip()
-            sign = following.text
-            advice = N_(
-                "Write ({shown}%) {sign} … for percent, or MOD({shown}; {sign}…) for the remainder.",
-                shown=shown,
-                sign=sign,
-            )
+            advice = N_("Write ({shown}%) {sign} … for percent, or MOD({shown}; {sign}…) for the remainder.",
+                        shown=shown, sign=following.text)  # fmt: skip
             self.refuse(N_("“%” before a sign"), advice, self.now.start, following.end)
-        if following.text == "not":
-            return False
-        return following.text not in _STARTS
+        return following.text != "not" and following.text not in _STARTS
 
     def _scaled(self, node: ast.expr, end: int, scale: Callable[[float], float], divisor: int) -> ast.expr:
+        start = node.col_offset
         if isinstance(node, ast.Constant) and _is_number(node):
-            return self.at(ast.Constant(scale(node.value)), node.col_offset, end)  # type: ignore[arg-type]
-        hundred = self.at(ast.Constant(divisor), node.col_offset, end)
-        return self.at(ast.BinOp(node, ast.Div(), hundred), node.col_offset, end)
+            return self.at(ast.Constant(scale(node.value)), start, end)  # type: ignore[arg-type]
+        return self.at(ast.BinOp(node, ast.Div(), self.at(ast.Constant(divisor), start, end)), start, end)
 
     def _subscript(self, owner: ast.expr) -> ast.expr:
         start = self.step()
@@ -398,33 +374,25 @@ class _Parser:
                 parts[-1] = self.expression()
             else:
                 if self.word in (",", ";"):
-                    self.fail(
-                        N_("there are two places in brackets"),
-                        N_("Write balls[0] for one place, balls[0:2] for a part."),
-                    )
+                    remedy = N_("Write balls[0] for one place, balls[0:2] for a part.")
+                    self.fail(N_("there are two places in brackets"), remedy)
                 self.unclosed(start, "]")
         if colons == 0 and parts[0] is None:
             self.fail(N_("there is nothing between [ and ]"), N_("Write a field's name or a place: balls[0]."))
         if colons > 2:
             self.fail(N_("there are too many : in brackets"), N_("Write [first:end]."))
-        index: ast.expr
-        if colons == 0:
-            assert parts[0] is not None
-            index = parts[0]
-        else:
-            index = self.at(ast.Slice(*parts), start.start, self.now.end)
+        index = parts[0] if colons == 0 else self.at(ast.Slice(*parts), start.start, self.now.end)
+        assert index is not None
         self.brackets -= 1
         return self.at(ast.Subscript(owner, index, ast.Load()), owner.col_offset, self.step().end)
 
     # ---- values
     def _value(self) -> ast.expr:
         kind = self.now.kind
-        if kind == "number":
+        if kind in ("number", "text"):
             token = self.step()
-            return self.at(ast.Constant(hints.number(token)), token.start, token.end)
-        if kind == "text":
-            token = self.step()
-            return self.at(ast.Constant(token.text), token.start, token.end)
+            value = hints.number(token) if kind == "number" else token.text
+            return self.at(ast.Constant(value), token.start, token.end)
         if kind == "name":
             return self._name()
         if kind == "texts":
@@ -448,11 +416,8 @@ class _Parser:
             if called:  # spreadsheets write TRUE() as well
                 start = self.step()
                 if self.word != ")":
-                    self.fail(
-                        N_("there is something between the brackets of {text}", text=token.text),
-                        N_("Write {text} alone.", text=token.text),
-                        start,
-                    )
+                    reason = N_("there is something between the brackets of {text}", text=token.text)
+                    self.fail(reason, N_("Write {text} alone.", text=token.text), start)
                 token = token._replace(end=self.step().end)
             return self.at(ast.Constant(CONSTANTS[lower]), token.start, token.end)
         if (lower in _AS_FUNCTION and not called) or lower in hints.KEYWORDS:
@@ -482,8 +447,7 @@ class _Parser:
         found: list[ast.expr] = []
         separator: Token | None = None
         while not (self.word == closer and not (call and separator)):
-            may_loop = closer == "]" and not found
-            found.append(self._member(closer, start, may_loop))
+            found.append(self._member(closer, start, may_loop=closer == "]" and not found))
             if self.word not in (",", ";"):
                 break
             if separator is not None and separator.text != self.word:
@@ -525,7 +489,6 @@ class _Parser:
         return 0
 
     def unclosed(self, start: Token, closer: str) -> NoReturn:
-        """Raise the problem of a token that stands where a closing bracket belongs."""
         if self.word == "for":
             self.refuse(N_("A generator"), N_("Write the brackets [ ] around it."), self.now.start, self.now.end)
         if self.now.kind == "end":
@@ -533,21 +496,24 @@ class _Parser:
         hints.leftover(self.tokens, self.i)
 
     def _text_with_values(self, token: Token) -> ast.expr:
-        values: list[ast.expr] = []
-        for part in token.parts:
-            if isinstance(part, Hole):
-                values.append(self._hole(part))
-            elif part:
-                values.append(self.at(ast.Constant(part), token.start, token.end))
-        return self.at(ast.JoinedStr(values), token.start, token.end)
+        place = token.start, token.end
+        values: list[ast.expr] = [
+            self._hole(part) if isinstance(part, Hole) else self.at(ast.Constant(part), *place)
+            for part in token.parts if part
+        ]  # fmt: skip
+        return self.at(ast.JoinedStr(values), *place)
 
     def _hole(self, hole: Hole) -> ast.expr:
-        value = self.deeper(lambda: self.read_inner(hole.tokens))
-        spec = None
+        def read() -> ast.expr:
+            inner = _Parser(hole.tokens, self.typed, self.depth)
+            inner.brackets, inner.problems = self.brackets, self.problems
+            return inner.whole()
+
+        value, spec = self.deeper(read), None
+        place = hole.start, hole.end
         if hole.format is not None:
-            text = self.at(ast.Constant(hole.format), hole.start, hole.end)
-            spec = self.at(ast.JoinedStr([text]), hole.start, hole.end)
-        return self.at(ast.FormattedValue(value, -1, spec), hole.start, hole.end)
+            spec = self.at(ast.JoinedStr([self.at(ast.Constant(hole.format), *place)]), *place)
+        return self.at(ast.FormattedValue(value, -1, spec), *place)
 
 
 def _is_power(node: ast.expr) -> bool:

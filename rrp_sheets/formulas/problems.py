@@ -34,9 +34,8 @@ class FormulaProblem(Exception):
 
     def advise(self, remedy: str, guess: str | None = None) -> None:
         """Set another remedy; `guess` is the name that it proposes, if it proposes one."""
-        self.details = {
-            name: value for name, value in self.details.items() if name not in ("guess", "example", "quotes")
-        }
+        for name in ("guess", "example", "quotes"):
+            self.details.pop(name, None)
         self.details |= {"remedy": remedy, "guess": guess} if guess else {"remedy": remedy}
 
     @property
@@ -93,9 +92,8 @@ def wrong_kind(needed: str, value: Value) -> FormulaProblem:
     """Return the problem that `value` is not `needed` (“a number”)."""
     if value is None:
         return FormulaProblem("FORM102", needed=needed)
-    return FormulaProblem(
-        "FORM103", what=N_("This needs {needed}, but gets {kind}", needed=needed, kind=kind_of(value))
-    )
+    what = N_("This needs {needed}, but gets {kind}", needed=needed, kind=kind_of(value))
+    return FormulaProblem("FORM103", what=what)
 
 
 _COMPARISONS = N_("{before} or {after}", before="=", after="<")
@@ -120,9 +118,6 @@ def together(found: Iterable[FormulaProblem]) -> FormulaProblem:
     return first
 
 
-_OWN_FAULTS = (TypeError, ValueError, ArithmeticError, LookupError, AttributeError)
-
-
 def problem_of(error: Exception) -> FormulaProblem | None:
     """Return the problem that an exception of an evaluation stands for; None when the program itself is broken."""
     if isinstance(error, FormulaProblem):
@@ -133,7 +128,7 @@ def problem_of(error: Exception) -> FormulaProblem | None:
         return FormulaProblem("FORM105", reason=N_("it is nested too deeply"))
     if isinstance(error, (OverflowError, MemoryError)):
         return FormulaProblem("FORM105", reason=N_("numbers go up to 1e15"))
-    if isinstance(error, _OWN_FAULTS):
+    if isinstance(error, (TypeError, ValueError, ArithmeticError, LookupError, AttributeError)):
         # a mistake of ours in a library function: the session goes on, and the tests hold that it never happens
         return FormulaProblem("FORM109")
     return None

@@ -97,12 +97,8 @@ def make_scope(
     Raises:
         FormulaProblem: FORM009 when two inputs have one name.
     """
-    found: dict[str, Input] = {}
-    order: list[str] = []
-    inputs = list(inputs)
-    for name in extra:
-        found[key(name)] = Input(name, name)
-        order.append(name)
+    inputs, order = list(inputs), list(extra)
+    found = {key(name): Input(name, name) for name in order}
     for place, (shown, record) in enumerate(inputs):
         name = argument_name(shown) or "value"
         k = key(name)
@@ -115,9 +111,6 @@ def make_scope(
         order.append(name)
     if len(inputs) == 1 and order[-1] in (i.name for i in found.values()):
         found.setdefault("value", found[key(order[-1])])
-    named = {}
-    for k, table in (tables or {}).items():
-        named[key(argument_name(table.name))] = table
-        named[k] = table
+    named = {k: table for sheet, table in (tables or {}).items() for k in (key(argument_name(table.name)), sheet)}
     return Scope(found, tuple(order), helpers or {}, functions or library(), tables=named,
                  propose=propose or Proposals())  # fmt: skip

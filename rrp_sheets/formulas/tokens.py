@@ -19,17 +19,9 @@ from rrp_sheets.texts import N_
 _DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
 QUOTES = _DOUBLE + _SINGLE
 PAIRS = {
-    "“": '”"＂',
-    "„": '“”"',
-    "‟": '”"',
-    "”": '”"',
-    "＂": '＂"',
-    "‘": "’'＇",
-    "‚": "‘’'",
-    "‛": "’'",
-    "’": "’'",
-    "＇": "＇'",
-}
+    "“": '”"＂', "„": '“”"', "‟": '”"', "”": '”"', "＂": '＂"',
+    "‘": "’'＇", "‚": "‘’'", "‛": "’'", "’": "’'", "＇": "＇'",
+}  # fmt: skip
 _ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'", "\n": ""}
 _CODED = {"x": 2, "u": 4, "U": 8}
 
@@ -37,12 +29,9 @@ _CODED = {"x": 2, "u": 4, "U": 8}
 def closing(typed: str, at: int) -> int:
     """Return the place of the quote that ends the text which begins at a place."""
     opener = typed[at]
-    kind = _DOUBLE if opener in _DOUBLE else _SINGLE
-    end = _next(typed, at, PAIRS.get(opener, opener))
-    if end < 0:  # one of the quotes was made a smart one, or the wrong one
-        end = _next(typed, at, kind)
-    if end >= 0:
-        return end
+    for closers in (PAIRS.get(opener, opener), _DOUBLE if opener in _DOUBLE else _SINGLE):
+        if (end := _next(typed, at, closers)) >= 0:  # else one of the quotes was made a smart one, or the wrong one
+            return end
     remedy = N_("Close the text with the same quote as at its beginning.")
     if opener == "'" and typed[at - 1 : at].isalnum():
         remedy = N_('Put a text with an apostrophe between double quotes: "it\'s".')
@@ -80,14 +69,13 @@ def decode(typed: str, opener: int, start: int, end: int) -> str:
     found: list[str] = []
     i = 0
     while i < len(body):
-        c, following = body[i], body[i + 1 : i + 2]
+        c, used = body[i], 1
         if c == "\\":
-            value, used = _escape(body, i, start)
-            found.append(value)
-            i += used
-            continue
+            c, used = _escape(body, i, start)
+        elif c in kind and body[i + 1 : i + 2] == c:
+            used = 2
         found.append(c)
-        i += 2 if c in kind and following == c else 1
+        i += used
     return "".join(found)
 
 
@@ -178,11 +166,7 @@ def fold(text: str) -> str:
 
 
 def _plain(c: str) -> str:
-    if c in _FOLDED:
-        return _FOLDED[c]
-    if c in _KEPT:
-        return c
-    folded = unicodedata.normalize("NFKC", c)
+    folded = _FOLDED.get(c) or (c if c in _KEPT else unicodedata.normalize("NFKC", c))
     return folded if len(folded) == 1 else c
 
 
@@ -224,8 +208,7 @@ class _Lexer:
 
     def _odd(self, at: int) -> Token:
         """Return the token that begins with another character: a text, or a name that is not Latin."""
-        c = self.typed[at]
-        if c in QUOTES:
+        if self.typed[at] in QUOTES:
             end = closing(self.typed, at)
             return Token("text", decode(self.typed, at, at + 1, end), at, end + 1)
         if self.plain[at].isidentifier():
@@ -258,12 +241,10 @@ class _Lexer:
             end += 1
             if not depth:
                 title = self.typed[at + 1 : end - 1].strip()
-                if len(title) > 1 and title[0] in QUOTES and title[-1] in QUOTES:
-                    title = title[1:-1]
-                return Token("column", title, start, end, (name,))
-        raise FormulaProblem(
-            "FORM001", at, reason=N_("a closing bracket is missing"), remedy=N_("Write {name}[Column].", name=name)
-        )
+                quoted = len(title) > 1 and title[0] in QUOTES and title[-1] in QUOTES
+                return Token("column", title[1:-1] if quoted else title, start, end, (name,))
+        remedy = N_("Write {name}[Column].", name=name)
+        raise FormulaProblem("FORM001", at, reason=N_("a closing bracket is missing"), remedy=remedy)
 
     # ---- texts with values in them
     def _text_with_values(self, at: int) -> tuple[tuple[str | Hole, ...], int]:
@@ -283,9 +264,7 @@ class _Lexer:
                 parts += [decode(typed, at, begin, i), c]
                 begin = i = i + 2
             elif c == "{":
-                parts.append(decode(typed, at, begin, i))
-                hole = self._hole(i)
-                parts.append(hole)
+                parts += [decode(typed, at, begin, i), hole := self._hole(i)]
                 begin = i = hole.end
             elif c == "}":
                 remedy = N_("Write }} to show one }.")
@@ -338,8 +317,7 @@ _REMEDIES = {
 def _strange(typed: str, at: int) -> FormulaProblem:
     """Return the problem of a character with which nothing can begin."""
     c = typed[at]
-    found = _ERROR_VALUE.match(typed, at)
-    if found:
+    if found := _ERROR_VALUE.match(typed, at):
         reason = N_("it holds the error value {value} of a spreadsheet", value=found[0])
         remedy = N_("Type the formula again; write the streams' names instead of cells.")
         return FormulaProblem("FORM001", at, len(found[0]), reason=reason, remedy=remedy)

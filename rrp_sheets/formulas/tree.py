@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable
 from typing import Any, NoReturn
 
 from rrp_sheets.diagnostics.report import meant
-from rrp_sheets.formulas.functions import Function
 from rrp_sheets.formulas.functions.define import arguments
 from rrp_sheets.formulas.hints import AMBIGUOUS, cell, cell_reference, function_here, name_here
 from rrp_sheets.formulas.limits import DEEPEST, LARGEST_NUMBER, MOST_LOOPS, MOST_NODES
@@ -67,11 +66,8 @@ class _Resolver:
     def visit_at(self, node: ast.expr, depth: int) -> ast.expr:
         self.count += 1
         if depth > DEEPEST or self.count > MOST_NODES:
-            raise FormulaProblem(
-                "FORM002",
-                node.col_offset,
-                reason=N_("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST),
-            )
+            reason = N_("more than {most} parts, or {deepest} deep", most=MOST_NODES, deepest=DEEPEST)
+            raise FormulaProblem("FORM002", node.col_offset, reason=reason)
         if hasattr(node, "unread"):
             return node
         self._visited.append(node)
@@ -99,43 +95,31 @@ class _Resolver:
 
     # ---- names
     def on_name(self, node: ast.Name, depth: int) -> ast.expr:
-        """Resolve a name to an input, a helper without inputs, a constant, or a table."""
         name, k, scope = node.id, key(node.id), self.scope
         if k in self.local:
             node.id = self.local[k]
             return node
         if name.startswith("_") or "__" in name:
-            raise FormulaProblem(
-                "FORM004", node.col_offset, _width(node), name=name, remedy=N_("Names start with a letter.")
-            )
+            remedy = N_("Names start with a letter.")
+            raise FormulaProblem("FORM004", node.col_offset, _width(node), name=name, remedy=remedy)
         if k in scope.inputs:
             node.id = scope.inputs[k].name
             return node
-        helper = scope.helpers.get(k)
-        if helper is not None:
+        if (helper := scope.helpers.get(k)) is not None:
             if helper.parameters:
                 raise FormulaProblem("FORM006", node.col_offset, _width(node), name=helper.shown, gets=N_("none"),
                                      takes=arguments(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
             return _bind_helper(node, helper, [])
         if k in scope.constants:
             return ast.copy_location(ast.Constant(scope.constants[k]), node)
-        table = scope.table(name)
-        if table is not None:
+        if (table := scope.table(name)) is not None:
             return ast.copy_location(plain(table), node)
         if k == "value" and len(scope.inputs) > 1:
-            self.refuse(
-                node,
-                N_("{name} in a row with several inputs", name=name),
-                N_("Write an input's name: {names}.", names=", ".join(self._mine())),
-                name=name,
-            )
+            remedy = N_("Write an input's name: {names}.", names=", ".join(self._mine()))
+            self.refuse(node, N_("{name} in a row with several inputs", name=name), remedy, name=name)
         if scope.functions.get(name) and not self._as_field(k):
-            self.refuse(
-                node,
-                N_("The function {name} without brackets", name=name),
-                N_("Write {name}(…) with what it works on.", name=name),
-                name=name,
-            )
+            remedy = N_("Write {name}(…) with what it works on.", name=name)
+            self.refuse(node, N_("The function {name} without brackets", name=name), remedy, name=name)
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
         raise FormulaProblem("FORM004", node.col_offset, _width(node), name=name, **self._propose(name))
@@ -154,15 +138,13 @@ class _Resolver:
     def _propose(self, name: str) -> dict[str, Any]:
         """Return the details `remedy` and `guess` for a name that is not known."""
         k = key(name)
-        guess = self._as_field(k)
-        if guess:
+        if guess := self._as_field(k):
             return {"remedy": N_('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name),
                     "guess": guess}  # fmt: skip
         records = [i.record for i in self.scope.inputs.values() if i.record]
         if any(k == key(c) for r in records for f in r.fields for c in f.choices):
             return {"remedy": N_('Put the text between quotes: "{name}".', name=name)}
-        guess = self.scope.propose(name, self.scope.known())
-        if guess:
+        if guess := self.scope.propose(name, self.scope.known()):
             guess = argument_name(guess)
             return {"remedy": N_('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name),
                     "guess": guess}  # fmt: skip
@@ -172,15 +154,12 @@ class _Resolver:
         mine = self._mine()
         if not mine:
             return N_("Put a text between quotes.")
-        named = (
-            N_("The inputs are called {mine}", mine=", ".join(mine))
-            if len(mine) > 1
-            else N_("The input is called {value}", value=mine[0])
-        )
+        named = N_("The input is called {value}", value=mine[0])
+        if len(mine) > 1:
+            named = N_("The inputs are called {mine}", mine=", ".join(mine))
         return N_('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)
 
     def new_name(self, target: ast.expr) -> str:
-        """Bind a name after “for”, which must not be in use."""
         if not isinstance(target, ast.Name) or target.id.startswith("_") or "__" in target.id:
             self.refuse(target, N_("This after “for”"), N_("Write a new name after “for”."))
         name, k = unicodedata.normalize("NFKC", target.id), key(target.id)
@@ -193,9 +172,13 @@ class _Resolver:
 
     # ---- calls
     def on_call(self, node: ast.Call, depth: int) -> ast.expr:
-        """Resolve a call of a library function or a helper by its name; nothing else can be called."""
         if isinstance(node.func, ast.Attribute):
-            self._method(node.func)
+            name = node.func.attr
+            function = self.scope.functions.get(name)
+            remedy = function_here(key(name)) or _ADVICE
+            if function:
+                remedy = N_("Write {name}(…) instead.", name=function.name)
+            self.refuse(node.func, N_("“.{name}( )”", name=name), remedy)
         if not isinstance(node.func, ast.Name) or key(node.func.id) in self.local:
             self.refuse(node, N_("A call of something that is not a function"))
         name, k, scope = node.func.id, key(node.func.id), self.scope
@@ -203,11 +186,8 @@ class _Resolver:
         function = scope.functions.get(name)
         alias = k == "value" and k in scope.inputs and scope.inputs[k].name != "value"
         if k in scope.inputs and not alias and not (helper is None and function is not None and k == "value"):
-            self.refuse(
-                node,
-                N_("The input {name} followed by brackets", name=name),
-                N_("An input is a value: write it without ( )."),
-            )
+            remedy = N_("An input is a value: write it without ( ).")
+            self.refuse(node, N_("The input {name} followed by brackets", name=name), remedy)
         if helper is not None:
             return self._helper(node, helper, depth)
         if k in AMBIGUOUS:
@@ -223,7 +203,9 @@ class _Resolver:
             raise FormulaProblem("FORM006", node.col_offset, len(name), name=function.name, gets=_given(len(args)),
                                  takes=function.takes, usage=usage)  # fmt: skip
         if function.make is None:
-            return _bind_function(node, function, args)
+            call: Any = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
+            call.bound, call.charges, call.gives = function.call, function.charges, function.gives
+            return call  # type: ignore[no-any-return]
         if any(hasattr(arg, "unread") for arg in args):
             return unread(node)
         try:  # IF, AND, …: syntax rather than calls, their arguments are evaluated lazily
@@ -242,7 +224,7 @@ class _Resolver:
                     problem = FormulaProblem("FORM003", arg.col_offset, _width(arg), what=what, remedy=remedy)
                     self.problems.append(problem)
                     unread(arg)
-        return [self.visit_at(a, depth) for a in node.args]
+        return self.visit_all(node.args, depth)
 
     def _is_known(self, name: str) -> bool:
         k, scope = key(name), self.scope
@@ -252,8 +234,7 @@ class _Resolver:
         found = _DECIMAL_COMMA.search(self.typed[node.col_offset : node.end_col_offset])
         if not found or not too_many:
             return usage
-        value = found[0].replace(",", ".")
-        return N_("{usage} — decimal numbers with a point: {value}", usage=usage, value=value)
+        return N_("{usage} — decimal numbers with a point: {value}", usage=usage, value=found[0].replace(",", "."))
 
     def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
         unclear = any(hasattr(arg, "unread") for arg in node.args)
@@ -263,15 +244,6 @@ class _Resolver:
             raise FormulaProblem("FORM006", node.col_offset, _width(node.func), name=helper.shown, takes=takes,
                                  gets=_given(len(args)), usage=usage)  # fmt: skip
         return _bind_helper(node, helper, args)
-
-    def _method(self, method: ast.Attribute) -> NoReturn:
-        function = self.scope.functions.get(method.attr)
-        advice = (
-            N_("Write {name}(…) instead.", name=function.name)
-            if function
-            else function_here(key(method.attr)) or _ADVICE
-        )
-        self.refuse(method, N_("“.{name}( )”", name=method.attr), advice)
 
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
         advice = function_here(key(name))
@@ -289,7 +261,7 @@ class _Resolver:
         value = node.value
         if isinstance(value, str):
             if not value.isprintable() and any(
-                unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\t" for c in value
+                unicodedata.category(c) in ("Cc", "Cs") for c in value if c not in "\n\t"
             ):
                 remedy = N_("Leave out what begins with a backslash.")
                 self.refuse(node, N_("A character that cannot be shown"), remedy)
@@ -323,8 +295,7 @@ class _Resolver:
             if not isinstance(op, _COMPARISONS):
                 self.refuse(node, N_("This comparison"))
             if isinstance(op, (ast.Is, ast.IsNot)) and not (isinstance(right, ast.Constant) and right.value is None):
-                remedy = N_("Write = to ask whether two things are equal.")
-                self.refuse(node, N_("“{text}”", text="is"), remedy)
+                self.refuse(node, N_("“{text}”", text="is"), N_("Write = to ask whether two things are equal."))
         node.left = self.visit_at(node.left, depth)
         node.comparators = self.visit_all(node.comparators, depth)
         return node
@@ -340,9 +311,8 @@ class _Resolver:
 
     def on_listcomp(self, node: ast.ListComp, depth: int) -> ast.expr:
         if len(node.generators) > MOST_LOOPS:
-            raise FormulaProblem(
-                "FORM002", node.col_offset, reason=N_("it has more than {most} loops", most=MOST_LOOPS)
-            )
+            reason = N_("it has more than {most} loops", most=MOST_LOOPS)
+            raise FormulaProblem("FORM002", node.col_offset, reason=reason)
         before = dict(self.local)
         for loop in node.generators:
             loop.iter = self.visit_at(loop.iter, depth)
@@ -354,10 +324,8 @@ class _Resolver:
         return node
 
     def on_subscript(self, node: ast.Subscript, depth: int) -> ast.expr:
-        if isinstance(node.value, ast.Name) and key(node.value.id) not in self.local:
-            table = self.scope.table(node.value.id)
-            if table is not None:
-                return self._column(node, table)
+        if (table := self._named_table(node.value)) is not None:
+            return self._column(node, table)
         node.value = self.visit_at(node.value, depth)
         if hasattr(node.value, "unread"):  # a table's name, perhaps, and then a column's in the brackets
             return unread(node)
@@ -366,29 +334,30 @@ class _Resolver:
         node.slice = self.visit_at(node.slice, depth)
         return node
 
+    def _named_table(self, node: ast.expr) -> Table | None:
+        named = isinstance(node, ast.Name) and key(node.id) not in self.local
+        return self.scope.table(node.id) if named else None  # type: ignore[attr-defined]
+
     def _column(self, node: ast.Subscript, table: Table) -> ast.expr:
         """Return a column of a table as a constant: the list of its values."""
         name = str(node.slice.value) if isinstance(node.slice, ast.Constant) else ""
         if key(name) in table.type.keys:
             return ast.copy_location(plain(table.column(name)), node)
         names = [f.name for f in table.type.fields]
-        guess = nearest(name, names)
-        remedy = (
-            N_("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
-            if guess
-            else N_("Its columns are {names}.", names=", ".join(names))
-            if names
-            else N_("None of its columns has a name: write one into its first row.")
-        )
         if name.strip().isdecimal():
             remedy = N_("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)
+        elif guess := nearest(name, names):
+            remedy = N_("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
+        elif names:
+            remedy = N_("Its columns are {names}.", names=", ".join(names))
+        else:
+            remedy = N_("None of its columns has a name: write one into its first row.")
         raise FormulaProblem("FORM017", node.slice.col_offset, max(len(name), 1), table=table.name, title=name,
                              remedy=remedy)  # fmt: skip
 
     def on_slice(self, node: ast.Slice, depth: int) -> ast.expr:
         for part in ("lower", "upper", "step"):
-            value = getattr(node, part)
-            if value is not None:
+            if (value := getattr(node, part)) is not None:
                 setattr(node, part, self.visit_at(value, depth))
         return node
 
@@ -396,12 +365,10 @@ class _Resolver:
     def on_attribute(self, node: ast.Attribute, depth: int) -> ast.expr:
         if node.attr.startswith("_") or node.attr.endswith("_"):
             self.refuse(node, N_("“.{name}”", name=node.attr))
-        if isinstance(node.value, ast.Name) and key(node.value.id) not in self.local:
-            table = self.scope.table(node.value.id)
-            if table is not None:
-                what = N_("The table {name}", name=table.name)
-                remedy = N_("Write {name}[{column}] for the column.", name=table.name, column=node.attr)
-                raise FormulaProblem("FORM021", node.col_offset, len(table.name), what=what, remedy=remedy)
+        if (table := self._named_table(node.value)) is not None:
+            what = N_("The table {name}", name=table.name)
+            remedy = N_("Write {name}[{column}] for the column.", name=table.name, column=node.attr)
+            raise FormulaProblem("FORM021", node.col_offset, len(table.name), what=what, remedy=remedy)
         node.value = self.visit_at(node.value, depth)
         self._check_field(node.value, node.attr, node)
         node.attr = key(node.attr)
@@ -429,12 +396,9 @@ class _Resolver:
         if isinstance(owner, ast.Name) and key(owner.id) not in self.local:
             found = self.scope.inputs.get(key(owner.id))
             return found.record if found else None
-        if isinstance(owner, ast.Attribute):
-            outer = self._record_of(owner.value)
-            if outer:
-                wanted = outer.keys.get(key(owner.attr))
-                example = next((f.example for f in outer.fields if key(f.name) == wanted), None)
-                return getattr(example, "type", None)
+        if isinstance(owner, ast.Attribute) and (outer := self._record_of(owner.value)):
+            wanted = outer.keys.get(key(owner.attr))
+            return getattr(next((f.example for f in outer.fields if key(f.name) == wanted), None), "type", None)
         source: ast.expr | None = None
         if isinstance(owner, Pick) and len(owner.members) == 1:
             source = owner.members[0]
@@ -467,14 +431,6 @@ def plain(value: object) -> ast.Constant:
     node = ast.Constant(None)
     node.value = value  # type: ignore[assignment]
     return node
-
-
-def _bind_function(node: ast.expr, function: Function, args: list[ast.expr]) -> ast.expr:
-    call = ast.copy_location(ast.Call(ast.Name(function.name), args, []), node)
-    call.bound = function.call  # type: ignore[attr-defined]
-    call.charges = function.charges  # type: ignore[attr-defined]
-    call.gives = function.gives  # type: ignore[attr-defined]
-    return call
 
 
 def _bind_helper(node: ast.expr, helper: HelperDef, args: list[ast.expr]) -> ast.expr:
