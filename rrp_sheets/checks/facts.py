@@ -26,8 +26,9 @@ class AbstractValue:
     """Knowledge about a value before the run.
 
     Attributes:
-        kind: `any` when it is not known. A value of another kind than `any` and `blank` may be blank too, by `blank`.
+        kind: one of those above, `any` when it is not known. With `blank` a value of another kind may be blank besides.
         fields: what is known about a record's fields, by key, where it is more than their type says.
+        low, high: bounds of a number, in its `unit`; infinite when not known.
         choices: all the values that it can have; None when there are too many, or when they are not known.
         members: of a list that is written out: what is known about each place.
     """
@@ -93,8 +94,7 @@ def number_within(low: float, high: float, unit: str = "") -> AbstractValue:
     >>> number_within(0, 1).bounded, number_within(2, 2).choices, number_within(float("nan"), 1).low
     (True, (2,), -inf)
     """
-    low = -math.inf if math.isnan(low) else low
-    high = math.inf if math.isnan(high) else high
+    low, high = -math.inf if math.isnan(low) else low, math.inf if math.isnan(high) else high
     choices = (low,) if low == high and math.isfinite(low) else None
     return AbstractValue(NUMBER, low=low, high=high, choices=choices, unit=unit)
 

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
+from rrp_sheets.checks.facts import ANY, TEXT
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.formulas import Formula, FormulaProblem, Scope, compile_formula
@@ -132,7 +133,7 @@ def compiled(text: str, scope: Scope) -> Formula | FormulaProblem:
 
 @dataclass(frozen=True)
 class Sending:
-    """The meaning of a test row's Send cell: `value` as a `whole`, or the example with these `fields` changed."""
+    """The meaning of a test row's Send cell: `value` when it is `whole`, else the example values but for `fields`."""
 
     text: str
     value: Given = None
@@ -206,8 +207,7 @@ def known_fields(cell: Cell, names: list[str], record: RecordType | None, report
 
 
 def _is_text(name: str, record: RecordType | None) -> bool:
-    k = record.keys[key(name)] if record else ""
-    return record is None or any(key(f.name) == k and f.kind in ("text", "any") for f in record.fields)
+    return record is None or any(f.kind in (TEXT, ANY) for f in record.fields if key(f.name) == record.keys[key(name)])
 
 
 def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem) -> None:
@@ -230,6 +230,7 @@ class Expectation:
         kind: `any`, `nothing`, `value`, `about` (a number within a distance), `condition`, or `fields`.
         value: of kind `value` (a formula without inputs is worked out first), and the number of kind `about`.
         quoted: whether a text was in quotes, so that spaces at its ends count.
+        within: of kind `about`, how far a number may be away.
         condition: a formula with the stream's value as its one input.
         blanks: of kind `nothing`, whether blanks may come: they stop an actuator and start nothing.
     """

@@ -121,9 +121,8 @@ def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
     changed = click.style(translated(N_("changed")), fg="green", bold=True)
     for c in changes:
         what = N_("inserted: {text}", text=c.new) if c.old is None else quoted(c.old, c.new)
-        click.echo(f"{changed} {c.code} {c.place} {translated(what)}")
-    made = N_("Made {path}.", path=mended)
-    say(made if changes else N_("Nothing to change; {path} is a copy.", path=mended))
+        click.echo(f"{changed} {c.code} {translated(c.place)} {translated(what)}")
+    say(N_("Made {path}.", path=mended) if changes else N_("Nothing to change; {path} is a copy.", path=mended))
 
 
 def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
