@@ -209,6 +209,7 @@ def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page
     expect(strip.locator(".what")).to_have_text("a.xlsx is being stopped.")
     page.unroute("**/run/stop?*")
     page.unroute("**/run/now")
+    page.clock.resume()
 
 
 def test_a_pdf_that_cannot_be_made_says_why(page: Any) -> None:

@@ -1,4 +1,4 @@
-// Small helpers to make elements and dialogs; texts of people and workbooks only ever become text.
+// Small helpers to make elements; texts of people and workbooks only ever become text.
 
 const SVG = "http://www.w3.org/2000/svg"; // the namespace
 
@@ -15,22 +15,6 @@ export function button(text, action, className = "button") {
   const element = make("button", { type: "button", className, textContent: text });
   element.addEventListener("click", action);
   return element;
-}
-
-/** A dialog that is shown at once; the focus goes to its first button, and to the grid when it closes, or stays in an editor
- *  that was opened then. */
-export function open(title, parts) {
-  const dialog = make("dialog");
-  dialog.className = "ask";
-  dialog.setAttribute("aria-label", title);
-  dialog.append(make("h2", title), ...parts);
-  dialog.addEventListener("close", () => {
-    dialog.remove();
-    if (!document.activeElement?.closest(".editor")) document.querySelector("[role=grid] [tabindex='0']")?.focus({ preventScroll: true });
-  });
-  document.body.append(dialog);
-  dialog.showModal();
-  return dialog;
 }
 
 /** Our own line icons, from the sheet of icons that the page uses already. */

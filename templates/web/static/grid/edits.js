@@ -2,8 +2,9 @@
 // time; what others (and the server) change comes as events with rows ready to be shown.
 
 import { deliver, once, ownName, randomId, request } from "../api.js";
-import { button, make, open } from "../elements.js";
+import { button, make } from "../elements.js";
 import { t, tn } from "../texts.js";
+import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
 const EDITS = new Set(["cells", "insert", "delete", "move", "undo", "redo", "fix"]);

@@ -1,8 +1,9 @@
 // Other people: who is here, and where; one's own name, which the browser keeps; two who have edited the same cell.
 
 import { isNamed, shownName } from "../api.js";
-import { button, make, open } from "../elements.js";
+import { button, make } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
+import { open } from "./dialog.js";
 
 export function people(grid, listen) {
   const line = document.getElementById("people");

@@ -2,8 +2,9 @@
 
 import { refusal, request } from "../api.js";
 import { items, press } from "../commands.js";
-import { button, make, open } from "../elements.js";
+import { button, make } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
+import { open } from "./dialog.js";
 import { menuOf, popup } from "./menus.js";
 import { lost } from "./people.js";
 
