@@ -14,6 +14,8 @@ let run = { phase: "none" };
 let refusal = ""; // why Stop did nothing, while that is shown
 let unknown = ""; // why nothing is known of the run, since the server has not answered
 let vanishing = 0;
+let asked = 0; // questions so far, of which
+let answered = 0; // this is the newest that has its answer: one that comes later is out of date
 
 function show(now) {
   const isOver = run.phase !== "none" && now.phase === "none";
@@ -67,7 +69,10 @@ function refused(message) {
 
 async function look() {
   if (document.hidden) return;
+  const question = ++asked;
   const { ok, status, text, json } = await request(strip.dataset.now);
+  if (question < answered) return;
+  answered = question;
   if (ok && json) show(json);
   else if (run.phase !== "none") {
     unknown = t("It is not known if {book} still runs. {why}", { book: run.book, why: why({ status, text }) });
