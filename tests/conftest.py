@@ -124,6 +124,19 @@ def _workers_are_forked():
         WorkerProcess.fork_server = None
 
 
+@pytest.fixture(params=["forked", "started"])
+def process_start(request, monkeypatch):
+    """Processes are forked, as those of a server on Linux; or started, as those of a command and of other systems."""
+    from rrp_sheets.workers.worker_process import WorkerProcess
+
+    if request.param == "started":
+        monkeypatch.setattr(WorkerProcess, "fork_server", None)
+    elif sys.platform != "linux":
+        pytest.skip("processes are forked on Linux only")
+    else:
+        assert WorkerProcess.fork_server is not None and not WorkerProcess.fork_server.ended
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _one_checker():
     """The servers of all tests check workbooks in one process: to start it takes longer than most checks."""

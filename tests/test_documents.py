@@ -224,7 +224,7 @@ def written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another program writes the file once, at the moment when our first edit of it was stored."""
 
     def stored(path: Path, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
-        monkeypatch.undo()
+        monkeypatch.setattr("rrp_sheets.documents.workfile.edit", edit)
         done = edit(path, edits, expected_digest=expected_digest)
         edit(path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
         return done
@@ -259,10 +259,9 @@ def test_rows_that_could_not_be_taken_over_are_no_base_for_an_edit(
 ) -> None:
     third = document.grids[SHEET].rows[2]
     edit(document.path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
-    monkeypatch.setattr(document.file, "whole", read_failing)
-    with pytest.raises(OSError, match="locked"):
+    with monkeypatch.context() as patch, pytest.raises(OSError, match="locked"):
+        patch.setattr(document.file, "whole", read_failing)
         document.poll()
-    monkeypatch.undo()
     put(document, third, "still mine")
     assert formulas(document)[0] == "new" and document.grids[SHEET].number(third) == 5
     assert formulas(document) == [text for text in on_disk(document) if text]

@@ -36,7 +36,6 @@ from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunStart, Star
 from rrp_sheets.runs.run_process import RunProcess
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, NonBlockingWriter, encode
-from rrp_sheets.workers.worker_process import WorkerProcess
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
 
@@ -213,15 +212,6 @@ def test_findings_settings_and_errors_arrive_as_they_were():
         again = sent(error)
         assert (type(again), again.message, again.remedy) == (type(error), "a", "b")
         assert getattr(again, "code", "") == getattr(error, "code", "")
-
-
-@pytest.fixture(params=["forked", "started"])
-def process_start(request, monkeypatch):
-    """Processes are forked where they can be; those of a command, and of Windows, are started."""
-    if request.param == "started":
-        monkeypatch.setattr(WorkerProcess, "fork_server", None)
-    else:
-        assert not WorkerProcess.fork_server.ended
 
 
 def test_a_server_starts_a_run_gets_its_events_and_stops_it(process_start, tmp_path):

@@ -20,18 +20,13 @@ from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.errors import MissingPart, RunBroken
 from rrp_sheets.model.exchange import DeviceUse
 from rrp_sheets.robots import load_robot
-from rrp_sheets.workers.worker_process import WorkerProcess
 
 ROBOT = load_robot()
 RED = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
 
 
-@pytest.mark.parametrize("started", [False, True], ids=["forked", "started"])
-def test_a_dead_simulator_is_told_at_once(started: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    if started:
-        monkeypatch.setattr(WorkerProcess, "fork_server", None)
-    else:
-        assert WorkerProcess.fork_server is not None and not WorkerProcess.fork_server.ended
+@pytest.mark.usefixtures("process_start")
+def test_a_dead_simulator_is_told_at_once() -> None:
     world = SimulatedWorld(ROBOT, (RED,), (), ())
     world.start()
     assert world.pid is not None

@@ -7,13 +7,14 @@ import json
 import os
 import re
 import resource
+import select
 import signal
 import socket
 import tempfile
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import pytest
 from hypothesis import given, settings
@@ -166,11 +167,18 @@ def test_request_that_cannot_be_granted_leaves_the_fork_server(
 def test_forked_worker_whose_pidfd_does_not_fit_is_not_begun_twice(
     fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    received = socket.recv_fds
-    monkeypatch.setattr("socket.recv_fds", lambda *of: (received(*of)[0], [], 0, None))
+    receive, begun = socket.recv_fds, list[int]()
+
+    def receive_no_file(*of: Any) -> tuple[bytes, list[int], int, None]:
+        pid, files, *_ = receive(*of)
+        begun.extend(files)
+        return pid, [], 0, None
+
+    monkeypatch.setattr("socket.recv_fds", receive_no_file)
     with pytest.raises(OSError, match=os.strerror(errno.EMFILE)):
         WorkerProcess()
-    monkeypatch.undo()
+    assert select.select(begun, [], [], 60)[0] == begun != [], "the process that has begun ends"
+    os.close(begun[0])
 
 
 def test_libraries_of_the_fork_server_take_no_memory_from_formulas(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,7 +1,7 @@
 """Faces in the head camera's pictures: finding them, following them between pictures, and recognising them.
 
-A face that comes into view is a new track; its features are compared with those of everybody whom the robot remembers,
-until it is clear that it is one of them or none.
+Nothing here knows the scene. A face that comes into view is a new track; its features are compared with those of
+everybody whom the robot remembers, until it is clear that it is one of them or none.
 """
 
 from __future__ import annotations

@@ -68,10 +68,10 @@ def parse_colour(value: Value) -> RGB | None:
 
 @dataclass(frozen=True)
 class Traits:
-    """Measures and colours of a drawn face, also those without a unit: 0 to 1.
+    """Measures and colours of a drawn face.
 
     Lengths are parts of half the head's height; the origin is the middle of the face, x to the right of who looks at
-    it, y up.
+    it, y up. Colours are 0 to 1.
 
     Attributes:
         eyes: (half distance, height, half width, opening, slant).
@@ -96,11 +96,11 @@ class Traits:
     parting: float = 0.0  # lifts the hairline to one side
     fringe: float = 0.02  # how ragged the hairline is
     glasses: str = ""  # `round`, `square` or empty
-    beard: float = 0.0
-    moustache: float = 0.0
-    lines: float = 0.0  # of age
-    freckles: float = 0.0
-    rosy: float = 0.3  # cheeks
+    beard: float = 0.0  # how much of it, 0 to 1
+    moustache: float = 0.0  # 0 to 1
+    lines: float = 0.0  # of age, 0 to 1
+    freckles: float = 0.0  # 0 to 1
+    rosy: float = 0.3  # cheeks, 0 to 1
 
 
 def outline(traits: Traits, height: float) -> float:

@@ -63,11 +63,11 @@ class Arbiter:
                 self._tell(Notice("error", why, job.order.stream, job.order.row))
             self._done(job.order, False, 0.0)
             return
-        both = (*self._running, *self._outranked) if job.endless else ()
-        mine = next((j for j in both if j.endless and j.order.stream == job.order.stream), None)
-        if mine is not None:
-            self._again(mine, job, us)
-            return
+        if job.endless:
+            mine = [j for j in (*self._running, *self._outranked) if j.endless and j.order.stream == job.order.stream]
+            if mine:
+                self._again(mine[0], job, us)
+                return
         rivals = [j for j in (*self._running, *self._waiting) if j.meets(job)]
         if any(rival.order.priority > job.order.priority for rival in rivals):
             self._refuse(job, us)

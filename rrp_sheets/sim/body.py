@@ -235,7 +235,10 @@ class Body:
         return bool(self._moving)
 
     def limits(self, joint: str, yaw: float = 0.0) -> tuple[float, float]:
-        """Return a joint's limits in rad; those of the head's pitch depend on its yaw, to clear the shoulders."""
+        """Return a joint's limits in rad; those of the head's pitch depend on its yaw, to clear the shoulders.
+
+        Between the yaws of the catalogue they are interpolated.
+        """
         return self._limits.of(joint, yaw)
 
     def torso(self) -> Pose:
@@ -300,6 +303,8 @@ class Eyes:
 
 class Motion:
     """Joints on their way through keyframes, after motions of theirs that are under way have come to rest.
+
+    When it is stopped, the joints go on from where they are with the speed that they have.
 
     Args:
         body: whose joints they are.

@@ -165,7 +165,10 @@ class FilmCamera:
         self._x, self._y, _ = floor_points(self.pose, self.lens.rays(6))
 
     def shoot(self, shadows: Sequence[tuple[float, float, float, float]], light: float = 1.0) -> Pixels:
-        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness); never all dark."""
+        """The picture, (height, width, 3); shadows on the floor are (x, y, radius, darkness).
+
+        `light` is how bright the room is, 0 to 1; the film stays visible in the dark.
+        """
         picture, empty = photograph(self._b, self.pose, self.lens, ASIDE)
         lit = np.full_like(self._x, 255)
         for x, y, radius, darkness in shadows:

@@ -214,6 +214,7 @@ def _view(scene: Sequence[SceneAction], robot: tuple[float, float]) -> tuple[lis
             if what == "person":
                 persons = True
                 points += [_near(place, (x, y, z)) for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (-0.6, 0.12)]
+    # from its right front; more from the side when persons are in front of it
     return points, [math.radians(a) for a in ((-62, -70) if persons else (-26, -34, -42, -50, -58))]
 
 

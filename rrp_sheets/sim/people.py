@@ -262,8 +262,11 @@ class Looks:
 
     def _choose(self, thing: str, number: int) -> int:
         name = key(thing)
-        grown = ADULTS if name.startswith(_GROWN) else range(FACES)
-        order: Sequence[int] = CHILDREN if name.startswith("child") else grown
+        order: Sequence[int] = range(FACES)
+        if name.startswith("child"):
+            order = CHILDREN
+        elif name.startswith(_GROWN):
+            order = ADULTS
         start = (number - 1) % len(order)
         wanted: list[int] = [*order[start:], *order[:start], *range(FACES)]
         return next((face for face in wanted if face not in self._faces.values()), wanted[0])

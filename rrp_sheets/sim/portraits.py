@@ -44,7 +44,7 @@ class Portrait:
     """Picture, outline and colours that a head is made of."""
 
     name: str  # of the drawing or the file
-    picture: Pixels  # the face from the front, square; the head's outline touches its upper and lower edge
+    picture: Pixels  # the face from the front, square, red first; the head's outline touches its upper and lower edge
     outline: Callable[[float], float]  # half the head's width at a height (-1 to 1), in half heights
     skin: RGB
     hair: RGB
@@ -78,7 +78,7 @@ def png(picture: Pixels) -> bytes:
 
 
 def from_file(path: Path, models: FaceModels) -> Portrait:
-    """Cut the largest face of a picture file, turned upright, to a portrait; raises SheetsError when it shows none."""
+    """Cut the largest face of a picture file to a portrait; raises SheetsError: no face, or as `read_picture`."""
     picture = read_picture(path)
     scale = min(1.0, FINE / max(picture.shape[:2]))
     if scale < 1:
@@ -96,7 +96,11 @@ def from_file(path: Path, models: FaceModels) -> Portrait:
 
 
 def read_picture(path: Path) -> Pixels:
-    """Read a PNG or JPEG file, turned as its camera says; raises SheetsError: missing, broken, too large or small."""
+    """Read a PNG or JPEG file as (height, width, 3), red first, turned as its camera says.
+
+    Raises:
+        SheetsError: it is missing, broken, too large or too small.
+    """
     name = path.name
     try:
         if path.stat().st_size > MOST_BYTES:

@@ -113,7 +113,7 @@ def about() -> str:
 
 
 class Simulator:
-    """A simulator process as its supervisor sees it: can be brought to rest, and is watched for failures."""
+    """A simulator process as its supervisor sees it; raises MissingPart when a package that it needs is missing."""
 
     def __init__(self) -> None:
         require()

@@ -89,7 +89,7 @@ class Sight:
         self._latest: tuple[int, Pixels] | None = None
 
     def pose(self) -> Pose:
-        """Return the present pose of the camera."""
+        """Return the pose of the camera; from the first call in an instant on, the picture before it is gone."""
         if self.us != self._stage.us or self._pose is None:
             self.us = self._stage.us
             self.picture, self._detector, self._pose = None, None, self._body.camera()
@@ -97,7 +97,7 @@ class Sight:
 
     def look(self) -> Pixels:
         """Return the picture of this instant."""
-        pose = self.pose()
+        pose = self.pose()  # first: it discards the picture of another instant
         if self.picture is None:
             self._stage.place()
             self.picture = self._eye.look(pose, self._stage.light)

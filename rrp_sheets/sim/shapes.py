@@ -97,7 +97,7 @@ class Cylinder(Solid):
 class SolidBox(Solid):
     """A box that stands upright.
 
-     SolidBox("Wall", (2, 0, 0.5), (0.1, 3, 1), 0.0).distance((0, 0, 0.5))
+    >>> SolidBox("Wall", (2, 0, 0.5), (0.1, 3, 1), 0.0).distance((0, 0, 0.5))
     1.95
     """
 

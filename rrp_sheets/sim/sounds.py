@@ -216,6 +216,7 @@ NO_SPEECH = N_("There is no sound: the package espeakng-loader is not installed.
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
 _RATE, _VOLUME, _PITCH = 1, 2, 3
+_USUAL_PITCH = 50  # of 0 to 100
 _SYNCHRONOUS, _UTF8, _BY_CHARACTER, _IPA = 2, 1, 1, 2
 _OK, _ABORT = 0, 1
 _UNSPEAKABLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f\ud800-\udfff]")  # the library stops at the first, or refuses them
@@ -263,7 +264,7 @@ class Espeak:
         return bool(self._lib.espeak_SetVoiceByName(name.encode("utf-8", "replace")) == _OK)
 
     def say(
-        self, text: str, words_a_minute: float, volume: float, pitch: int = 50,
+        self, text: str, words_a_minute: float, volume: float, pitch: int = _USUAL_PITCH,
         halted: Callable[[], bool] = lambda: False,
     ) -> Audio:  # fmt: skip
         """Return the audio of a text in the chosen voice's language: at most `LONGEST` letters of it are spoken.

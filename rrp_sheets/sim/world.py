@@ -368,8 +368,8 @@ def relax(stream: str, body: Body, stance: Stance, arbiter: Arbiter) -> None:
         return set(names) or {j for j in body.start if resources[chain[j]] in uses}
 
     joints = used(*arbiter.moved(stream))
-    for command in arbiter.in_use():
-        joints -= used(*command)
+    for uses, names in arbiter.in_use():
+        joints -= used(uses, names)
     legs = {j for j in joints if chain[j] in LEGS}
     if stance.stepping:  # it finishes its step and stands
         joints -= legs
@@ -393,7 +393,7 @@ LIES = N_("The robot lies on the floor: its motors rest, so this is not carried 
 
 
 class Falling:
-    """Applies pushes to the robot, and detects falls; the arbiter refuses commands that move a robot that lies."""
+    """Applies pushes, which alone make the robot fall, and detects falls: the arbiter then refuses what moves it."""
 
     def __init__(self, bullet: Any, body: Body, stance: Stance, arbiter: Arbiter, tell: Tell) -> None:
         self._b, self._body, self._stance = bullet, body, stance

@@ -216,11 +216,12 @@ def serve_forks(link: socket.socket, requests: int) -> None:
             try:
                 os.fchdir(files[1])
                 if pid := os.fork():
-                    running[pidfd := _open_pidfd(pid)] = pid, status
+                    pidfd = _open_pidfd(pid)
+                    running[pidfd] = pid, status
                     poll.register(pidfd, select.POLLIN)
                     socket.send_fds(status, [str(pid).encode()], [pidfd])
             except OSError:
-                pid = -1
+                pid = -1  # nothing was forked, or it was ended
                 status.close()
             if not pid:
                 for each in (channel, link, status, *(s for _, s in running.values())):

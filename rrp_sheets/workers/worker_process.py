@@ -102,9 +102,12 @@ class WorkerProcess:
         folder = self._scratch.name if self._scratch else tempfile.gettempdir()
         environment = {**os.environ, "TMPDIR": folder, "TEMP": folder, "TMP": folder}
         with theirs:
-            files = (theirs.fileno(), *shared)
-            given = task, environment, self._log, files
-            self._process = _fork_process(*given) or _start_process(*given)
+            given = task, environment, self._log, (theirs.fileno(), *shared)
+            try:
+                self._process = _fork_process(*given) or _start_process(*given)
+            except OSError:
+                self._release()
+                raise
 
     @property
     def pid(self) -> int:
@@ -203,6 +206,10 @@ class WorkerProcess:
             self._process.wait(within)
         except subprocess.TimeoutExpired:
             self.kill()
+        self._release()
+
+    def _release(self) -> None:
+        self.link.close()
         self._log.close()
         if self._scratch is not None:
             self._scratch.cleanup()
