@@ -44,27 +44,20 @@ MOST_COMPARED = 300_000  # pairs of names, for the same reason
 
 @dataclass(frozen=True)
 class Checked:
-    """A checked workbook: everything needed to draw, explain and run it, and the findings.
-
-    Attributes:
-        formulas: by the row's ref (`Tracking!4`); missing where there is none or where it is wrong.
-        scene: None without a Scene sheet.
-        facts: by stream id; of what a `subscribe` row sends, by its ref.
-        scope: makes the scope of a formula outside of the rows, with the workbook's helpers and tables.
-        cues: the streams that rows of the scene wait for.
-    """
+    """A checked workbook: everything needed to draw, explain and run it, and the findings."""
 
     workbook: Workbook
     robot: Robot
     graph: Graph
-    formulas: Mapping[str, Formula]
-    scene: tuple[SceneAction, ...] | None
+    formulas: Mapping[str, Formula]  # by the row's ref (`Tracking!4`); missing where there is none or where it is wrong
+    scene: tuple[SceneAction, ...] | None  # None without a Scene sheet
     run: RunPlan
     tests: tuple[Case, ...]
     report: Report
-    facts: Mapping[str, Fact] = field(default_factory=dict)
+    facts: Mapping[str, Fact] = field(default_factory=dict)  # by stream id; of what a `subscribe` row sends, by its ref
+    # makes the scope of a formula outside of the rows, with the workbook's helpers and tables
     scope: MakeScope = make_scope
-    cues: tuple[Stream, ...] = ()
+    cues: tuple[Stream, ...] = ()  # the streams that rows of the scene wait for
 
 
 def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) -> Checked:

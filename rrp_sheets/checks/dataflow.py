@@ -38,18 +38,13 @@ _ORDERS: dict[type, frozenset[str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """One way in which a stream gets a value.
+    """One way in which a stream gets a value."""
 
-    Attributes:
-        origin: the id of a sensor or done stream, or `clock` and the ref of a row.
-        filters: refs of the filter rows on the way.
-        given: what is known about values on this way alone: an accumulate gives 1, say, when a certain input arrives.
-        silent: origins, with the filters after them, that have given nothing for a while (forgetAfter).
-    """
-
-    origin: str
-    filters: tuple[str, ...] = ()
+    origin: str  # the id of a sensor or done stream, or `clock` and the ref of a row
+    filters: tuple[str, ...] = ()  # refs of the filter rows on the way
+    # what is known about values on this way alone: an accumulate gives 1, say, when a certain input arrives
     given: tuple[tuple[str, AbstractValue], ...] = ()
+    # origins, with the filters after them, that have given nothing for a while (forgetAfter)
     silent: tuple[tuple[str, frozenset[str]], ...] = ()
 
     def waits_for(self, other: Route) -> bool:
@@ -240,15 +235,10 @@ class _TooLarge(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """One condition on one expression.
+    """One condition on one expression."""
 
-    Attributes:
-        about: the expression, as a text that is the same for the same expression; two for a comparison between them.
-        op: a comparison, or None: whether it is true (`value` says).
-    """
-
-    about: str
-    op: type | None
+    about: str  # the expression, as a text that is the same for the same expression; two for a comparison between them
+    op: type | None  # a comparison, or None: whether it is true (`value` says)
     value: Value = None
     between: bool = False
 

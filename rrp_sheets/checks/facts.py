@@ -23,25 +23,21 @@ NUMBER, TEXT, TRUTH, LIST, RECORD, BLANK, ANY = "number", "text", "truth", "list
 
 @dataclass(frozen=True, slots=True)
 class AbstractValue:
-    """Knowledge about a value before the run.
+    """Knowledge about a value before the run."""
 
-    Attributes:
-        kind: one of those above, `any` when it is not known. With `blank` a value of another kind may be blank besides.
-        fields: what is known about a record's fields, by key, where it is more than their type says.
-        low, high: bounds of a number, in its `unit`; infinite when not known.
-        choices: all the values that it can have; None when there are too many, or when they are not known.
-        members: of a list that is written out: what is known about each place.
-    """
-
+    # one of those above, `any` when it is not known. With `blank` a value of another kind may be blank besides.
     kind: str = ANY
     record: RecordType | None = None
+    # what is known about a record's fields, by key, where it is more than their type says
     fields: Mapping[str, AbstractValue] = field(default_factory=dict)
+    # low, high: bounds of a number, in its `unit`; infinite when not known
     low: float = -math.inf
     high: float = math.inf
+    # all the values that it can have; None when there are too many, or when they are not known
     choices: tuple[Value, ...] | None = None
     unit: str = ""
     blank: bool = False
-    members: tuple[AbstractValue, ...] = ()
+    members: tuple[AbstractValue, ...] = ()  # of a list that is written out: what is known about each place
 
     @property
     def bounded(self) -> bool:
@@ -170,20 +166,15 @@ class Rate:
 
 @dataclass(frozen=True, slots=True)
 class Fact:
-    """Knowledge about a stream before the run; its example may be blank.
-
-    Attributes:
-        sure: False when the example went through a filter that does not let it pass: it shows the kind of value only.
-        holes: whether the example is a record of which some fields are not known.
-        others: examples of another type that the stream has besides (of a merge).
-    """
+    """Knowledge about a stream before the run; its example may be blank."""
 
     known: AbstractValue = UNKNOWN
     has_example: bool = False
     example: Value = None
+    # False when the example went through a filter that does not let it pass: it shows the kind of value only
     sure: bool = True
-    holes: bool = False
-    others: tuple[Value, ...] = ()
+    holes: bool = False  # whether the example is a record of which some fields are not known
+    others: tuple[Value, ...] = ()  # examples of another type that the stream has besides (of a merge)
     rate: Rate = field(default_factory=Rate)
 
 

@@ -40,22 +40,14 @@ MOST_TIMESTAMPS = 10
 
 @dataclass(frozen=True)
 class Compiled:
-    """The formulas of a workbook and what is known about its streams.
+    """The formulas of a workbook and what is known about its streams."""
 
-    Attributes:
-        formulas: by the row's ref; missing where there is none or where it is wrong.
-        facts: by stream id; of actuator streams by the ref of the row that drives them.
-        troubles: by row ref, of formulas that fail on the examples.
-        examples: evaluates formulas on further values, within the bounds of this check.
-        tables: by the sheet's key.
-    """
-
-    formulas: dict[str, Formula]
-    facts: dict[str, Fact]
-    troubles: dict[str, Trouble]
+    formulas: dict[str, Formula]  # by the row's ref; missing where there is none or where it is wrong
+    facts: dict[str, Fact]  # by stream id; of actuator streams by the ref of the row that drives them
+    troubles: dict[str, Trouble]  # by row ref, of formulas that fail on the examples
     helpers: Helpers
-    examples: Examples
-    tables: Mapping[str, Table]
+    examples: Examples  # evaluates formulas on further values, within the bounds of this check
+    tables: Mapping[str, Table]  # by the sheet's key
 
     @property
     def records(self) -> dict[str, RecordType | None]:
@@ -201,17 +193,13 @@ def _about_dropped(problem: FormulaProblem, dropped: frozenset[str]) -> bool:
 
 @dataclass(frozen=True)
 class Helpers:
-    """The helpers of a workbook.
+    """The helpers of a workbook."""
 
-    Attributes:
-        by_key: those that are in order; `dropped` are the keys of the others.
-        cells: the name's and the formula's cell, by key.
-        propose: finds what may be meant by a name, for all formulas of the check together.
-    """
-
+    # those that are in order; `dropped` are the keys of the others
     by_key: Mapping[str, HelperDef] = field(default_factory=dict)
     dropped: frozenset[str] = frozenset()
-    cells: Mapping[str, tuple[Cell, Cell]] = field(default_factory=dict)
+    cells: Mapping[str, tuple[Cell, Cell]] = field(default_factory=dict)  # the name's and the formula's cell, by key
+    # finds what may be meant by a name, for all formulas of the check together
     propose: Proposals = field(default_factory=Proposals)
 
 

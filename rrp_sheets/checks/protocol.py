@@ -45,25 +45,16 @@ _NOT = re.compile(r"\b(?:no|not|none|nothing|never|neither|nor|without)\b|n't\b|
 
 @dataclass(frozen=True)
 class RunPlan:
-    """The settings of a run, as the Protocol sheet gives them.
+    """The settings of a run, as the Protocol sheet gives them."""
 
-    Attributes:
-        behaviours: keys of the behaviours that run.
-        frame_rate: frames a second.
-        engine: `frame` or `event loop`.
-        keeps_faces: whether remembered faces are kept beyond the run.
-        language: the code of the one that explanations, diagrams and the printed protocol are in.
-        keeps_pictures: whether pictures of the robot's camera may be kept with the record of a run.
-    """
-
-    behaviours: frozenset[str]
-    frame_rate: int = 30
+    behaviours: frozenset[str]  # keys of the behaviours that run
+    frame_rate: int = 30  # frames a second
     seed: int = 0
     time_limit_us: int | None = None
-    engine: str = "frame"
-    keeps_faces: bool = False
-    language: str = "en"
-    keeps_pictures: bool = True
+    engine: str = "frame"  # `frame` or `event loop`
+    keeps_faces: bool = False  # whether remembered faces are kept beyond the run
+    language: str = "en"  # the code of the one that explanations, diagrams and the printed protocol are in
+    keeps_pictures: bool = True  # whether pictures of the robot's camera may be kept with the record of a run
 
 
 def check_protocol(workbook: Workbook, report: Report) -> RunPlan:

@@ -224,41 +224,27 @@ def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem)
 
 @dataclass(frozen=True)
 class Expectation:
-    """The meaning of a test row's Expect cell.
+    """The meaning of a test row's Expect cell."""
 
-    Attributes:
-        kind: `any`, `nothing`, `value`, `about` (a number within a distance), `condition`, or `fields`.
-        value: of kind `value` (a formula without inputs is worked out first), and the number of kind `about`.
-        quoted: whether a text was in quotes, so that spaces at its ends count.
-        within: of kind `about`, how far a number may be away.
-        condition: a formula with the stream's value as its one input.
-        blanks: of kind `nothing`, whether blanks may come: they stop an actuator and start nothing.
-    """
-
-    kind: str
+    kind: str  # `any`, `nothing`, `value`, `about` (a number within a distance), `condition`, or `fields`
     text: str
+    # of kind `value` (a formula without inputs is worked out first), and the number of kind `about`
     value: Given = None
-    quoted: bool = False
-    within: float = 0.0
-    condition: Formula | None = None
+    quoted: bool = False  # whether a text was in quotes, so that spaces at its ends count
+    within: float = 0.0  # of kind `about`, how far a number may be away
+    condition: Formula | None = None  # a formula with the stream's value as its one input
     fields: tuple[tuple[str, Expectation], ...] = ()
-    blanks: bool = False
+    blanks: bool = False  # of kind `nothing`, whether blanks may come: they stop an actuator and start nothing
 
 
 @dataclass(frozen=True)
 class Place:
-    """The stream on which a test row expects something.
+    """The stream on which a test row expects something."""
 
-    Attributes:
-        names: keys of the names that its value has in conditions.
-        with_value: makes the scope of a condition.
-        alone: the scope of a formula without inputs.
-    """
-
-    names: frozenset[str]
+    names: frozenset[str]  # keys of the names that its value has in conditions
     record: RecordType | None
-    with_value: Callable[[], Scope]
-    alone: Scope
+    with_value: Callable[[], Scope]  # makes the scope of a condition
+    alone: Scope  # the scope of a formula without inputs
 
 
 def read_expect(cell: Cell, place: Place, report: Report) -> Expectation | None:

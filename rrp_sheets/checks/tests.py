@@ -25,23 +25,16 @@ MakeScope = Callable[[Sequence[tuple[str, RecordType | None]]], Scope]
 
 @dataclass(frozen=True)
 class CaseRow:
-    """A parsed row of a test, which either sends or expects something.
-
-    Attributes:
-        address: of the cell that says what is sent or expected.
-        time_us: from the start of the test.
-        name: the stream as the row names it; `stream` is its id, which a done stream that no row reads has too.
-        why_silent: why nothing can ever come on that stream; empty when it runs.
-    """
+    """A parsed row of a test, which either sends or expects something."""
 
     row: int
-    address: Address
-    time_us: int
-    name: str
+    address: Address  # of the cell that says what is sent or expected
+    time_us: int  # from the start of the test
+    name: str  # the stream as the row names it; `stream` is its id, which a done stream that no row reads has too
     stream: str
     sending: Sending | None = None
     expectation: Expectation | None = None
-    why_silent: str = ""
+    why_silent: str = ""  # why nothing can ever come on that stream; empty when it runs
     notes: str = ""
 
 

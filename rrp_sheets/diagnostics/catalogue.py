@@ -92,24 +92,15 @@ _BYSTANDER = """
 
 @dataclass(frozen=True, slots=True)
 class CodePage:
-    """A page; its texts are plain prose.
-
-    Attributes:
-        means: what the code says.
-        why: why it matters.
-        mend: what to do about it.
-        wrong: sheets with the fault, as a Markdown workbook; empty when no table can show it.
-        right: the same sheets, mended.
-        untabled: where the fault comes from when no table can show it.
-    """
+    """A page; its texts are plain prose."""
 
     code: str
-    means: str
-    why: str
-    mend: str
-    wrong: str = ""
-    right: str = ""
-    untabled: str = ""
+    means: str  # what the code says
+    why: str  # why it matters
+    mend: str  # what to do about it
+    wrong: str = ""  # sheets with the fault, as a Markdown workbook; empty when no table can show it
+    right: str = ""  # the same sheets, mended
+    untabled: str = ""  # where the fault comes from when no table can show it
 
 
 def load_page(code: str) -> CodePage:

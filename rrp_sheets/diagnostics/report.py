@@ -75,19 +75,12 @@ FixEdit = Put | Insert | Replace
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """A fix of a finding.
+    """A fix of a finding."""
 
-    Attributes:
-        id: names it among the fixes of its finding, in any language: lower-case words with hyphens.
-        title: what it does, in the user's words.
-        edits: one after the other; each counts rows as the one before left them.
-        safe: whether it is surely what was meant, so that it needs no decision.
-    """
-
-    id: str
-    title: str
-    edits: tuple[FixEdit, ...]
-    safe: bool = False
+    id: str  # names it among the fixes of its finding, in any language: lower-case words with hyphens
+    title: str  # what it does, in the user's words
+    edits: tuple[FixEdit, ...]  # one after the other; each counts rows as the one before left them
+    safe: bool = False  # whether it is surely what was meant, so that it needs no decision
 
 
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
@@ -155,21 +148,14 @@ def slips(first: str, second: str, most: int = LONGEST) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One finding. Its texts are made of the catalogue's templates and the details, when they are asked for.
+    """One finding. Its texts are made of the catalogue's templates and the details, when they are asked for."""
 
-    Attributes:
-        code: the catalogue's code.
-        address: the cell it belongs to; None for the whole file.
-        details: the values that fill the templates, by name; a text of the program is a `LazyMessage`.
-        span: first and last+1 character within the cell's text, where known.
-        fixes: what would remove it, to choose from.
-    """
-
-    code: str
-    address: Address | None
+    code: str  # the catalogue's code
+    address: Address | None  # the cell it belongs to; None for the whole file
+    # the values that fill the templates, by name; a text of the program is a `LazyMessage`
     details: Mapping[str, Detail] = field(default_factory=dict, hash=False)
-    span: tuple[int, int] | None = None
-    fixes: tuple[Fix, ...] = field(default=(), compare=False)
+    span: tuple[int, int] | None = None  # first and last+1 character within the cell's text, where known
+    fixes: tuple[Fix, ...] = field(default=(), compare=False)  # what would remove it, to choose from
 
     @property
     def severity(self) -> Severity:

@@ -26,49 +26,36 @@ class StreamKind(Enum):
 
 @dataclass(frozen=True)
 class Stream:
-    """A named sequence of values that rows read and write.
+    """A named sequence of values that rows read and write."""
 
-    Attributes:
-        id: unique in the workbook: the name's key for devices, `sheetkey!key` for ordinary streams,
-            `sheetkey!#row` for anonymous ones.
-        name: as first spelt; empty for anonymous streams.
-        address: the cell where it is first named (for a device that of its Devices row, if any).
-        settings: the device's settings by key, presets and defaults filled in.
-        active: False when only switched-off rows feed it.
-        done_of: of a done stream (`Say done`), the id of the actuator stream. It is not an edge from that stream, so
-            the graph stays acyclic.
-    """
-
+    # unique in the workbook: the name's key for devices, `sheetkey!key` for ordinary streams, `sheetkey!#row` for
+    # anonymous ones
     id: str
-    name: str
+    name: str  # as first spelt; empty for anonymous streams
     kind: StreamKind
-    address: Address
+    address: Address  # the cell where it is first named (for a device that of its Devices row, if any)
     device: FoundDevice | None = None
+    # the device's settings by key, presets and defaults filled in
     settings: Mapping[str, Value] = field(default_factory=dict)
-    active: bool = True
+    active: bool = True  # False when only switched-off rows feed it
+    # of a done stream (`Say done`), the id of the actuator stream. It is not an edge from that stream, so the graph
+    # stays acyclic.
     done_of: str = ""
 
 
 @dataclass(frozen=True)
 class Step:
-    """A row with its connector found and its inputs and output resolved to stream ids.
-
-    Attributes:
-        ref: the row as shown, `Tracking!4`.
-        inputs: stream ids, in order (a blank input cell is resolved to the row above).
-        output: a stream id; for `subscribe` that of the actuator stream; an anonymous stream's for a blank cell.
-        active: the row is on and all its inputs are fed (of `once` and `timeout`: the first; of a merge: any).
-        rank: the place in the topological order of the behaviour; ties by row number.
-    """
+    """A row with its connector found and its inputs and output resolved to stream ids."""
 
     row: Row
-    ref: str
+    ref: str  # the row as shown, `Tracking!4`
     connector: Connector
-    inputs: tuple[str, ...]
-    output: str
+    inputs: tuple[str, ...]  # stream ids, in order (a blank input cell is resolved to the row above)
+    output: str  # a stream id; for `subscribe` that of the actuator stream; an anonymous stream's for a blank cell
     period_us: int | None = None
+    # the row is on and all its inputs are fed (of `once` and `timeout`: the first; of a merge: any)
     active: bool = True
-    rank: int = 0
+    rank: int = 0  # the place in the topological order of the behaviour; ties by row number
 
     @property
     def number(self) -> int:

@@ -20,20 +20,13 @@ _CELL = 44
 
 
 class Block(str):
-    """A block of text for the terminal that also remembers what it was made of, for a page.
+    """A block of text for the terminal that also remembers what it was made of, for a page."""
 
-    Attributes:
-        kind: `paragraph`, `heading`, `entries`, `columns`, `grid`, `lines`, `marbles` or `titled`.
-        head: of a heading, a grid (the sheet's name) or a titled block; the connector of marbles; the whole text of a
-            paragraph.
-        rows: of entries, columns, marbles and grids.
-        parts: of a titled block.
-    """
-
-    kind: str
+    kind: str  # `paragraph`, `heading`, `entries`, `columns`, `grid`, `lines`, `marbles` or `titled`
+    # of a heading, a grid (the sheet's name) or a titled block; the connector of marbles; the whole text of a paragraph
     head: str
-    rows: tuple[tuple[str, ...], ...]
-    parts: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]  # of entries, columns, marbles and grids
+    parts: tuple[str, ...]  # of a titled block
 
     @classmethod
     def of(

@@ -18,14 +18,11 @@ Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new,
 
 @dataclass(frozen=True, slots=True)
 class ComparableText:
-    """A text before and after; equal when it means the same.
-
-    Attributes:
-        pieces: what stayed (`same`), went (`gone`) and came (`new`); empty when the whole of it changed.
-    """
+    """A text before and after; equal when it means the same."""
 
     before: str = ""
     after: str = ""
+    # what stayed (`same`), went (`gone`) and came (`new`); empty when the whole of it changed
     pieces: tuple[tuple[str, str], ...] = ()
 
     @property
@@ -68,47 +65,32 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class ChangedStream:
-    """A stream of either workbook.
+    """A stream of either workbook."""
 
-    Attributes:
-        id: the same for both where it is the same stream.
-        kind: `sensor`, `stream`, `actuator`, `anonymous` or `done`.
-        sign: what became of it.
-        name: as people know it.
-        settings: of its device, those that changed, each with the setting's name.
-    """
-
-    id: str
-    kind: str
-    sign: str
-    name: ComparableText
+    id: str  # the same for both where it is the same stream
+    kind: str  # `sensor`, `stream`, `actuator`, `anonymous` or `done`
+    sign: str  # what became of it
+    name: ComparableText  # as people know it
+    # of its device, those that changed, each with the setting's name
     settings: tuple[tuple[str, ComparableText], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class ChangedRow:
-    """A row of either workbook.
+    """A row of either workbook."""
 
-    Attributes:
-        sign: what became of it.
-        number: its row now; of a removed one the row where it stood.
-        was: its row before, 0 when it is new.
-        takes, gives: the streams that it reads and writes, or did.
-        remarks: what else there is to know: switched off, moved, a helper that changed.
-        off: whether it is switched off.
-    """
-
-    sign: str
-    number: int
-    was: int
+    sign: str  # what became of it
+    number: int  # its row now; of a removed one the row where it stood
+    was: int  # its row before, 0 when it is new
     inputs: ComparableText
     connector: ComparableText
     formula: ComparableText
     output: ComparableText
+    # takes, gives: the streams that it reads and writes, or did
     takes: tuple[Link, ...]
     gives: tuple[Link, ...]
-    remarks: tuple[str, ...] = ()
-    off: bool = False
+    remarks: tuple[str, ...] = ()  # what else there is to know: switched off, moved, a helper that changed
+    off: bool = False  # whether it is switched off
 
     @property
     def id(self) -> str:
@@ -118,14 +100,9 @@ class ChangedRow:
 
 @dataclass(frozen=True, slots=True)
 class ChangedBehaviour:
-    """A behaviour of both workbooks, or of one.
-
-    Attributes:
-        rows: all of them, in their order; removed ones where they stood.
-        streams: by id.
-    """
+    """A behaviour of both workbooks, or of one."""
 
     name: str
     sign: str
-    rows: tuple[ChangedRow, ...]
-    streams: Mapping[str, ChangedStream]
+    rows: tuple[ChangedRow, ...]  # all of them, in their order; removed ones where they stood
+    streams: Mapping[str, ChangedStream]  # by id

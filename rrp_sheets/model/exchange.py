@@ -39,42 +39,29 @@ def commanded(value: Value) -> Value:
 
 @dataclass(frozen=True, slots=True)
 class DeviceUse:
-    """A device as a behaviour uses it.
+    """A device as a behaviour uses it."""
 
-    Attributes:
-        stream: the key of the sensor or actuator stream.
-        name: the stream's name as shown.
-        device: the device type's name in the catalogue (`RedBall`, `Tracker`).
-        settings: by the setting's key, defaults and presets filled in, numbers as numbers.
-    """
-
-    stream: str
-    name: str
-    device: str
+    stream: str  # the key of the sensor or actuator stream
+    name: str  # the stream's name as shown
+    device: str  # the device type's name in the catalogue (`RedBall`, `Tracker`)
+    # by the setting's key, defaults and presets filled in, numbers as numbers
     settings: Mapping[str, Value] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A value for an actuator. Blank (None) stops what the actuator stream is doing.
+    """A value for an actuator. Blank (None) stops what the actuator stream is doing."""
 
-    Attributes:
-        stream: the actuator stream's key.
-        value: what the row sent.
-        row: the sending row, as `Sheet!row` is shown (`Tracking!4`).
-        sensors: keys of the sensor streams that the row descends from, in the behaviour's order (a tracker
-            follows the newest detection among them).
-        priority: of the row.
-        release: with a blank, that the behaviour behind it was switched off: what it has moved goes back to rest.
-        number: by which a world that cannot give the value back names the command when it has ended; 0 when it can.
-    """
-
-    stream: str
-    value: Value
-    row: str = ""
+    stream: str  # the actuator stream's key
+    value: Value  # what the row sent
+    row: str = ""  # the sending row, as `Sheet!row` is shown (`Tracking!4`)
+    # keys of the sensor streams that the row descends from, in the behaviour's order (a tracker follows the newest
+    # detection among them)
     sensors: tuple[str, ...] = ()
-    priority: float = 0.0
+    priority: float = 0.0  # of the row
+    # with a blank, that the behaviour behind it was switched off: what it has moved goes back to rest
     release: bool = False
+    # by which a world that cannot give the value back names the command when it has ended; 0 when it can
     number: int = 0
 
 
@@ -83,57 +70,40 @@ class Notice:
     """One notice of a run besides its events: `kind` is `say`, `sound`, `person`, `clamp`, `note` or `error`.
 
     A `person` is somebody who speaks to the robot; a `sound` is what it plays.
-
-    Attributes:
-        sound: the file in the run's folder with what is said or played; empty where there is none.
     """
 
     kind: str
     text: str
     stream: str = ""
     row: str = ""
-    sound: str = ""
+    sound: str = ""  # the file in the run's folder with what is said or played; empty where there is none
 
 
 @dataclass(frozen=True, slots=True)
 class OperatorAction:
-    """One action of an operator during a run.
+    """One action of an operator during a run."""
 
-    Attributes:
-        kind: `mark`, `switch`, `send`, `press`, `scene`, `speed`, `edit`, `pause`, `resume` or `step`.
-        text: in words.
-        by: who.
-        detail: all that is needed to do it again, by name.
-    """
-
-    kind: str
-    text: str
+    kind: str  # `mark`, `switch`, `send`, `press`, `scene`, `speed`, `edit`, `pause`, `resume` or `step`
+    text: str  # in words
     by: str = ""
-    detail: Mapping[str, Any] = field(default_factory=dict)
+    detail: Mapping[str, Any] = field(default_factory=dict)  # all that is needed to do it again, by name
 
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """The world as it is, for displays and tests.
+    """The world as it is, for displays and tests."""
 
-    Attributes:
-        joints: positions by the joint's name, rad.
-        base: x, y, z (m) of the torso and roll, pitch, yaw (rad).
-        eyes: red, green, blue of both eyes as they shine, 0 to 1.
-        saying: the sentence being spoken, or empty.
-        things: positions (m) by name: of a ball its middle, of a person the face, else the middle of the underside.
-        driving: the row that has each resource of the robot (`head`, `voice`, …) now.
-        looks: what the things look like, by name: their `kind`, `size` (m), `colour` and so on.
-        light, noise: how bright and how loud the room is, 0 to 1.
-    """
-
-    joints: Mapping[str, float]
-    base: tuple[float, ...]
-    eyes: tuple[float, ...]
-    saying: str
+    joints: Mapping[str, float]  # positions by the joint's name, rad
+    base: tuple[float, ...]  # x, y, z (m) of the torso and roll, pitch, yaw (rad)
+    eyes: tuple[float, ...]  # red, green, blue of both eyes as they shine, 0 to 1
+    saying: str  # the sentence being spoken, or empty
+    # positions (m) by name: of a ball its middle, of a person the face, else the middle of the underside
     things: Mapping[str, tuple[float, ...]]
+    # the row that has each resource of the robot (`head`, `voice`, …) now
     driving: Mapping[str, str] = field(default_factory=dict)
+    # what the things look like, by name: their `kind`, `size` (m), `colour` and so on
     looks: Mapping[str, Mapping[str, Value]] = field(default_factory=dict)
+    # light, noise: how bright and how loud the room is, 0 to 1
     light: float = 1.0
     noise: float = 0.0
 
@@ -175,28 +145,19 @@ class RandomRange:
 
 @dataclass(frozen=True, slots=True)
 class SceneAction:
-    """One thing that happens at one time.
+    """One thing that happens at one time."""
 
-    Attributes:
-        time_us: on the run's clock, microseconds; with a cue: after that.
-        thing: the thing's name as shown ("Red ball", "Person").
-        verb: `appear`, `move`, `circle`, `disappear`, `seen`, … (the tables in `scene/scene_words.py` list them).
-        values: what the verb needs: positions in m (robot's starting frame, x forward, y left, z up), durations in s;
-            numbers may be ranges until the run draws them.
-        row: the Scene row, for messages.
-        kind: of the thing: `ball`, `cup`, `person`, …; empty where the values tell.
-        cue: the id of the stream whose next event it waits for, `+` for the row above, empty for a time of the run.
-        span_us: how much later than `time_us` it may be: a range that the run draws.
-    """
-
-    time_us: int
-    thing: str
-    verb: str
+    time_us: int  # on the run's clock, microseconds; with a cue: after that
+    thing: str  # the thing's name as shown ("Red ball", "Person")
+    verb: str  # `appear`, `move`, `circle`, `disappear`, `seen`, … (the tables in `scene/scene_words.py` list them)
+    # what the verb needs: positions in m (robot's starting frame, x forward, y left, z up), durations in s; numbers may
+    # be ranges until the run draws them
     values: Mapping[str, Value] = field(default_factory=dict)
-    row: int = 0
-    kind: str = ""
+    row: int = 0  # the Scene row, for messages
+    kind: str = ""  # of the thing: `ball`, `cup`, `person`, …; empty where the values tell
+    # the id of the stream whose next event it waits for, `+` for the row above, empty for a time of the run
     cue: str = ""
-    span_us: int = 0
+    span_us: int = 0  # how much later than `time_us` it may be: a range that the run draws
 
     @property
     def what(self) -> str:

@@ -32,20 +32,13 @@ ACTIONS = frozenset(("mark", "switch", "press", "scene", "speed", "edit", "pause
 
 @dataclass(slots=True)  # not frozen, which takes three times as long: a long run has a million of them
 class _Event:
-    """Event of a run.
-
-    Attributes:
-        us: time on the run's clock, in µs.
-        stream: its name in the trace; empty where there is none.
-        row: the row that it comes from; empty for sensor streams.
-        number: its place in the record; -1 outside of one.
-    """
+    """Event of a run."""
 
     what: ClassVar[str]
-    us: int
-    stream: str
-    row: str
-    number: int = field(default=-1, compare=False, kw_only=True)
+    us: int  # time on the run's clock, in µs
+    stream: str  # its name in the trace; empty where there is none
+    row: str  # the row that it comes from; empty for sensor streams
+    number: int = field(default=-1, compare=False, kw_only=True)  # its place in the record; -1 outside of one
 
     @property
     def t(self) -> float:
@@ -100,23 +93,15 @@ class RecordedNotice(_Event):
 
 @dataclass(slots=True)
 class RecordedAction(_Event):
-    """Action of an operator.
-
-    Attributes:
-        kind: one of `ACTIONS`; a sent value is a `RecordedValue` instead.
-        text: in words.
-        by: who.
-        wall: seconds of the wall clock since the beginning, by which films are aligned; the changes of one edit have
-            the same.
-        detail: all that is needed to do it again.
-    """
+    """Action of an operator."""
 
     what: ClassVar[str] = "action"
-    kind: str
-    text: str
+    kind: str  # one of `ACTIONS`; a sent value is a `RecordedValue` instead
+    text: str  # in words
     by: str
+    # seconds of the wall clock since the beginning, by which films are aligned; the changes of one edit have the same
     wall: float
-    detail: Mapping[str, Any] = field(default_factory=dict)
+    detail: Mapping[str, Any] = field(default_factory=dict)  # all that is needed to do it again
 
     def entry(self) -> dict[str, Any]:
         """Return the event as a line of the trace has it."""
@@ -145,31 +130,20 @@ _COLUMNS = {"digest": "workbook_sha256"}
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """Origin of an export; what is not known, or does not apply, is blank.
+    """Origin of an export; what is not known, or does not apply, is blank."""
 
-    Attributes:
-        run: the name of the run's folder; blank for an export of a workbook that has not run.
-        workbook: its file.
-        digest: SHA-256 of that file, in hexadecimal.
-        program: the program's version, `0.2.0`.
-        mode: `simulated`, `pilot`, `real`.
-        language: of the words of a picture; it is no part of the stamp.
-        began: the wall clock at time 0 by ISO 8601, `2026-11-21T20:54:55.120+00:00`.
-        ended: how the run ended, as its record says: `time`, `stopped`, `end run`, `broken`, `cut`, `going`.
-    """
-
-    workbook: str = ""
-    digest: str = ""
-    program: str = ""
-    mode: str = ""
+    workbook: str = ""  # its file
+    digest: str = ""  # SHA-256 of that file, in hexadecimal
+    program: str = ""  # the program's version, `0.2.0`
+    mode: str = ""  # `simulated`, `pilot`, `real`
     seed: str = ""
     participant: str = ""
     condition: str = ""
     operator: str = ""
-    began: str = ""
-    ended: str = ""
-    run: str = ""
-    language: str = "en"
+    began: str = ""  # the wall clock at time 0 by ISO 8601, `2026-11-21T20:54:55.120+00:00`
+    ended: str = ""  # how the run ended, as its record says: `time`, `stopped`, `end run`, `broken`, `cut`, `going`
+    run: str = ""  # the name of the run's folder; blank for an export of a workbook that has not run
+    language: str = "en"  # of the words of a picture; it is no part of the stamp
 
     @staticmethod
     def names() -> list[str]:

@@ -33,23 +33,15 @@ class Field:
 
 @dataclass(frozen=True)
 class RecordType:
-    """Definition of a kind of record: its fields, their further names, and their positions.
+    """Definition of a kind of record: its fields, their further names, and their positions."""
 
-    Attributes:
-        name: shown in messages ("Red ball has no field “distence”").
-        fields: in the order they are shown.
-        aliases: further names of fields, by key (`isnew` is `new`).
-        positions: the fields that `[0]`, `[1]`, … mean; empty when the record has no positions.
-        keys: the key of a field by each key that may name it.
-        names: the names of the fields by their keys.
-    """
-
-    name: str
-    fields: tuple[Field, ...]
-    aliases: Mapping[str, str] = field(default_factory=dict)
-    positions: tuple[str, ...] = ()
+    name: str  # shown in messages ("Red ball has no field “distence”")
+    fields: tuple[Field, ...]  # in the order they are shown
+    aliases: Mapping[str, str] = field(default_factory=dict)  # further names of fields, by key (`isnew` is `new`)
+    positions: tuple[str, ...] = ()  # the fields that `[0]`, `[1]`, … mean; empty when the record has no positions
+    # the key of a field by each key that may name it
     keys: Mapping[str, str] = field(init=False, compare=False, repr=False)
-    names: Mapping[str, str] = field(init=False, compare=False, repr=False)
+    names: Mapping[str, str] = field(init=False, compare=False, repr=False)  # the names of the fields by their keys
 
     def __post_init__(self) -> None:
         names = {key(f.name): f.name for f in self.fields}
@@ -112,17 +104,11 @@ def record_from_mapping(name: str, mapping: Mapping[str, Value]) -> Record:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A formula's error as a value: it never travels to another row.
+    """A formula's error as a value: it never travels to another row."""
 
-    Attributes:
-        code: the diagnostic's code, such as `FORM101`.
-        message: in the user's words.
-        column: where in the formula, counted from 0; -1 when not known.
-    """
-
-    code: str
-    message: str
-    column: int = -1
+    code: str  # the diagnostic's code, such as `FORM101`
+    message: str  # in the user's words
+    column: int = -1  # where in the formula, counted from 0; -1 when not known
 
 
 def plain(value: Value) -> Value:

@@ -16,25 +16,18 @@ from rrp_sheets.model.names import key
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One row of a behaviour as it stands in the sheet.
+    """One row of a behaviour as it stands in the sheet."""
 
-    Attributes:
-        number: the row's number in the sheet.
-        inputs: one cell per input stream (all with the address of the one cell); empty means "the row above".
-        inputs_cell: the whole input cell.
-        on: False when switched off.
-        priority: larger wins; blank is 0.
-        remarks: texts on which the robot does not act, such as the notes, by the standard header of their column.
-    """
-
-    number: int
+    number: int  # the row's number in the sheet
+    # one cell per input stream (all with the address of the one cell); empty means "the row above"
     inputs: tuple[Cell, ...]
-    inputs_cell: Cell
+    inputs_cell: Cell  # the whole input cell
     connector: Cell
     formula: Cell
     output: Cell
-    on: bool = True
-    priority: float = 0.0
+    on: bool = True  # False when switched off
+    priority: float = 0.0  # larger wins; blank is 0
+    # texts on which the robot does not act, such as the notes, by the standard header of their column
     remarks: Mapping[str, str] = field(default_factory=dict)
 
     @property
@@ -147,25 +140,19 @@ class Protocol:
 
 @dataclass(frozen=True, slots=True)
 class Workbook:
-    """Everything that the sheets of ours say.
+    """Everything that the sheets of ours say."""
 
-    Attributes:
-        source: the file or folder it was read from, as text for messages.
-        behaviours: in the order of the sheets.
-        tables: cells of sheets that are the user's own, by the sheet's key (only those that formulas name).
-        sheets: the names of all sheets, ours or not, in order.
-    """
-
-    source: str
-    behaviours: tuple[Behaviour, ...]
+    source: str  # the file or folder it was read from, as text for messages
+    behaviours: tuple[Behaviour, ...]  # in the order of the sheets
     devices: tuple[Device, ...] = ()
     helpers: tuple[Helper, ...] = ()
     protocol: Protocol = field(default_factory=Protocol)
     scene: tuple[SceneRow, ...] | None = None
     gestures: tuple[GestureRow, ...] = ()
     tests: tuple[TestSheet, ...] = ()
+    # cells of sheets that are the user's own, by the sheet's key (only those that formulas name)
     tables: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
-    sheets: tuple[str, ...] = ()
+    sheets: tuple[str, ...] = ()  # the names of all sheets, ours or not, in order
 
 
 def column_letters(column: int) -> str:

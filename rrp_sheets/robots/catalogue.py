@@ -33,32 +33,22 @@ _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)")
 
 @dataclass(frozen=True, slots=True)
 class Keyframe:
-    """Angles of joints at a time; a joint that is not among them is then on its way, or has not begun to move.
+    """Angles of joints at a time; a joint that is not among them is then on its way, or has not begun to move."""
 
-    Attributes:
-        at: s from the beginning, or beats of a gesture that goes by beats.
-        angles: by the joint's name, in its unit (rad; a hand from 0, closed, to 1).
-        by: the same, added to where the joint was at the beginning: legs, which may stand or sit.
-    """
-
-    at: float
-    angles: Mapping[str, float]
+    at: float  # s from the beginning, or beats of a gesture that goes by beats
+    angles: Mapping[str, float]  # by the joint's name, in its unit (rad; a hand from 0, closed, to 1)
+    # the same, added to where the joint was at the beginning: legs, which may stand or sit
     by: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Gesture:
-    """A gesture; when it is over, all its joints return to where they were.
-
-    Attributes:
-        tempo: beats a minute when its times are beats, else 0.
-        help: what it looks like, in a few words.
-    """
+    """A gesture; when it is over, all its joints return to where they were."""
 
     name: str
     frames: tuple[Keyframe, ...]
-    tempo: float = 0.0
-    help: str = ""
+    tempo: float = 0.0  # beats a minute when its times are beats, else 0
+    help: str = ""  # what it looks like, in a few words
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -164,13 +154,7 @@ class Joint:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot: joints, groups, postures, gestures and devices.
-
-    Attributes:
-        data: the whole robot.toml, for the simulator and drivers.
-        motions: its gestures by key; also those of the workbook, see `with_gestures`.
-        talking: the small gestures that go with talking, in turn.
-    """
+    """A robot: joints, groups, postures, gestures and devices."""
 
     name: str
     title: str
@@ -179,9 +163,10 @@ class Robot:
     groups: Mapping[str, tuple[str, ...]]
     devices: Mapping[str, DeviceType]
     names: Mapping[str, FoundDevice]
-    data: Mapping[str, Any]
+    data: Mapping[str, Any]  # the whole robot.toml, for the simulator and drivers
+    # its gestures by key; also those of the workbook, see `with_gestures`
     motions: Mapping[str, Gesture] = field(default_factory=dict)
-    talking: tuple[Gesture, ...] = ()
+    talking: tuple[Gesture, ...] = ()  # the small gestures that go with talking, in turn
 
     def find(self, name: str) -> FoundDevice | None:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
@@ -330,21 +315,17 @@ ANY = "*"
 
 @dataclass(frozen=True)
 class Setting:
-    """A setting of a device: a column of the Devices sheet.
-
-    Attributes:
-        kind: `text`, `number`, `choice`, `joint`, `colour`, `zone` (where the robot feels a touch), `posture`,
-            `gesture` (also the workbook's own), `behaviour` (of the workbook), `angle` (rad; `30°` too), `words` (a
-            list of texts), `label` (a text; blank is the stream's name), `truth`, `language`
-            (its code), `sound file` (a .wav beside the workbook), or `duration` (whole microseconds).
-        default: when the cell is blank; None when there is none.
-    """
+    """A setting of a device: a column of the Devices sheet."""
 
     name: str
+    # `text`, `number`, `choice`, `joint`, `colour`, `zone` (where the robot feels a touch), `posture`, `gesture` (also
+    # the workbook's own), `behaviour` (of the workbook), `angle` (rad; `30°` too), `words` (a list of texts), `label`
+    # (a text; blank is the stream's name), `truth`, `language` (its code), `sound file` (a .wav beside the workbook),
+    # or `duration` (whole microseconds)
     kind: str = "text"
     unit: str = ""
     choices: tuple[str, ...] = ()
-    default: Value = None
+    default: Value = None  # when the cell is blank; None when there is none
     required: bool = False
     lower: float | None = None
     upper: float | None = None
@@ -353,45 +334,29 @@ class Setting:
 
 @dataclass(frozen=True)
 class DeviceType:
-    """A sensor or an actuator as the catalogue describes it.
-
-    Attributes:
-        kind: `sensor` or `actuator`.
-        help: what it is for, one or two sentences; shown to users.
-        payload: the record a sensor gives, or None when it gives a plain value.
-        unit: of the plain value.
-        takes: what an actuator takes, in words.
-        resources: what an actuator uses whatever its settings are (`voice`, `eyes`, …).
-        resources_by: what it uses besides, by the key of a setting and the key of what that setting says.
-        colour: of the balls that a sensor looks for, or `any`.
-        shows: what a default scene has for a sensor: `person`, `near` (somebody comes near), balls of a colour
-            (`{colour}` is its setting), `press` and a button's label, `touch` and a zone, `say` and words.
-        knowledge: True when the simulated sensor is fed from the scene and perceives nothing.
-        engine: True when the engine itself carries it out, whatever the robot (`Wait`).
-        simulated: False when the simulated robot does not carry it out yet.
-        says: a sentence template for the plain-language description.
-        stops: the same for what a blank stops; empty for an actuator that a blank does not stop.
-        title: its name for people.
-        example: a small workbook with a test, in Markdown, for the device's help; its heading says what it shows.
-    """
+    """A sensor or an actuator as the catalogue describes it."""
 
     name: str
-    kind: str
-    help: str
+    kind: str  # `sensor` or `actuator`
+    help: str  # what it is for, one or two sentences; shown to users
     settings: Mapping[str, Setting] = field(default_factory=dict)
-    payload: RecordType | None = None
-    unit: str = ""
-    takes: str = ""
-    resources: tuple[str, ...] = ()
+    payload: RecordType | None = None  # the record a sensor gives, or None when it gives a plain value
+    unit: str = ""  # of the plain value
+    takes: str = ""  # what an actuator takes, in words
+    resources: tuple[str, ...] = ()  # what an actuator uses whatever its settings are (`voice`, `eyes`, …)
+    # what it uses besides, by the key of a setting and the key of what that setting says
     resources_by: Mapping[str, Mapping[str, tuple[str, ...]]] = field(default_factory=dict)
-    colour: str = ""
+    colour: str = ""  # of the balls that a sensor looks for, or `any`
+    # what a default scene has for a sensor: `person`, `near` (somebody comes near), balls of a colour (`{colour}` is
+    # its setting), `press` and a button's label, `touch` and a zone, `say` and words
     shows: tuple[str, ...] = ()
-    knowledge: bool = False
-    engine: bool = False
-    simulated: bool = True
-    says: str = ""
-    stops: str = ""
-    title: str = ""
+    knowledge: bool = False  # True when the simulated sensor is fed from the scene and perceives nothing
+    engine: bool = False  # True when the engine itself carries it out, whatever the robot (`Wait`)
+    simulated: bool = True  # False when the simulated robot does not carry it out yet
+    says: str = ""  # a sentence template for the plain-language description
+    stops: str = ""  # the same for what a blank stops; empty for an actuator that a blank does not stop
+    title: str = ""  # its name for people
+    # a small workbook with a test, in Markdown, for the device's help; its heading says what it shows
     example: str = ""
 
     def resources_for(self, settings: Mapping[str, Value]) -> frozenset[str]:
@@ -432,18 +397,13 @@ class DeviceType:
 
 @dataclass(frozen=True)
 class FoundDevice:
-    """A device found by a name.
-
-    Attributes:
-        type: what it is.
-        preset: the settings that the name implies (`Head yaw`: Joint = HeadYaw).
-        offered: False for a further spelling of a name that is offered already.
-    """
+    """A device found by a name."""
 
     name: str
     type: DeviceType
+    # the settings that the name implies (`Head yaw`: Joint = HeadYaw)
     preset: Mapping[str, Value] = field(default_factory=dict)
-    offered: bool = True
+    offered: bool = True  # False for a further spelling of a name that is offered already
 
 
 _OURS = ("choice", "colour", "zone", "truth")  # kinds of settings whose words are the catalogue's own
@@ -452,20 +412,15 @@ _NAMED = ("posture", "gesture")
 
 @dataclass(frozen=True)
 class DeviceWords:
-    """Texts that are printed about a device, in one language.
-
-    Attributes:
-        title: the device's name for people; empty when it has none but that of the catalogue.
-        fields: name and help of its record's fields, by their keys.
-    """
+    """Texts that are printed about a device, in one language."""
 
     language: str
-    title: str
+    title: str  # the device's name for people; empty when it has none but that of the catalogue
     help: str
     says: str
     takes: str
     stops: str
-    fields: Mapping[str, tuple[str, str]]
+    fields: Mapping[str, tuple[str, str]]  # name and help of its record's fields, by their keys
 
     def name(self, text: str) -> str:
         """Return the name of a posture or a gesture in this language; any other text as it is."""

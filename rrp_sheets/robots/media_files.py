@@ -102,18 +102,12 @@ class BadSoundError(MessageError):
 
 @dataclass(frozen=True)
 class Wave:
-    """A sound as its file has it.
+    """A sound as its file has it."""
 
-    Attributes:
-        data: samples, little-endian, the channels of one moment side by side.
-        width: bytes of one sample.
-        rate: moments a second.
-    """
-
-    data: bytes
-    width: int
+    data: bytes  # samples, little-endian, the channels of one moment side by side
+    width: int  # bytes of one sample
     channels: int
-    rate: int
+    rate: int  # moments a second
 
 
 def is_plain(name: str) -> bool:

@@ -388,30 +388,22 @@ class CatalogueError(MessageError):
 
 @dataclass(frozen=True)
 class ShapeJoint:
-    """A joint of a URDF.
-
-    Attributes:
-        fixed: what no robot of the same name may change: type, parent, child, origin (m, rad) and axis.
-        limits: `lower` and `upper` (rad), `effort` (N m), `velocity` (rad/s), as far as they are given.
-    """
+    """A joint of a URDF."""
 
     name: str
+    # what no robot of the same name may change: type, parent, child, origin (m, rad) and axis
     fixed: tuple[object, ...]
+    # `lower` and `upper` (rad), `effort` (N m), `velocity` (rad/s), as far as they are given
     limits: Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class Shape:
-    """A URDF that may be used.
-
-    Attributes:
-        joints: in the file's order.
-        meshes: the files of solids, each with how often it is used.
-    """
+    """A URDF that may be used."""
 
     links: tuple[str, ...]
-    joints: tuple[ShapeJoint, ...]
-    meshes: Mapping[str, int]
+    joints: tuple[ShapeJoint, ...]  # in the file's order
+    meshes: Mapping[str, int]  # the files of solids, each with how often it is used
 
 
 def read_shape(path: Path) -> Shape:

@@ -89,19 +89,13 @@ class Clamped:
 
 @dataclass(frozen=True, slots=True)
 class JointPlan:
-    """The ways of joints.
+    """The ways of joints."""
 
-    Attributes:
-        ways: by the joint's name.
-        clamped: angles beyond a limit.
-        slowed: keyframes (by their place) that come later than they should, each with a joint that is not fast enough.
-        times: of the keyframes as they are reached, s.
-    """
-
-    ways: Mapping[str, Trajectory]
-    clamped: tuple[Clamped, ...]
+    ways: Mapping[str, Trajectory]  # by the joint's name
+    clamped: tuple[Clamped, ...]  # angles beyond a limit
+    # keyframes (by their place) that come later than they should, each with a joint that is not fast enough
     slowed: tuple[tuple[int, str], ...]
-    times: tuple[float, ...]
+    times: tuple[float, ...]  # of the keyframes as they are reached, s
 
     @property
     def length(self) -> float:

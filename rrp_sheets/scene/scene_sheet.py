@@ -184,17 +184,11 @@ _AFTER = re.compile(r"(.*?)\s*\+\s*([^+]*)", re.DOTALL)
 
 @dataclass(frozen=True)
 class When:
-    """Time at which something happens.
+    """Time at which something happens."""
 
-    Attributes:
-        us: on the run's clock, or after what it waits for, microseconds.
-        span_us: how much later it may be.
-        cue: what it waits for: a stream as it is named in the cell, `+` for the row above, empty for nothing.
-    """
-
-    us: int
-    span_us: int = 0
-    cue: str = ""
+    us: int  # on the run's clock, or after what it waits for, microseconds
+    span_us: int = 0  # how much later it may be
+    cue: str = ""  # what it waits for: a stream as it is named in the cell, `+` for the row above, empty for nothing
 
 
 def read_time(text: str) -> When | None:

@@ -25,46 +25,32 @@ FARTHEST = 20.0  # m; farther is surely a typing mistake
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a Value cell: a word and what follows it.
+    """A part of a Value cell: a word and what follows it."""
 
-    Attributes:
-        word: before it; `also` are further ones. The first part of a verb may come without its word.
-        name: of what it says, in the action's values.
-        kind: how it is read: `place`, `length`, `lengths`, `seconds`, `share`, `angle`, `text`, `rest`, `whole`,
-            `flag`, `choice`, `file`, `zone`.
-        least, most: limits of a number, or how many numbers a place or a size has.
-        choices: of `choice` and `flag`: the words, and what each means.
-        default: when the cell does not say it; None: then it is left out.
-        needed: whether the cell must say it.
-        help: for people.
-    """
-
-    word: str
-    name: str
+    word: str  # before it; `also` are further ones. The first part of a verb may come without its word.
+    name: str  # of what it says, in the action's values
+    # how it is read: `place`, `length`, `lengths`, `seconds`, `share`, `angle`, `text`, `rest`, `whole`, `flag`,
+    # `choice`, `file`, `zone`
     kind: str
+    # least, most: limits of a number, or how many numbers a place or a size has
     least: float = 0.0
     most: float = FARTHEST
     also: tuple[str, ...] = ()
+    # of `choice` and `flag`: the words, and what each means
     choices: Mapping[str, object] = field(default_factory=lambda: MappingProxyType({}))
-    default: object = None
-    needed: bool = False
-    help: str = ""
+    default: object = None  # when the cell does not say it; None: then it is left out
+    needed: bool = False  # whether the cell must say it
+    help: str = ""  # for people
 
 
 @dataclass(frozen=True)
 class Verb:
-    """Something that a kind of thing can do.
+    """Something that a kind of thing can do."""
 
-    Attributes:
-        name: as people write it; `also` are further ways.
-        action: what it is to the simulator.
-        parts: of the Value cell; the first may come without its word.
-        examples: of the Value cell, each with a line of help; the first is the one in messages.
-    """
-
-    name: str
-    action: str
-    parts: tuple[Part, ...] = ()
+    name: str  # as people write it; `also` are further ways
+    action: str  # what it is to the simulator
+    parts: tuple[Part, ...] = ()  # of the Value cell; the first may come without its word
+    # of the Value cell, each with a line of help; the first is the one in messages
     examples: tuple[tuple[str, str], ...] = (("", ""),)
     also: tuple[str, ...] = ()
 

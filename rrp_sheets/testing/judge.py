@@ -41,43 +41,26 @@ class Fault:
 
 @dataclass(frozen=True)
 class RowResult:
-    """Result of one expecting row of a test: whether what it expects came.
-
-    Attributes:
-        row: of the test sheet.
-        passed: whether it holds.
-        event: what came, when it was expected and came; for `nothing`, what came all the same.
-        got: in words what came instead; empty when it passed.
-        hints: what else may explain it, in words.
-    """
+    """Result of one expecting row of a test: whether what it expects came."""
 
     row: CaseRow
     passed: bool
-    event: Event | None = None
-    got: str = ""
-    hints: tuple[str, ...] = ()
+    event: Event | None = None  # what came, when it was expected and came; for `nothing`, what came all the same
+    got: str = ""  # in words what came instead; empty when it passed
+    hints: tuple[str, ...] = ()  # what else may explain it, in words
 
 
 @dataclass(frozen=True)
 class CaseResult:
-    """A test sheet that was run.
-
-    Attributes:
-        case: the test.
-        rows: a result for every row that expects, in the order of the sheet.
-        events: everything that came on any stream, in order.
-        faults: formulas that failed.
-        ended_us: where the test's clock stood at the end.
-        seconds: that it took.
-        broken: rows that could not send what they should, by row number, in words.
-    """
+    """A test sheet that was run."""
 
     case: Case
-    rows: tuple[RowResult, ...]
-    events: tuple[Event, ...] = ()
-    faults: tuple[Fault, ...] = ()
-    ended_us: int = 0
-    seconds: float = 0.0
+    rows: tuple[RowResult, ...]  # a result for every row that expects, in the order of the sheet
+    events: tuple[Event, ...] = ()  # everything that came on any stream, in order
+    faults: tuple[Fault, ...] = ()  # formulas that failed
+    ended_us: int = 0  # where the test's clock stood at the end
+    seconds: float = 0.0  # that it took
+    # rows that could not send what they should, by row number, in words
     broken: dict[int, str] = field(default_factory=dict)
 
     @property

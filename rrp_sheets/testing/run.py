@@ -25,19 +25,13 @@ from rrp_sheets.workbook import Reading
 
 @dataclass(frozen=True)
 class TestReport:
-    """The results of a workbook's tests.
-
-    Attributes:
-        checked: the workbook.
-        cases: a result for every test sheet that was run.
-        stopped: whether somebody stopped it before all of them were.
-    """
+    """The results of a workbook's tests."""
 
     __test__ = False  # no test of pytest's
 
     checked: Checked
-    cases: tuple[CaseResult, ...]
-    stopped: bool = False
+    cases: tuple[CaseResult, ...]  # a result for every test sheet that was run
+    stopped: bool = False  # whether somebody stopped it before all of them were
 
     @property
     def passed(self) -> bool:
@@ -205,19 +199,13 @@ _ROUNDS = 8  # of leaving out what has errors; each may bring others to light
 
 @dataclass(frozen=True)
 class Partly:
-    """A workbook without what has errors.
+    """A workbook without what has errors."""
 
-    Attributes:
-        checked: has no errors; None where those that there are concern all of it.
-        rows: the rows with errors, which are taken as switched off with those that follow from them.
-        waiting: the names of the test sheets that have errors themselves, or need what has.
-        errors: how many errors the whole workbook has.
-    """
-
-    checked: Checked | None
+    checked: Checked | None  # has no errors; None where those that there are concern all of it
+    # the rows with errors, which are taken as switched off with those that follow from them
     rows: tuple[Address, ...] = ()
-    waiting: tuple[str, ...] = ()
-    errors: int = 0
+    waiting: tuple[str, ...] = ()  # the names of the test sheets that have errors themselves, or need what has
+    errors: int = 0  # how many errors the whole workbook has
 
 
 def in_order(reading: Reading) -> Partly:

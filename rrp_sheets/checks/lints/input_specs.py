@@ -21,17 +21,13 @@ from rrp_sheets.texts import N_, sentences
 
 @dataclass(frozen=True, slots=True)
 class InputSpec:
-    """The values that an actuator can use.
+    """The values that an actuator can use."""
 
-    Attributes:
-        kinds: of values that it accepts; blank is always accepted (it stops the actuator).
-        wrong: returns the problem with a value of these kinds, in words, or an empty text.
-        needs: the fields that a record must have; `lacks` describes one without them, in words.
-    """
-
-    kinds: frozenset[str]
+    kinds: frozenset[str]  # of values that it accepts; blank is always accepted (it stops the actuator)
     remedy: str
+    # returns the problem with a value of these kinds, in words, or an empty text
     wrong: Callable[[Value, Stream, LintContext], str] = lambda value, stream, context: ""
+    # the fields that a record must have; `lacks` describes one without them, in words
     needs: frozenset[str] = frozenset()
     lacks: str = ""
 
