@@ -24,8 +24,6 @@ from rrp_sheets.texts import N_, LazyMessage, listed, translate
 
 CATALOGUE = "robot.toml"
 REST_POSTURE = "Crouch"  # where a run ends
-
-
 SIDES = ("L", "R")
 _DEGREES = re.compile(r"([+-]?(?:\d+(?:\.\d*)?|\.\d+))\s*°")
 _NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)")
@@ -56,11 +54,7 @@ class Gesture:
         return tuple(dict.fromkeys(joint for frame in self.frames for joint in (*frame.angles, *frame.by)))
 
     def timed(self, tempo: float | None = None, times: int = 1) -> tuple[Keyframe, ...]:
-        """Its keyframes with their times in s.
-
-        Args:
-            tempo: beats a minute, for a gesture that goes by beats; None is its own.
-            times: how often it is made, one time after the other.
+        """Its keyframes with their times in s, that many `times` one after the other; `tempo` is beats a minute.
 
         >>> march = Gesture("March", (Keyframe(1, {"HeadYaw": 0.1}), Keyframe(2, {"HeadYaw": -0.1})), tempo=120)
         >>> [frame.at for frame in march.timed()], [frame.at for frame in march.timed(60, times=2)]
@@ -208,8 +202,7 @@ class Robot:
     @property
     def languages(self) -> Mapping[str, str]:
         """The languages that it speaks: their codes, each with its name."""
-        languages: Mapping[str, str] = self.data.get("languages", {})
-        return languages
+        return dict(self.data.get("languages", {}))
 
     @property
     def touch_zones(self) -> tuple[str, ...]:
@@ -265,19 +258,16 @@ def _assemble(
                 names[key(shown)] = FoundDevice(shown, device, {key(k): v for k, v in preset.items() if k != "name"})
             names.update((key(also), FoundDevice(also, device, offered=False)) for also in entry.get("also", ()))
             if entry.get("names_of") == "joints":
-                for joint in joints.values():
-                    found = FoundDevice(_spaced(joint.name), replace(device, unit=joint.unit), {"joint": joint.name})
-                    names[key(joint.name)] = found
-    return Robot(
-        name, data["robot"]["title"], folder, joints, groups, devices, names, data, dict(motions), talking
-    )  # fmt: skip
+                for k, joint in joints.items():
+                    preset = {"joint": joint.name}
+                    names[k] = FoundDevice(_spaced(joint.name), replace(device, unit=joint.unit), preset)
+    return Robot(name, data["robot"]["title"], folder, joints, groups, devices, names, data, dict(motions), talking)
 
 
 def _setting(entry: Mapping[str, Any]) -> Setting:
-    default = entry.get("default")
-    if entry.get("kind") == "duration" and default is not None:
-        default = parse_duration(default, bare="s")
-    return Setting(**{**entry, "choices": tuple(entry.get("choices", ())), "default": default})
+    found = Setting(**{**entry, "choices": tuple(entry.get("choices", ()))})
+    is_time = found.kind == "duration" and found.default is not None
+    return replace(found, default=parse_duration(found.default, bare="s")) if is_time else found
 
 
 def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str, tuple[str, ...]]]) -> DeviceType:

@@ -21,8 +21,6 @@ NEARLY = 0.006  # rad: an angle was rounded, nothing else is wrong with it
 
 @dataclass(frozen=True)
 class _Line:
-    """A row that was understood."""
-
     row: GestureRow
     at: float
     angles: Mapping[str, float]
@@ -89,9 +87,8 @@ def _wants(joint: Joint) -> str:
     middle = (joint.lower + joint.upper) / 2
     if not joint.unit:
         return N_("a number from 0 (closed) to 1 (open)")
-    return N_(
-        "an angle such as {value:.1f} (rad) or {value2:.0f}°", value=middle + 0.3, value2=math.degrees(middle) + 20
-    )
+    rad, degrees = middle + 0.3, math.degrees(middle) + 20
+    return N_("an angle such as {value:.1f} (rad) or {value2:.0f}°", value=rad, value2=degrees)
 
 
 def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Report) -> None:
@@ -106,16 +103,15 @@ def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Repo
             header = row.headers.get(k, k)
             sides = [name for name in names if key(name)[1:] == k]
             near = listed(sides, "and") if sides else nearest(header, names)
-            remedy = N_("Did you mean {near}? Then correct the header of this column.", near=near) if near else (
-                N_("The joints are: {names}.", names=', '.join(names))
-            )  # fmt: skip
+            remedy = N_("The joints are: {names}.", names=", ".join(names))
             if sides:
                 remedy = N_("Write a column for each side: {near}.", near=near)
+            elif near:
+                remedy = N_("Did you mean {near}? Then correct the header of this column.", near=near)
             report.add("GEST003", cell.address, header=header, remedy=remedy)
 
 
 def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
-    """Report angles that a joint cannot take, and keyframes that come too soon after the one before."""
     start = {j.name: 0.0 for j in robot.joints.values()} | robot.data["postures"][robot.data["robot"]["start_posture"]]
     plan = Planner(robot, start, start).plan([Keyframe(line.at, line.angles) for line in lines])
     yaw, limits = start.get("HeadYaw", 0.0), JointLimits(robot)
@@ -130,9 +126,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
                 nearest=_within(c.given, c.wanted > c.given, degrees="°" in cell.text),
                 when=N_(" while HeadYaw is at {shown}", shown=_shown(yaws[c.frame], 'rad')) if turned else "",
             )  # fmt: skip
-    late: dict[int, str] = {}
-    for frame, joint in plan.slowed:
-        late.setdefault(frame, joint)
+    late = dict(reversed(plan.slowed))  # the first joint of each frame
     for frame, joint in late.items():
         if frame:
             longer = plan.times[frame] - plan.times[frame - 1]

@@ -121,11 +121,7 @@ def is_plain(name: str) -> bool:
 
 
 def read_wave(folder: Path, name: str) -> Wave:
-    """Read a sound file that is beside a workbook.
-
-    Raises:
-        BadSoundError: it is not there, is no sound, or is too large or too long.
-    """
+    """Read a sound file beside a workbook; raises BadSoundError if it is missing, no sound, too large or too long."""
     with _opened(folder, name) as file:
         data = file.readframes(file.getnframes())
         return Wave(data, file.getsampwidth(), file.getnchannels(), file.getframerate())
@@ -142,7 +138,17 @@ def _opened(folder: Path, name: str) -> Iterator[wave.Wave_read]:
     path = _beside(folder, name)
     try:
         with wave.open(str(path), "rb") as file:
-            _judge(file)
+            rate, frames = file.getframerate(), file.getnframes()
+            if not RATES[0] <= rate <= RATES[1]:
+                low, high = RATES
+                raise BadSoundError("has {rate:,} samples a second; {value:,} to {value2:,} are possible",
+                                    rate=rate, value=low, value2=high)  # fmt: skip
+            if not 1 <= file.getnchannels() <= MOST_CHANNELS or file.getsampwidth() not in (1, 2, 3, 4):
+                raise wave.Error
+            if not frames:
+                raise BadSoundError("is empty")
+            if (length := frames / rate) > LONGEST:
+                raise BadSoundError("lasts {value:.0f} s; {longest:.0f} s are possible", value=length, longest=LONGEST)
             yield file
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
@@ -165,20 +171,3 @@ def _beside(folder: Path, name: str) -> Path:
     if size > LARGEST:
         raise BadSoundError("has {n:.0f} MB; {most:.0f} MB are possible", n=size / 1e6, most=LARGEST / 1e6)
     return path
-
-
-def _judge(file: wave.Wave_read) -> None:
-    rate, frames = file.getframerate(), file.getnframes()
-    if not RATES[0] <= rate <= RATES[1]:
-        raise BadSoundError(
-            "has {rate:,} samples a second; {value:,} to {value2:,} are possible",
-            rate=rate,
-            value=RATES[0],
-            value2=RATES[1],
-        )
-    if not 1 <= file.getnchannels() <= MOST_CHANNELS or file.getsampwidth() not in (1, 2, 3, 4):
-        raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM")
-    if not frames:
-        raise BadSoundError("is empty")
-    if frames / rate > LONGEST:
-        raise BadSoundError("lasts {value:.0f} s; {longest:.0f} s are possible", value=frames / rate, longest=LONGEST)

@@ -22,17 +22,8 @@ from defusedxml.ElementTree import ParseError, iterparse
 
 from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
 from rrp_sheets.model.names import key
-from rrp_sheets.robots.catalogue import (
-    CATALOGUE,
-    REST_POSTURE,
-    Gesture,
-    Joint,
-    Robot,
-    Setting,
-    load_robot,
-    robot_in,
-    robot_names,
-)
+from rrp_sheets.robots import Robot, Setting, load_robot, robot_names
+from rrp_sheets.robots.catalogue import CATALOGUE, REST_POSTURE, Gesture, robot_in
 from rrp_sheets.robots.trajectory import pitch_limits
 from rrp_sheets.texts import N_, MessageError
 
@@ -47,11 +38,7 @@ _NAMED = ("groups", "postures", "posture_leans", "posture_ways", "languages")  #
 
 
 def own_robot(folder: Path, name: str) -> Robot | None:
-    """The robot of that name whose catalogue stands in the folder of a workbook; None when there is none.
-
-    Raises:
-        UnreadableFile: when there is one and it does not pass the checks.
-    """
+    """Return the robot of that name beside a workbook, if any; raises UnreadableFile if it fails the checks."""
     if not name.replace("_", "").isalnum() or not (folder / FOLDER / name / CATALOGUE).is_file():
         return None
     place = folder / FOLDER / name
@@ -71,7 +58,6 @@ def files_of(robot: Robot) -> list[Path]:
 
 
 def _files(place: Path) -> list[Path]:
-    """Return the files in the folder; raises CatalogueError for a link, and for too many or too large files."""
     found = sorted(place.iterdir())[: _MOST_FILES + 1]
     if len(found) > _MOST_FILES:
         raise CatalogueError("it has more than {most} files", most=_MOST_FILES)
@@ -87,7 +73,6 @@ def _files(place: Path) -> list[Path]:
 
 @lru_cache(maxsize=4)
 def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> Robot:
-    """Return the robot of a folder after checking everything in it."""
     model = load_robot(name if name in robot_names() else "nao")
     tables = {path.name: _table(path) for path in sorted(place.glob("*.toml"))}
     for file, table in tables.items():
@@ -112,7 +97,6 @@ def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> 
 
 @lru_cache(maxsize=4)
 def _shape_of(name: str) -> Shape:
-    """The shape of a robot of the program."""
     model = load_robot(name)
     return read_shape(model.folder / str(model.data["robot"]["urdf"]))
 
@@ -158,10 +142,9 @@ def _judge_likeness(found: Any, model: Any, where: str) -> None:
             at = f"{where}.{k}" if where else k
             if k in found:
                 _judge_likeness(found[k], part, at)
-            elif not named and not (not where and k in _OPTIONAL):
-                raise CatalogueError(
-                    "“{file}” is missing; it was perhaps made for another version of the program", file=at
-                )
+            elif not named and (where or k not in _OPTIONAL):
+                raise CatalogueError("“{file}” is missing; it was perhaps made for another version of the program",
+                                     file=at)  # fmt: skip
     elif isinstance(model, Sequence) and not isinstance(model, str):
         kinds = {_kind(part) for part in model}
         if len(kinds) == 1 and {_kind(part) for part in found} - kinds:
@@ -195,7 +178,12 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
         own = robot.joints[key(joint.name)]
         if (own.chain, own.unit) != (joint.chain, joint.unit):
             raise CatalogueError("joint {joint} has another chain or unit than in the program", joint=own.name)
-        _judge_joint(own, joint, known=known)
+        low, high = (joint.lower, joint.upper) if known else (-_WIDEST, _WIDEST)
+        unit = f" {joint.unit}" if joint.unit else ""
+        _within(own.name, "lower", own.lower, low, high, unit)
+        _within(own.name, "upper", own.upper, own.lower, high, unit)
+        fastest = joint.max_velocity if known else _FASTEST
+        _within(own.name, "max_velocity", own.max_velocity, 1e-3, fastest, f"{unit}/s")
     _judge_shape(shape, model_shape, known=known)
     _judge_head(robot, model, known=known)
     if robot.data["chains"] != model.data["chains"]:
@@ -210,20 +198,12 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
     _judge_places(robot.data)
 
 
-def _judge_joint(own: Joint, model: Joint, *, known: bool) -> None:
-    low, high = (model.lower, model.upper) if known else (-_WIDEST, _WIDEST)
-    fastest = model.max_velocity if known else _FASTEST
-    unit = f" {model.unit}" if model.unit else ""
-    _within(own.name, "lower", own.lower, low, high, unit)
-    _within(own.name, "upper", own.upper, own.lower, high, unit)
-    _within(own.name, "max_velocity", own.max_velocity, 1e-3, fastest, f"{unit}/s")
-
-
 def _within(joint: str, what: str, value: float, low: float, high: float, unit: str = "") -> None:
     if not low <= value <= high:
         raise CatalogueError(
-                "joint {joint} has {name} {value}{unit}; this catalogue may only narrow it, from {low} to {high}",
-                joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}", high=f"{high:g}")  # fmt: skip
+            "joint {joint} has {name} {value}{unit}; this catalogue may only narrow it, from {low} to {high}",
+            joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}", high=f"{high:g}",
+        )  # fmt: skip
 
 
 def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
@@ -237,10 +217,9 @@ def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
                 raise CatalogueError("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name)
             low, high = (joint.limits["lower"], joint.limits["upper"]) if name in ("lower", "upper") else (0.0, limit)
             _within(joint.name, name, mine.limits[name], low, high)
-        if mine.limits.get("lower", 0.0) > mine.limits.get(
-            "upper", 0.0
-        ):  # the simulator takes that for no limits at all
-            _within(joint.name, "upper", mine.limits.get("upper", 0.0), mine.limits.get("lower", 0.0), _WIDEST)
+        lower, upper = (mine.limits.get(end, 0.0) for end in ("lower", "upper"))
+        if lower > upper:  # the simulator takes that for no limits at all
+            _within(joint.name, "upper", upper, lower, _WIDEST)
     if own:
         raise CatalogueError("joint {joint} of its shape cannot be simulated here", joint=next(iter(own)))
     if missing := set(model.links) - set(shape.links):
@@ -252,12 +231,10 @@ def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
     if own is None or other is None:
         return
     yaws = own["yaw"]
-    if not (2 <= len(yaws) == len(own["lower"]) == len(own["upper"])) or any(
-        a >= b for a, b in itertools.pairwise(yaws)
-    ):
-        raise CatalogueError(
-            "its table {name} does not rise, or has columns of different lengths", name="head_pitch_by_yaw"
-        )
+    even = 2 <= len(yaws) == len(own["lower"]) == len(own["upper"])
+    if not even or any(a >= b for a, b in itertools.pairwise(yaws)):
+        raise CatalogueError("its table {name} does not rise, or has columns of different lengths",
+                             name="head_pitch_by_yaw")  # fmt: skip
     for yaw in sorted({*yaws, *other["yaw"]}) if known else ():
         (low, high), (own_low, own_high) = pitch_limits(other, yaw), pitch_limits(own, yaw)
         _within("HeadPitch", "lower", own_low, low - 1e-9, high)
@@ -265,14 +242,14 @@ def _judge_head(robot: Robot, model: Robot, *, known: bool) -> None:
 
 
 def _judge_devices(robot: Robot, model: Robot) -> None:
-    entries = {(kind, entry["name"]): entry for kind in ("sensor", "actuator") for entry in model.data[kind]}
     for kind in ("sensor", "actuator"):
+        entries = {entry["name"]: entry for entry in model.data[kind]}
         for own in robot.data[kind]:
-            other = entries.get((kind, own["name"]))
+            other, name = entries.get(own["name"]), str(own["name"])[:80]
             if other is None or any(own.get(k) != other.get(k) for k in _SAME):
-                raise CatalogueError("the device {name} is not what it is in the program", name=str(own["name"])[:80])
+                raise CatalogueError("the device {name} is not what it is in the program", name=name)
             if len(own.get("shows", ())) > _MOST_SHOWN:
-                raise CatalogueError("the device {name} shows too many things", name=str(own["name"])[:80])
+                raise CatalogueError("the device {name} shows too many things", name=name)
     for found in robot.names.values():
         settings = model.devices[key(found.type.name)].settings
         for k, setting in found.type.settings.items():
@@ -282,7 +259,6 @@ def _judge_devices(robot: Robot, model: Robot) -> None:
 
 
 def _narrower(own: Setting, model: Setting, preset: Any) -> bool:
-    """Return whether a setting, its default and the preset of a name are within the limits of another setting."""
     low, high = -math.inf if model.lower is None else model.lower, math.inf if model.upper is None else model.upper
     limits = -math.inf if own.lower is None else own.lower, math.inf if own.upper is None else own.upper
     values = [v for v in (own.default, preset) if isinstance(v, (int, float)) and not isinstance(v, bool)]
@@ -299,9 +275,8 @@ def _judge_postures(robot: Robot) -> None:
         for named, angle in angles.items():
             joint = robot.joints.get(key(named))
             if joint is None:
-                raise CatalogueError(
-                    "the posture {name} has a joint {joint} that there is not", name=name, joint=named[:80]
-                )
+                raise CatalogueError("the posture {name} has a joint {joint} that there is not",
+                                     name=name, joint=named[:80])  # fmt: skip
             if not joint.lower - _NEAR <= angle <= joint.upper + _NEAR:
                 raise CatalogueError("the posture {name} brings {joint} to {value}, outside of its limits",
                         name=name, joint=joint.name, value=f"{angle:g}")  # fmt: skip
@@ -407,11 +382,7 @@ class Shape:
 
 
 def read_shape(path: Path) -> Shape:
-    """Read a URDF.
-
-    Raises:
-        CatalogueError: it has parts, numbers or files that are not taken, or no joints.
-    """
+    """Read a URDF; raises CatalogueError if it has parts, numbers or files that are not taken, or no joints."""
     root = _tree(path)
     meshes: dict[str, int] = {}
     for mesh in root.iter("mesh"):
@@ -439,7 +410,6 @@ def judge_solids(folder: Path, meshes: Mapping[str, int]) -> None:
 
 
 def _tree(path: Path) -> Any:
-    """Return the root of a URDF after checking every part and every number in it."""
     above: list[Any] = []
     root = None
     count = 0
@@ -477,12 +447,11 @@ def _judge_part(element: Any, above: Any, file: str) -> None:
         elif name == "filename" or not _TEXT.fullmatch(value):
             raise CatalogueError("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40]))
     for part, name in _NUMBERS:
-        needed = part == tag and part not in ("origin", "dynamics", "limit") and name not in ("scale", *_MIXED)
+        needed = (
+            part == tag and part not in ("origin", "dynamics", "limit") and name not in ("scale", "ixy", "ixz", "iyz")
+        )
         if needed and name not in element.attrib:
             raise CatalogueError("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name)
-
-
-_MIXED = ("ixy", "ixz", "iyz")
 
 
 def _judge_numbers(value: str, tag: str, name: str, above: Any, file: str) -> None:
@@ -490,13 +459,13 @@ def _judge_numbers(value: str, tag: str, name: str, above: Any, file: str) -> No
     words = value.split()
     if len(words) == count and all(_FIGURE.fullmatch(w) and low <= float(w) <= high for w in words):
         return
+    said = {"name": f"{tag} {name}", "value": value[:40], "low": f"{low:g}", "high": f"{high:g}", "unit": unit}
     if above is not None and above.tag == "joint":
-        raise CatalogueError("joint {joint} has {name} {value}; from {low} to {high} {unit} is possible",
-                             joint=above.get("name", "")[:80], name=f"{tag} {name}", value=value[:40], low=f"{low:g}",
-                             high=f"{high:g}", unit=unit)  # fmt: skip
-    raise CatalogueError("“{file}” has {name} {value}; from {low} to {high} {unit} is possible", file=file,
-                         name=f"{tag} {name}", value=value[:40], low=f"{low:g}", high=f"{high:g}",
-                         unit=unit)  # fmt: skip
+        joint = above.get("name", "")[:80]
+        raise CatalogueError(
+            "joint {joint} has {name} {value}; from {low} to {high} {unit} is possible", joint=joint, **said
+        )
+    raise CatalogueError("“{file}” has {name} {value}; from {low} to {high} {unit} is possible", file=file, **said)
 
 
 def _joint(element: Any) -> ShapeJoint:
@@ -523,14 +492,11 @@ def _judge_solid(path: Path) -> int:
     corners = sum(line.startswith("v ") for line in lines)
     normals = sum(line.startswith("vn ") for line in lines)
     for line in lines:
-        words = line.split()
-        if not _OBJ_LINE.fullmatch(line) or (
-            line.startswith("v") and any(abs(float(word)) > _LARGEST_CORNER for word in words[1:])
-        ):
-            raise CatalogueError(
-                "“{file}” has a line that is not taken: {value}", file=path.name, value=repr(line[:40])
-            )
-        for word in words[1:] if line.startswith("f") else ():
+        words, known = line.split()[1:], _OBJ_LINE.fullmatch(line)
+        if not known or (line.startswith("v") and any(abs(float(word)) > _LARGEST_CORNER for word in words)):
+            raise CatalogueError("“{file}” has a line that is not taken: {value}",
+                                 file=path.name, value=repr(line[:40]))  # fmt: skip
+        for word in words if line.startswith("f") else ():
             corner, *rest = word.split("/")
             if not 1 <= int(corner) <= corners or any(r and not 1 <= int(r) <= max(normals, corners) for r in rest):
                 raise CatalogueError("“{file}” has a face with a corner that there is not", file=path.name)

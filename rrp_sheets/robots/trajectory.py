@@ -224,7 +224,6 @@ class Planner:
     def _timed(
         self, times: Sequence[float], places: Mapping[str, list[int]], angles: Mapping[str, list[float]]
     ) -> tuple[dict[str, Trajectory], list[float]]:
-        """The ways, and the times; they grow where a joint would be too fast."""
         top = {j: min(MARGIN * self._share * self._robot.joints[key(j)].max_velocity, self._peak) for j in places}
         steps = [max(b - a, 1e-3) for a, b in itertools.pairwise(times)]
         ways: dict[str, Trajectory] = {}
