@@ -18,30 +18,8 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Cell, SceneRow
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.media_files import check_pictures
-from rrp_sheets.scene.scene_words import (
-    CHILD,
-    FACE_HEIGHT,
-    FARTHEST,
-    KINDS,
-    METRES,
-    RADIANS,
-    SHARES,
-    Amount,
-    BadValueError,
-    Part,
-    ThingKind,
-    Verb,
-    ends,
-    find_verb,
-    kind_of,
-    known_things,
-    many,
-    one,
-    plain,
-    span,
-)
-from rrp_sheets.scene.scene_words import place as read_place
-from rrp_sheets.scene.scene_words import seconds as read_seconds
+from rrp_sheets.scene import scene_words
+from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, plain
 from rrp_sheets.texts import N_, sentences
 
 _ANY = N_(
@@ -124,17 +102,16 @@ def check_presses(
 
 
 def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | None:
-    """The kind and colour of a thing; None when it is unknown (and told)."""
     text = thing.text.strip()
-    found = kind_of(text)
+    found = scene_words.kind_of(text)
     if found is not None:
         return KINDS[found[0]], found[1]
     person = KINDS["person"]
-    near = _near(text)
+    near = _nearest_thing(text)
+    misspelt = near is not None and difflib.SequenceMatcher(None, key(text), key(near)).ratio() >= _PROPOSES
     # Any other word is a person's name, when it does what persons do and is not a misspelt known thing.
-    if near is None and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
+    if not misspelt and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
-    near = near or _nearest_thing(text)
     report.add("SCENE002", thing.address, text=text or N_("blank"), **meant(near, _ANY, quoted=True))
     return None
 
@@ -145,9 +122,8 @@ def _is_thing(text: str) -> bool:
 
 
 def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Report, robot: Robot) -> bool:
-    zones = {key(zone): zone for zone in robot.touch_zones}
     said = str(values["zone"])
-    if key(said) in zones:
+    if key(said) in map(key, robot.touch_zones):
         return True
     near = nearest(said, robot.touch_zones)
     otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
@@ -157,23 +133,14 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
 
 @lru_cache(maxsize=1024)
 def _nearest_thing(text: str) -> str | None:
-    return nearest(text, known_things())
-
-
-def _near(text: str) -> str | None:
-    close = _nearest_thing(text)
-    if close is None:
-        return None
-    alike = difflib.SequenceMatcher(None, key(text), key(close)).ratio()
-    return close if alike >= _PROPOSES else None
+    return nearest(text, scene_words.known_things())
 
 
 def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     verb = find_verb(kind, does.text)
     if verb is None:
-        names = [verb.name for verb in kind.verbs]
         near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
-        otherwise = N_("It can do this: {names}.", names=", ".join(names))
+        otherwise = N_("It can do this: {names}.", names=", ".join(v.name for v in kind.verbs))
         remedy = meant(near, otherwise, quoted=True)
         report.add("SCENE003", does.address, text=does.text or N_("blank"), kind=kind.name, **remedy)
     return verb
@@ -201,7 +168,7 @@ def read_time(text: str) -> When | None:
     """
     text = plain(text)
     after = _AFTER.fullmatch(text)
-    times = span(after[2] if after else text)
+    times = scene_words.span(after[2] if after else text)
     if times is None:
         return None
     return When(times[0], times[1] - times[0], (after[1] or ROW_ABOVE) if after else "")
@@ -215,11 +182,7 @@ Said = dict[str, Value]
 
 
 def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said:
-    """Return the values in the Value cell of a Scene row, by name.
-
-    Raises:
-        BadValueError: it cannot be understood.
-    """
+    """Return the values in the Value cell of a Scene row, by name; raises BadValueError if it is not understood."""
     if verb.action == "seen":
         return _seen(text)
     if any(part.kind == "rest" for part in verb.parts):
@@ -254,7 +217,7 @@ def _cut(verb: Verb, text: str) -> Iterator[tuple[Part, str]]:
             yield part, found[1].strip('"“”,;')
             text = f"{text[: found.start()]} {text[found.end() :]}".strip(" ,;")
     words = _words(verb)
-    first, *pieces = _splitter(verb).split(text)
+    first, *pieces = _splitter(frozenset(words)).split(text)
     if first.strip(" ,;"):
         if not verb.parts or verb.parts[0].kind == "flag":
             raise BadValueError
@@ -274,14 +237,11 @@ def _words(verb: Verb) -> dict[str, Part]:
     return words
 
 
-def _splitter(verb: Verb) -> re.Pattern[str]:
-    """Cuts at the words of this verb, and at those of any other: these say nothing here."""
-    return _any_of(tuple(sorted(_EVERYWHERE.union(_words(verb)), key=lambda w: (-len(w), w))))
-
-
 @lru_cache(maxsize=64)
-def _any_of(words: tuple[str, ...]) -> re.Pattern[str]:
-    return re.compile(rf"(?<!\w)({'|'.join(map(re.escape, words))})(?!\w)", re.IGNORECASE)
+def _splitter(words: frozenset[str]) -> re.Pattern[str]:
+    """Cuts at the words of a verb, and at those of any other: these say nothing here."""
+    longest_first = sorted(_EVERYWHERE | words, key=lambda w: (-len(w), w))
+    return re.compile(rf"(?<!\w)({'|'.join(map(re.escape, longest_first))})(?!\w)", re.IGNORECASE)
 
 
 def _file_of(part: Part) -> re.Pattern[str]:
@@ -293,7 +253,7 @@ def _file_of(part: Part) -> re.Pattern[str]:
 
 
 def _lengths(part: Part, text: str) -> tuple[Amount, ...]:
-    sizes = many(text, part.least, part.most)
+    sizes = scene_words.many(text, part.least, part.most)
     wanted = len(part.default) if isinstance(part.default, tuple) else 1
     if len(sizes) == 1 and part.name == "size" and wanted == 3:  # a cube
         sizes *= 3
@@ -325,12 +285,12 @@ def _text(part: Part, text: str) -> str:
 
 
 _READERS: dict[str, Callable[[Part, str], Value]] = {
-    "place": lambda part, text: read_place(text, int(part.least), int(part.most), FARTHEST),
-    "length": lambda part, text: one(text, METRES, part.least, part.most, "m"),
+    "place": lambda part, text: scene_words.place(text, int(part.least), int(part.most), scene_words.FARTHEST),
+    "length": lambda part, text: scene_words.one(text, scene_words.METRES, part.least, part.most, "m"),
     "lengths": _lengths,
-    "seconds": lambda part, text: read_seconds(text, part.least, part.most),
-    "share": lambda part, text: one(text, SHARES, 0, 1, "%"),
-    "angle": lambda part, text: one(text, RADIANS, -7, 7, "rad"),
+    "seconds": lambda part, text: scene_words.seconds(text, part.least, part.most),
+    "share": lambda part, text: scene_words.one(text, scene_words.SHARES, 0, 1, "%"),
+    "angle": lambda part, text: scene_words.one(text, scene_words.RADIANS, -7, 7, "rad"),
     "whole": _whole, "choice": _choice, "text": _text, "file": _text, "zone": _text,
     "flag": lambda part, word: part.choices.get(word.casefold(), part.choices.get("")),
 }  # fmt: skip
@@ -340,8 +300,8 @@ def _seen(text: str) -> Said:
     pieces = [piece.strip() for piece in text.split(",")]
     if len(pieces) != 3:
         raise BadValueError
-    whole = Part("", "id", "whole")
-    return {"id": _whole(whole, pieces[0]), "name": pieces[1], "seconds": read_seconds(pieces[2], 0, LONGEST_SEEN)}
+    seconds = scene_words.seconds(pieces[2], 0, LONGEST_SEEN)
+    return {"id": _whole(Part("", "id", "whole"), pieces[0]), "name": pieces[1], "seconds": seconds}
 
 
 # ---- what goes without saying
@@ -371,10 +331,10 @@ def _face(said: Said) -> None:
         said.setdefault("posture", "standing")
     if len(said["at"]) == 3:
         return
-    face: Amount = FACE_HEIGHT
+    face: Amount = scene_words.FACE_HEIGHT
     if "posture" in said:
         share = STANDING_FACE if said["posture"] == "standing" else SEATED_FACE
-        face = round(share * said.setdefault("tall", CHILD), 3)
+        face = round(share * said.setdefault("tall", scene_words.CHILD), 3)
     said["at"] = (*said["at"], face)
 
 
@@ -404,7 +364,7 @@ def scene_end_us(actions: Sequence[SceneAction]) -> int:
     last = 0
     for action, (_, latest) in zip(rows, _times(rows, WAITING_US), strict=True):
         lasting = action.values.get("seconds") or action.values.get("period") or 0.0
-        last = max(last, latest + math.ceil(ends(lasting)[1] * 1e6))
+        last = max(last, latest + math.ceil(scene_words.ends(lasting)[1] * 1e6))
     return last
 
 

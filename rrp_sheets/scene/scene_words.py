@@ -62,21 +62,13 @@ class Verb:
 
 @dataclass(frozen=True)
 class ThingKind:
-    """Persons, balls, cups, …: what they can do in a scene.
+    """Persons, balls, cups, …: what they can do in a scene."""
 
-    Attributes:
-        name: `ball`, `person`, …
-        title: as help calls it.
-        named: how a thing of this kind may be called, in words.
-        things: names that drop-downs offer; the first is the one in examples.
-        coloured: whether a colour may stand before the name.
-    """
-
-    name: str
-    title: str
-    things: tuple[str, ...]
+    name: str  # `ball`, `person`, …
+    title: str  # as help calls it
+    things: tuple[str, ...]  # names that drop-downs offer; the first is the one in examples
     verbs: tuple[Verb, ...]
-    coloured: bool = False
+    coloured: bool = False  # whether a colour may stand before the name
     help: str = ""
 
 
@@ -103,6 +95,11 @@ def _at(least: int, most: int, default: object, help: str) -> Part:
 
 def _to(least: int, help: str = "") -> Part:
     return Part("to", "to", "place", least, 3, needed=True, help=help)
+
+
+def _set_to(*examples: tuple[str, str]) -> Verb:
+    parts = (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST))
+    return Verb("set to", "set", parts, examples, also=("is", "is set to"))
 
 
 _BALL = ThingKind(
@@ -218,25 +215,16 @@ _PERSON = ThingKind(
 )  # fmt: skip
 _LIGHT = ThingKind(
     N_("light"), "The light", ("Light",),
-    (
-        Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
-             (("40 %", "100 % is a bright room, 0 % is dark"), ("20 % in 3 s", "slowly")), also=("is", "is set to")),
-    ),
+    (_set_to(("40 %", "100 % is a bright room, 0 % is dark"), ("20 % in 3 s", "slowly")),),
 )  # fmt: skip
 _NOISE = ThingKind(
     N_("noise"), "The noise", ("Noise",),
-    (
-        Verb("set to", "set", (Part("", "share", "share", needed=True), Part("in", "seconds", "seconds", 0, LONGEST)),
-             (("30 %", "0 % is a quiet room; words are heard worse the louder it is"), ("60 % in 5 s", "slowly")),
-             also=("is", "is set to")),
-    ),
+    (_set_to(("30 %", "0 % is a quiet room; words are heard worse the louder it is"), ("60 % in 5 s", "slowly")),),
 )  # fmt: skip
 _OPERATOR = ThingKind(
-    N_("operator"),
-    "Operator",
-    ("Operator",),
+    N_("operator"), "Operator", ("Operator",),
     (Verb("presses", "press", (Part("", "label", "rest", needed=True),), (("Start", "the label of a button"),)),),
-)
+)  # fmt: skip
 KINDS: Mapping[str, ThingKind] = {
     k.name: k for k in (_BALL, _CUP, _BOX, _TABLE, _WALL, _PERSON, _OPERATOR, _LIGHT, _NOISE)
 }  # fmt: skip
@@ -269,12 +257,8 @@ def verbs_of(kind: str) -> dict[str, str]:
 
 def find_verb(kind: ThingKind, text: str) -> Verb | None:
     """The verb that a text means, with or without the s of the third person."""
-    return _by_key(kind).get(key(text))
-
-
-def _by_key(kind: ThingKind) -> dict[str, Verb]:
     verbs = {key(name): verb for verb in kind.verbs for name in (verb.name, *verb.also)}
-    return {**{k.removesuffix("s"): v for k, v in verbs.items()}, **verbs}
+    return {**{k.removesuffix("s"): v for k, v in verbs.items()}, **verbs}.get(key(text))
 
 
 def kind_of(text: str) -> tuple[str, str] | None:
@@ -393,13 +377,10 @@ def between(low: float, high: float) -> Amount:
 
 
 def one(text: str, units: Mapping[str, float], least: float, most: float, unit: str) -> Amount:
-    """A number with its unit, in the unit whose factor is 1.
+    """A number with its unit, in the unit whose factor is 1; raises BadValueError for none, or one beyond its limits.
 
     >>> one("5..10 cm", METRES, 0.01, 1, "m")
     RandomRange(low=0.05, high=0.1)
-
-    Raises:
-        BadValueError: it is none, or beyond its limits (whose name is `unit`).
     """
     match = _ONE.fullmatch(_folded(text))
     if not match:
@@ -408,13 +389,10 @@ def one(text: str, units: Mapping[str, float], least: float, most: float, unit: 
 
 
 def many(text: str, least: float, most: float) -> tuple[Amount, ...]:
-    """Lengths with a cross between them; a unit at the end is that of all.
+    """Lengths (m) with a cross between them; a unit at the end is that of all. Raises BadValueError as `one` does.
 
     >>> many("60 x 40 cm", 0.1, 1)
     (0.6, 0.4)
-
-    Raises:
-        BadValueError: they are none, or beyond their limits (m).
     """
     matches = [_ONE.fullmatch(piece) for piece in _TIMES.split(_folded(text))]
     found = [m for m in matches if m is not None]
@@ -424,13 +402,10 @@ def many(text: str, least: float, most: float) -> tuple[Amount, ...]:
 
 
 def place(text: str, least: int, most: int, farthest: float) -> tuple[Amount, ...]:
-    """A position in m: so many numbers, with commas or blanks between them.
+    """A position in m: so many numbers, with commas or blanks between them; raises BadValueError as `one` does.
 
     >>> place("(1, 0.4..0.6 20 cm)", 3, 3, 20)
     (1.0, RandomRange(low=0.4, high=0.6), 0.2)
-
-    Raises:
-        BadValueError: it is none, or farther away than `farthest` m.
     """
     rest, numbers = _folded(text).removeprefix("(").removesuffix(")").strip(), list[Amount]()
     while rest:
@@ -464,11 +439,7 @@ def span(text: str) -> tuple[int, int] | None:
 
 
 def seconds(text: str, least: float, most: float) -> Amount:
-    """A time in seconds.
-
-    Raises:
-        BadValueError: it is none, or beyond its limits (s).
-    """
+    """A time in seconds; raises BadValueError for none, or one beyond its limits."""
     us = span(text)
     if us is None:
         raise BadValueError
@@ -493,7 +464,6 @@ def _within(amount: Amount, least: float, most: float, unit: str) -> Amount:
     low, high = ends(amount)
     if not (least <= low and high <= most):
         scale = 100 if unit == "%" else 1
-        raise BadValueError(
-            "Write from {value:g} to {value2:g} {unit}.", value=least * scale, value2=most * scale, unit=unit
-        )
+        least, most = least * scale, most * scale
+        raise BadValueError("Write from {value:g} to {value2:g} {unit}.", value=least, value2=most, unit=unit)
     return amount
