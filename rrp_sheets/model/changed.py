@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 SAME, ADDED, REMOVED, CHANGED = "", "+", "−", "~"  # the signs, as they are shown
 SIGN_NAMES = {
-    ADDED: ("added", "new"),
-    REMOVED: ("removed", "gone"),
-    CHANGED: ("changed", "changed"),
-    SAME: ("kept", "as before"),
-}
+    ADDED: ("added", "new"), REMOVED: ("removed", "gone"), CHANGED: ("changed", "changed"), SAME: ("kept", "as before"),
+}  # fmt: skip
 """The kind of change and the adjective for what changed, by sign."""
 Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new, and its words
 
@@ -43,10 +40,8 @@ class ComparableText:
         return self._side("new", self.after)
 
     def _side(self, kind: str, whole: str) -> tuple[Run, ...]:
-        if not self.changed:
-            return ((False, whole),) if whole else ()
-        if not any(k == "same" for k, _ in self.pieces):
-            return ((True, whole),) if whole else ()
+        if not self.changed or not any(k == "same" for k, _ in self.pieces):
+            return ((self.changed, whole),) if whole else ()
         return tuple((k == kind, text) for k, text in self.pieces if k in ("same", kind) and text)
 
 

@@ -12,22 +12,12 @@ _UNITS = {
     "h": 3_600_000_000, "hour": 3_600_000_000, "hours": 3_600_000_000,
 }  # fmt: skip
 _DURATION = re.compile(r"\s*(\d+(?:\.\d+)?|\.\d+)\s*([a-z]*)\.?\s*", re.ASCII)
-_BEGINNINGS = {
-    "ms": "ms",
-    "mil": "ms",
-    "m": "min",
-    "s": "s",
-    "h": "h",
-}  # of units in other languages, and misspelt ones
+_BEGINNINGS = {"ms": "ms", "mil": "ms", "m": "min", "s": "s", "h": "h"}  # of foreign and misspelt units
 LONGEST_US = 31 * 24 * 3_600_000_000  # a month: longer is surely a typing mistake
 
 
 def parse_duration(text: str, bare: str = "ms") -> int | None:
-    """A duration in whole microseconds, or None when the text is not one.
-
-    Args:
-        text: what the user typed; a number alone is in the unit `bare`.
-        bare: the unit of a number without unit (`ms` in rate cells, `s` on the command line and in scenes).
+    """A duration in whole microseconds, or None when the text is not one; a number alone is in the unit `bare`.
 
     >>> parse_duration("1000"), parse_duration("1 s"), parse_duration("0.5", bare="s"), parse_duration("soon")
     (1000000, 1000000, 500000, None)

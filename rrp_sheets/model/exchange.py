@@ -8,14 +8,11 @@ from typing import Any
 
 from rrp_sheets.model.values import Field, Record, RecordType, Value
 
-DONE = RecordType(
-    "Done",
-    (
-        Field("value", "any", help="what was commanded"),
-        Field("completed", "truth", example=True, help="FALSE when it was stopped, replaced, outranked or dropped"),
-        Field("seconds", "number", "s", 2.0, "how long it took"),
-    ),
-)
+DONE = RecordType("Done", (
+    Field("value", "any", help="what was commanded"),
+    Field("completed", "truth", example=True, help="FALSE when it was stopped, replaced, outranked or dropped"),
+    Field("seconds", "number", "s", 2.0, "how long it took"),
+))  # fmt: skip
 """Record type of the stream `X done`, which has one value for every command of the actuator stream X."""
 
 

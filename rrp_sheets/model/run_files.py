@@ -87,8 +87,7 @@ class RecordedNotice(_Event):
     def entry(self) -> dict[str, Any]:
         """Return the event as a line of the trace has it."""
         more = {"stream": self.stream, "row": self.row, "sound": self.sound}
-        entry = {"t": self.t, "happening": self.kind, "text": self.text}
-        return {**entry, **{name: text for name, text in more.items() if text}}
+        return {"t": self.t, "happening": self.kind, "text": self.text} | {n: text for n, text in more.items() if text}
 
 
 @dataclass(slots=True)
@@ -125,9 +124,6 @@ _WHOLE = ("time", "stopped", "end run")
 """Ends of a run that are not failures."""
 
 
-_COLUMNS = {"digest": "workbook_sha256"}
-
-
 @dataclass(frozen=True, slots=True)
 class Stamp:
     """Origin of an export; what is not known, or does not apply, is blank."""
@@ -159,7 +155,7 @@ class Stamp:
     @staticmethod
     def columns() -> list[str]:
         """The columns of a table that say where its rows come from, in the order of `row`."""
-        return [*(_COLUMNS.get(name, name) for name in _NAMES), "complete"]
+        return [*("workbook_sha256" if name == "digest" else name for name in _NAMES), "complete"]
 
     def row(self) -> dict[str, str | int | bool | None]:
         """The cells of those columns; what is not known is None.

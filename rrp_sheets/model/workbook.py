@@ -195,7 +195,7 @@ class Cell:
 
     text: str
     address: Address
-    original: str = field(default="")
+    original: str = ""
 
     def __bool__(self) -> bool:
         return bool(self.text)
