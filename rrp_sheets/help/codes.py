@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
-from rrp_sheets.diagnostics.catalogue import TOPICS, CodePage, completed, load_page
+from rrp_sheets.diagnostics.catalogue import TOPICS, completed, load_page
 from rrp_sheets.help.layout import checked, entries, grids, heading, paragraph, titled
 
 
@@ -27,10 +27,6 @@ def one_code(code: Code) -> Iterator[str]:
     page = load_page(code.id)
     for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to mend it", page.mend)):
         yield titled(title, paragraph(text, 2))
-    yield from _examples(code, page)
-
-
-def _examples(code: Code, page: CodePage) -> Iterator[str]:
     if page.untabled:
         yield titled("For example", paragraph(page.untabled, 2))
         return

@@ -8,6 +8,7 @@ points, with colours of its own.
 from __future__ import annotations
 
 import re
+from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
@@ -71,7 +72,7 @@ def one_connector(connector: Connector) -> Iterator[str]:
     if synonyms:
         facts.append(("Also called", ", ".join(synonyms)))
     yield entries(facts)
-    if can_be_run(connector):
+    if 1 <= len(parts(connector)[0]) <= len(_NAMES) and not checked(workbook(connector)).report.errors:
         yield from _example(connector)
     if connector.name in IN_USE:
         title, book = IN_USE[connector.name]
@@ -102,9 +103,9 @@ def _sentence(connector: Connector) -> str:
 
 def _count(connector: Connector) -> str:
     least, most = connector.min_inputs, connector.max_inputs
-    if most == least:
-        return {1: "one", 2: "two"}.get(least, str(least))
     words = {1: "one", 2: "two"}.get(least, str(least))
+    if most == least:
+        return words
     return f"{words} or more" if most is None else f"{words} to {most}"
 
 
@@ -121,11 +122,6 @@ def parts(connector: Connector) -> tuple[list[str], str]:
     rows = [text for text in connector.example if _MARBLES.fullmatch(text)]
     rest = [text for text in connector.example if not _MARBLES.fullmatch(text)]
     return rows, rest[0] if rest else ""
-
-
-def can_be_run(connector: Connector) -> bool:
-    """Return whether the connector has an example that makes a workbook without errors."""
-    return 1 <= len(parts(connector)[0]) <= len(_NAMES) and not checked(workbook(connector)).report.errors
 
 
 def input_names(count: int) -> list[str]:
@@ -197,9 +193,8 @@ def marbles(connector: Connector) -> list[tuple[str, str]]:
     lanes = {lane.label: _places(lane) for lane in example_score(connector).lanes}
     length = max(max((*map(len, parts(connector)[0]), *(at + 1 for at in places))) for places in lanes.values())
     width = max(len(mark) for places in lanes.values() for mark in ("-", *places.values()))
-    return [
-        (name, "".join(places.get(at, "-").ljust(width, "-") for at in range(length))) for name, places in lanes.items()
-    ]
+    rows = {name: [places.get(at, "-") for at in range(length)] for name, places in lanes.items()}
+    return [(name, "".join(mark.ljust(width, "-") for mark in row)) for name, row in rows.items()]
 
 
 def _places(lane: Lane) -> dict[int, str]:
@@ -211,19 +206,13 @@ def _places(lane: Lane) -> dict[int, str]:
 
 
 class ScriptedWorld:
-    """World that gives prepared values, for checking behaviours in virtual time.
-
-    Attributes:
-        received: the commands that came, with the time of the frame they were given in.
-        acted: what people did to the world.
-    """
+    """World that gives prepared values, for checking behaviours in virtual time."""
 
     def __init__(self, events: Iterable[tuple[int, str, Value]]) -> None:
-        self._events = sorted(events, key=lambda e: e[0])
-        self._next = 0
+        self._events = deque(sorted(events, key=lambda e: e[0]))
         self._last_us = 0
-        self.received: list[tuple[int, Command]] = []
-        self.acted: list[SceneAction] = []
+        self.received: list[tuple[int, Command]] = []  # with the time of the frame that each was given in
+        self.acted: list[SceneAction] = []  # what people did to the world
 
     def start(self) -> Arrivals:
         """The values of time 0."""
@@ -247,10 +236,10 @@ class ScriptedWorld:
         """Nothing to let go of."""
 
     def _until(self, us: int) -> list[tuple[str, Value]]:
-        first = self._next
-        while self._next < len(self._events) and self._events[self._next][0] <= us:
-            self._next += 1
-        return [(stream, value) for _, stream, value in self._events[first : self._next]]
+        found = []
+        while self._events and self._events[0][0] <= us:
+            found.append(self._events.popleft()[1:])
+        return found
 
 
 # ---- the picture
@@ -276,9 +265,8 @@ def draw_example(score: MarbleDiagram) -> Markup:
     pieces.append(_lane(output.lane, y + 4, time, out=True))
     wide, high = time.wide, y + _LANE + _AXIS - 12
     pieces.append(_axis(time, high - 6))
-    told = "; ".join(
-        [*map(_told, lanes), *(f"{b.connector} {b.formula}".strip() for b in output.bars), _told(output.lane)]
-    )
+    bars = (f"{bar.connector} {bar.formula}".strip() for bar in output.bars)
+    told = "; ".join([*map(_told, lanes), *bars, _told(output.lane)])
     return Markup(
         f'<svg class="marble-picture" viewBox="0 0 {wide} {high}" width="{wide}" height="{high}" role="img" '
         f'aria-label="{escape(told)}">{"".join(pieces)}</svg>'
@@ -321,7 +309,6 @@ def _lane(lane: Lane, y: int, time: _Time, *, out: bool = False) -> str:
 
 
 def _bar(bar: Bar, y: int, time: _Time) -> str:
-    """Draw the bar of the connector, with ticks where its clock acts."""
     top = y - _BAR // 2
     ticks = "".join(f'<path class="tick" d="M{time.x(us / 1e6):g} {top}v-6"/>' for us in bar.ticks)
     formula = f' <tspan class="formula">{escape(bar.formula)}</tspan>' if bar.formula else ""

@@ -43,7 +43,6 @@ def all_devices() -> Iterator[str]:
 
 
 def _names(robot: Robot, device: DeviceType) -> list[str]:
-    """The names that a device is offered under."""
     return list(dict.fromkeys(f.name for f in robot.names.values() if f.type.name == device.name and f.offered))
 
 

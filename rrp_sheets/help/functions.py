@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from rrp_sheets.formulas.functions import Function, library
 from rrp_sheets.help.layout import columns, heading, lines, paragraph, titled
@@ -103,15 +103,11 @@ def _pairs(asked: str, answer: str) -> list[tuple[str, str]]:
     try:
         tree = ast.parse(asked, mode="eval").body
     except SyntaxError:
-        return [(asked, _answer(answer))]  # written as users type it already
+        return [(asked, literal_text(ast.literal_eval(answer)))]  # written as users type it already
     result = ast.parse(answer, mode="eval").body
     if isinstance(tree, ast.Tuple) and isinstance(result, ast.Tuple):
         return [(_Spelling().visit(t), _Spelling().visit(r)) for t, r in zip(tree.elts, result.elts, strict=True)]
     return [(_Spelling().visit(tree), _Spelling().visit(result))]
-
-
-def _answer(answer: str) -> str:
-    return literal_text(ast.literal_eval(answer))
 
 
 def literal_text(value: object) -> str:
@@ -123,11 +119,6 @@ def literal_text(value: object) -> str:
     if isinstance(value, (list, tuple)):
         return f"[{'; '.join(literal_text(v) for v in value)}]"
     return f"{value:.12g}" if isinstance(value, float) else str(value)
-
-
-def _names() -> Mapping[str, str]:
-    """The functions' names by the names of their Python functions."""
-    return {function.call.__name__: function.name for function in library()}
 
 
 class _Spelling(ast.NodeVisitor):
@@ -153,7 +144,7 @@ class _Spelling(ast.NodeVisitor):
 
     def visit_Call(self, node: ast.Call) -> str:
         name = ast.unparse(node.func)
-        shown = _names().get(name, name.upper())
+        shown = {function.call.__name__: function.name for function in library()}.get(name, name.upper())
         return f"{shown}({'; '.join(self.visit(a) for a in node.args)})"
 
     def generic_visit(self, node: ast.AST) -> str:

@@ -206,15 +206,13 @@ class HelpEntry:
 @lru_cache(maxsize=1)
 def all_names() -> tuple[HelpEntry, ...]:
     """Every name, topics first."""
-    return tuple(_all())
-
-
-def _all() -> Iterator[HelpEntry]:
-    yield from (HelpEntry(topic, "topic", line) for topic, line in TOPICS.items())
-    yield from (HelpEntry(c.name, "connector", c.help) for c in dict.fromkeys(connectors()))
-    yield from (HelpEntry(f.name, "function", first_line(f)) for f in dict.fromkeys(library()))
-    yield from (HelpEntry(f.name, f.type.kind, f.type.help) for f in load_robot().names.values() if f.offered)
-    yield from (HelpEntry(c.id, c.severity.value, c.title) for c in CODES.values())
+    return (
+        *(HelpEntry(topic, "topic", line) for topic, line in TOPICS.items()),
+        *(HelpEntry(c.name, "connector", c.help) for c in dict.fromkeys(connectors())),
+        *(HelpEntry(f.name, "function", first_line(f)) for f in dict.fromkeys(library())),
+        *(HelpEntry(f.name, f.type.kind, f.type.help) for f in load_robot().names.values() if f.offered),
+        *(HelpEntry(c.id, c.severity.value, c.title) for c in CODES.values()),
+    )
 
 
 def known(term: str) -> str:
