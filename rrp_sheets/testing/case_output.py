@@ -32,11 +32,8 @@ def failure_lines(result: CaseResult) -> list[str]:
     if len(unsent) > MOST_FAILURES:
         lines.append(N_("and {n} more rows that could not be sent", n=len(unsent) - MOST_FAILURES))
     for row in result.failed_rows[:MOST_FAILURES]:
-        lines += [
-            _headline(row),
-            N_("  got: {message}", message=row.got),
-            *(N_("  {message}", message=h) for h in row.hints),
-        ]
+        lines += [_headline(row), N_("  got: {message}", message=row.got)]
+        lines += [N_("  {message}", message=hint) for hint in row.hints]
     if len(result.failed_rows) > MOST_FAILURES:
         lines.append(N_("and {n} more rows", n=len(result.failed_rows) - MOST_FAILURES))
     return lines
@@ -152,16 +149,13 @@ def _suite(result: CaseResult, workbook: str) -> ET.Element:
         case = ET.SubElement(suite, "testcase", {"classname": of, "name": f"row {number}: sends", "time": "0"})
         ET.SubElement(case, "error", {"type": "send", "message": _clean(words)}).text = _clean(words)
     for row in result.rows:
-        case = ET.SubElement(suite, "testcase", {"classname": of, "name": _clean(_name(row)), "time": "0"})
+        name = f"row {row.row.row}: {row.row.name} at {seconds(row.row.time_us)}: {_expected(row)}"
+        case = ET.SubElement(suite, "testcase", {"classname": of, "name": _clean(name), "time": "0"})
         if not row.passed:
             words = f"{row.row.address}: expected {_expected(row)}, got {row.got}."
             failure = ET.SubElement(case, "failure", {"type": "expectation", "message": _clean(words)})
             failure.text = _clean("\n".join(filter(None, (words, *row.hints, row.row.notes))))
     return suite
-
-
-def _name(row: RowResult) -> str:
-    return f"row {row.row.row}: {row.row.name} at {seconds(row.row.time_us)}: {_expected(row)}"
 
 
 def _expected(row: RowResult) -> str:
@@ -179,12 +173,9 @@ _TOGETHER_US = 5_000_000  # rows that fail so soon after the first are shown wit
 
 def scores(checked: Checked, result: CaseResult) -> list[MarbleDiagram]:
     """Return the events of a test as a marble diagram for each behaviour in which something came."""
-    found = [_score(checked, result, behaviour) for behaviour in checked.graph.behaviours]
-    return [
-        replace(score, title=f"{result.case.name}: {score.title}")
-        for score in found
-        if any(lane.marbles for lane in score.lanes)
-    ]
+    every = (_score(checked, result, behaviour) for behaviour in checked.graph.behaviours)
+    found = (score for score in every if any(lane.marbles for lane in score.lanes))
+    return [replace(score, title=f"{result.case.name}: {score.title}") for score in found]
 
 
 def _score(checked: Checked, result: CaseResult, behaviour: BehaviourGraph) -> MarbleDiagram:
@@ -216,12 +207,7 @@ def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:
 
 
 def _home(checked: Checked, stream: str) -> BehaviourGraph | None:
-    """The behaviour whose rows give a stream, or use it."""
+    """The behaviour whose rows give a stream, or else one whose rows use it."""
     behaviours = checked.graph.behaviours
-    for found in (
-        [b for b in behaviours if any(s.output == stream for s in b.steps)],
-        [b for b in behaviours if any(stream in s.inputs for s in b.steps)],
-    ):
-        if found:
-            return found[0]
-    return None
+    makers = (b for b in behaviours if any(s.output == stream for s in b.steps))
+    return next(makers, next((b for b in behaviours if any(stream in s.inputs for s in b.steps)), None))

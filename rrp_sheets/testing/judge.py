@@ -237,7 +237,11 @@ def _judged(mine: _Wanted, event: Event | None, faults: Sequence[Fault], frames:
         got = N_("nothing came at {ms}", ms=seconds(row.time_us))
     if lane.events:
         hints += _elsewhere(mine)
-    return RowResult(row, False, None, got, (*hints, *_faults_near(row, faults, frames)))
+    at = frames.at(row.time_us)
+    for fault in [f for f in faults if at - TOLERANCE <= frames.at(f.us) <= at + TOLERANCE][:3]:  # they may explain it
+        words = {"row": fault.row, "ms": seconds(fault.us), "message": fault.message}
+        hints.append(N_("{row} could not be worked out at {ms}: {message}", **words))
+    return RowResult(row, False, None, got, tuple(hints))
 
 
 def _elsewhere(mine: _Wanted) -> list[str]:
@@ -317,16 +321,6 @@ def seconds(us: int) -> str:
     """
     ms = us / 1000
     return f"{ms:.0f} ms" if ms == int(ms) else f"{ms:.1f} ms"
-
-
-def _faults_near(row: CaseRow, faults: Sequence[Fault], frames: Frames) -> list[str]:
-    """Formulas that failed shortly before or at that time often explain why nothing came."""
-    at = frames.at(row.time_us)
-    near = [f for f in faults if at - TOLERANCE <= frames.at(f.us) <= at + TOLERANCE]
-    return [
-        N_("{row} could not be worked out at {ms}: {message}", row=f.row, ms=seconds(f.us), message=f.message)
-        for f in near[:3]
-    ]
 
 
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.checks import Checked, check_workbook
@@ -40,26 +40,19 @@ class TestReport:
 
 
 def run_tests(checked: Checked, stopped: Callable[[], bool] = lambda: False) -> TestReport:
-    """Run every test sheet of a workbook in virtual time, each from a fresh start.
+    """Run every test sheet of a workbook in virtual time, each from a fresh start; `stopped` is asked every frame.
 
-    `stopped` is asked after every frame.
-
-    Raises:
-        SheetsError: when the workbook has errors.
+    Raises SheetsError when the workbook has errors.
     """
     if checked.report.errors:
         raise SheetsError(N_("This workbook has errors, so its tests cannot run."), N_("See `rrp-sheets check`."))
-    cases = tuple(_cases(checked, stopped))
-    return TestReport(checked, cases, stopped())
-
-
-def _cases(checked: Checked, stopped: Callable[[], bool]) -> Iterator[CaseResult]:
-    plan = make_plan(checked)
+    plan, cases = make_plan(checked), list[CaseResult]()
     for case in checked.tests:
         result = run_case(plan, case, stopped)
         if stopped():
-            return
-        yield result
+            break
+        cases.append(result)
+    return TestReport(checked, tuple(cases), stopped())
 
 
 def run_case(plan: Plan, case: Case, stopped: Callable[[], bool] = lambda: False) -> CaseResult:
@@ -89,25 +82,17 @@ MOST_EVENTS = 200_000  # of one test: some seconds of work, and 200 MB
 
 
 class Player(RunObserver):
-    """One test being played; an engine's observer.
-
-    Attributes:
-        events: what came on streams, in order.
-        faults: formulas that failed.
-        broken: rows that could not send, by row number.
-        ended_us: where the clock stood at the end.
-        ended_by: the row that ended the run early; empty otherwise.
-    """
+    """One test being played; an engine's observer."""
 
     def __init__(self, plan: Plan, case: Case, seed: int) -> None:
         self.plan = plan
         self.case = case
         self.frames = Frames(plan.checked.run.frame_rate)
-        self.events: list[Event] = []
-        self.faults: list[Fault] = []
-        self.broken: dict[int, str] = {}
-        self.ended_us = 0
-        self.ended_by = ""
+        self.events: list[Event] = []  # what came on streams, in order
+        self.faults: list[Fault] = []  # formulas that failed
+        self.broken: dict[int, str] = {}  # rows that could not send, by row number
+        self.ended_us = 0  # where the clock stood at the end
+        self.ended_by = ""  # the row that ended the run early; empty otherwise
         self._engine = FrameEngine(plan, self, seed)
         self._sender = Sender()
         self._commanded: dict[str, tuple[int, Value]] = {}  # the last command of each actuator stream
@@ -169,7 +154,8 @@ class Player(RunObserver):
     def _arrivals(self, now: int, rows: Sequence[CaseRow]) -> list[tuple[str, Value]]:
         arrivals = []
         for row in rows:
-            value = self._value(row, now)
+            assert row.sending is not None
+            value = self._sender.value(row.sending, self._base(row.stream, now), row.name)
             if type(value) is Failure:
                 self.broken[row.row] = value.message
             else:
@@ -177,10 +163,6 @@ class Player(RunObserver):
                 if row.stream not in self._engine.streams:  # a done stream that no row reads: it is seen all the same
                     self.events.append(Event(now, row.stream, "", value))
         return arrivals
-
-    def _value(self, row: CaseRow, now: int) -> Value:
-        assert row.sending is not None
-        return self._sender.value(row.sending, self._base(row.stream, now), row.name)
 
     def _base(self, stream_id: str, now: int) -> Value:
         """The example whose fields a row may change; None of a stream that rows make."""
@@ -254,11 +236,8 @@ def _without(
             book = replace(book, scene=None)  # tests need none
         else:
             return None
-    return replace(
-        book,
-        behaviours=tuple(behaviours.values()),
-        tests=tuple(t for t in tests.values() if t.name not in waiting),
-    )
+    kept = tuple(t for t in tests.values() if t.name not in waiting)
+    return replace(book, behaviours=tuple(behaviours.values()), tests=kept)
 
 
 def _row_off(behaviour: Behaviour, number: int) -> Behaviour | None:
