@@ -18,7 +18,7 @@ from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.registry import Registry
-from rrp_sheets.robots import Robot
+from rrp_sheets.robots import FoundDevice, Robot
 from rrp_sheets.texts import N_, listed
 
 __all__ = ["StreamKind", "build_graph"]
@@ -68,31 +68,23 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
 def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[str, Stream], report: Report) -> None:
     """Report each device that the simulated robot lacks once, with the streams of active rows that use it."""
     used = dict.fromkeys(i for b in behaviours for s in b.steps if s.active for i in (*s.inputs, s.output))
-    lacking: dict[str, list[Stream]] = {}
+    lacking: dict[str, list[tuple[Stream, FoundDevice]]] = {}
     for stream in (streams[i] for i in used):
         if stream.device is not None and not stream.device.type.simulated:
-            lacking.setdefault(stream.device.type.name, []).append(stream)
+            lacking.setdefault(stream.device.type.name, []).append((stream, stream.device))
     for those in lacking.values():
-        found = those[0].device
-        assert found is not None
-        report.add("DEV009", those[0].address, device=found.name, streams=", ".join(s.name for s in those),
-                   then=_IN_SIMULATION[found.type.kind])  # fmt: skip
+        (first, found), names = those[0], ", ".join(stream.name for stream, _ in those)
+        report.add("DEV009", first.address, device=found.name, streams=names, then=_IN_SIMULATION[found.type.kind])
 
 
 class _Builder:
     """Builder of the steps of one behaviour; `failed` is True when a row could not be understood."""
 
     def __init__(
-        self,
-        behaviour: Behaviour,
-        devices: DeviceTable,
-        connectors: Registry[Connector],
-        streams: dict[str, Stream],
-        report: Report,
-        sheets: frozenset[str],
-    ) -> None:
+        self, behaviour: Behaviour, devices: DeviceTable, connectors: Registry[Connector], streams: dict[str, Stream],
+        report: Report, sheets: frozenset[str],
+    ) -> None:  # fmt: skip
         self.behaviour = behaviour
-        self.sheet = key(behaviour.name)
         self.connectors = connectors
         self.report = report
         self.failed = False
@@ -109,13 +101,10 @@ class _Builder:
             inputs, refused = self._inputs(row, above)
             refused = refused or (above_refused and not row.inputs)
             output = self.names.output(row, connector, taken[i]) if connector else None
-            usable = connector is not None and not refused and inputs is not None and output is not None
-            if usable:
-                assert connector is not None and inputs is not None and output is not None
-                step = self._step(row, connector, inputs, output)
-                if step is not None:
-                    steps.append(step)
-            self.failed = self.failed or not usable
+            if connector is not None and not refused and inputs is not None and output is not None:
+                steps.append(self._step(row, connector, inputs, output))
+            else:
+                self.failed = True
             if row.on:  # "above" skips rows that are switched off
                 drives = connector is not None and connector.is_sink
                 above = inputs if drives else (self.names.output_id(row),)
@@ -156,25 +145,19 @@ class _Builder:
             found = not row.inputs or (found and not row.on)
         return taken[::-1]
 
-    def _step(self, row: Row, connector: Connector, inputs: Sequence[str], output: str) -> Step | None:
+    def _step(self, row: Row, connector: Connector, inputs: Sequence[str], output: str) -> Step:
         step = Step(row, f"{self.behaviour.name}!{row.number}", connector, tuple(inputs), output)
         if not row.on:
             return replace(step, active=False, period_us=parse_duration(row.formula.text))
         before = len(self.report)
-        count = len(inputs)
-        if count < connector.min_inputs:
-            self.report.add(
-                "CONN003", row.inputs_cell.address, connector=connector.name, least=connector.min_inputs, count=count
-            )
+        count, at, least, most = len(inputs), row.inputs_cell.address, connector.min_inputs, connector.max_inputs
+        if count < least:
+            self.report.add("CONN003", at, connector=connector.name, least=least, count=count)
         if len(set(inputs)) < count:
-            self.report.add("CONN009", row.inputs_cell.address)
-        elif connector.max_inputs is not None and count > connector.max_inputs:
-            most = (
-                N_("one input stream")
-                if connector.max_inputs == 1
-                else N_("{most} input streams", most=connector.max_inputs)
-            )
-            self.report.add("CONN004", row.inputs_cell.address, connector=connector.name, most=most, count=count)
+            self.report.add("CONN009", at)
+        elif most is not None and count > most:
+            allowed = N_("one input stream") if most == 1 else N_("{most} input streams", most=most)
+            self.report.add("CONN004", at, connector=connector.name, most=allowed, count=count)
         period = self._parameter(row, connector)
         self.failed = self.failed or len(self.report) > before
         return replace(step, period_us=period)
@@ -192,8 +175,8 @@ class _Builder:
                 self.report.add("CONN008", cell.address, text=cell.text, remedy=remedy, guess=guess)
             elif period < SHORTEST_US and cell.text.replace(".", "").isdigit():
                 seconds = f"{cell.text} s"
-                title = N_("Write {value}", value=seconds)
-                fix = Fix("write-seconds", title, (Put(cell.address, seconds),), safe=True)
+                edit = Put(cell.address, seconds)
+                fix = Fix("write-seconds", N_("Write {value}", value=seconds), (edit,), safe=True)
                 self.report.add("CONN010", cell.address, text=cell.text, fixes=[fix])
             return period or None
         if connector.parameter is Parameter.FORMULA and not cell:
@@ -227,9 +210,15 @@ def set_in_order(
     active = _active(order, steps, streams, in_circle)
     _tell_long_chains(needs, order, steps, report)
     done = tuple(replace(s, rank=ranks[i], active=active[i]) for i, s in enumerate(steps))
-    _mark_streams(done, streams)
-    if complete:
-        _tell_unused(done, streams, report, in_circle)
+    fed = {s.output for s in done if s.active}
+    read = {source for s in done if s.row.on for source in s.inputs}
+    for i, step in enumerate(done):
+        stream = streams[step.output]
+        if stream.kind in (StreamKind.ORDINARY, StreamKind.ANONYMOUS) and step.output not in fed:
+            streams[step.output] = replace(stream, active=False)
+        unused = step.row.on and step.output not in read and i not in in_circle
+        if complete and unused and stream.kind is StreamKind.ORDINARY and not step.connector.is_sink:
+            report.add("GRAPH011", step.row.output.address, name=stream.name)
     return done
 
 
@@ -245,15 +234,11 @@ def _tell_circles(
         part = graph.subgraph(members)
         start = min(part, key=lambda i: steps[i].number)
         path = [start] if part.has_edge(start, start) else [edge[0] for edge in nx.find_cycle(part, start)]
-        words = [_named(streams[steps[i].output], steps[i]) for i in path]
+        cells = [(streams[steps[i].output].name, steps[i].row.output.address) for i in path]
+        words = [f"{name} ({cell})" if name else N_("unnamed ({cell})", cell=str(cell)) for name, cell in cells]
         remedy = _remedy(steps[start], streams) if path == [start] else _BREAK
         report.add("GRAPH010", steps[start].row.output.address, path=listed([*words, words[0]], "→"), remedy=remedy)
     return {i for members in circles for i in members}
-
-
-def _named(stream: Stream, step: Step) -> str:
-    cell = step.row.output.address
-    return f"{stream.name} ({cell})" if stream.name else N_("unnamed ({cell})", cell=str(cell))
 
 
 def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
@@ -261,9 +246,8 @@ def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
     name = streams[step.output].name
     if step.connector.name != "accumulate" or not name:
         return _BREAK
-    return N_(
-        "Take {name} out of the input streams: in the formula of accumulate, “total” is its last value.", name=name
-    )
+    return N_("Take {name} out of the input streams: in the formula of accumulate, “total” is its last value.",
+              name=name)  # fmt: skip
 
 
 def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_circle: set[int]) -> dict[int, bool]:
@@ -295,31 +279,11 @@ def _tell_long_chains(needs: Mapping[int, list[int]], order: list[int], steps: l
             report.add("GRAPH012", steps[i].row.output.address, count=length[i])
 
 
-def _mark_streams(steps: tuple[Step, ...], streams: dict[str, Stream]) -> None:
-    fed = {s.output for s in steps if s.active}
-    for step in steps:
-        stream = streams[step.output]
-        if stream.kind in (StreamKind.ORDINARY, StreamKind.ANONYMOUS) and step.output not in fed:
-            streams[step.output] = replace(stream, active=False)
-
-
-def _tell_unused(steps: tuple[Step, ...], streams: dict[str, Stream], report: Report, in_circle: set[int]) -> None:
-    read = {source for s in steps if s.row.on for source in s.inputs}
-    for i, step in enumerate(steps):
-        if step.row.on and not step.connector.is_sink and step.output not in read and i not in in_circle:
-            stream = streams[step.output]
-            if stream.kind is StreamKind.ORDINARY:
-                report.add("GRAPH011", step.row.output.address, name=stream.name)
-
-
 def after_needs(needs: Mapping[T, Collection[T]], place: Callable[[T], object]) -> list[T]:
     """Sort things topologically; of those that could come next, the one with the lowest place comes first.
 
-    Things in cycles, and those that need them, are left out.
-
-    Args:
-        needs: by thing what it needs, each once; nothing but keys of the mapping.
-        place: what is to come first; no two things share one.
+    Things in cycles, and those that need them, are left out. Of what a thing needs each is given once, and is a key
+    of the mapping; no two things share a place.
 
     >>> after_needs({"a": ["b"], "b": [], "c": []}, "cba".index), after_needs({"a": ["b"], "b": ["a"]}, str)
     (['c', 'b', 'a'], [])

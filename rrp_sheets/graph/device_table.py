@@ -23,9 +23,7 @@ _HEX = re.compile(r"#[0-9a-f]{6}", re.IGNORECASE)
 _DEGREES = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)\s*°")
 _NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 _WEAK, _STRONG = re.compile("[,，、]"), re.compile("[;；\n]")
-_ENDS = frozenset(
-    {"please", "thanks", "thank you", "robot", "nao", "too", "sir", "madam", "darling", "everybody", "everyone"}
-)
+_ENDS = ("please", "thanks", "thank you", "robot", "nao", "too", "sir", "madam", "darling", "everybody", "everyone")
 _QUOTED = re.compile(r"""["“”„«][^"“”„«»]*["“”»]""")
 LONGEST_SETTING = 1_000  # characters: minutes of speech
 COLOURS = ("white", "red", "green", "blue", "yellow", "magenta", "cyan", "orange", "purple", "pink", "black")
@@ -81,11 +79,9 @@ class DeviceTable:
             guess = nearest(k, [*free, *(c.name for c in DEVICES.optional)])
             if guess:
                 meant[k] = key(guess)
-                cell, found = uses[0]
+                (cell, found), header = uses[0], self._headers.get(k, k)
                 remedy = N_("Did you mean {guess}? Then correct the header of this column.", guess=guess)
-                self.report.add(
-                    "DEV007", cell.address, device=found.name, setting=self._headers.get(k, k), remedy=remedy
-                )
+                self.report.add("DEV007", cell.address, device=found.name, setting=header, remedy=remedy)
         return meant
 
     def _declare(self, stream: Cell, device: Cell, settings: Mapping[str, Cell]) -> None:
@@ -138,21 +134,20 @@ class DeviceTable:
         if others:
             each = sentences(*(N_("{name}: {help}", name=f.name, help=_help(f)) for f in (found, *others)))
             remedy = N_("{each} Use that device, or leave the cell blank.", each=each)
-        here = device.address
-        fixes = [_use(here, o.name) for o in others if here]
-        self.report.add(
-            "DEV007", cell.address, fixes=fixes, device=found.name, setting=self._headers.get(k, k), remedy=remedy
-        )
+        fixes = []
+        for name in (other.name for other in others):
+            title, edit = N_("Use {name}", name=name), Put(device.address, name)
+            fixes.append(Fix(f"use-{name.casefold().replace(' ', '-')}", title, (edit,)))
+        header = self._headers.get(k, k)
+        self.report.add("DEV007", cell.address, fixes=fixes, device=found.name, setting=header, remedy=remedy)
 
     def _setting(self, setting: Setting, cell: Cell) -> Value:
         value, wants = understand(setting, cell.text, self.robot, self._mine.get(setting.kind, ()))
         if wants and setting.kind == "behaviour":
             self.report.add("DEV010", cell.address, name=cell.text, wants=wants)
-            return setting.default
-        if wants:
+        elif wants:
             self.report.add("DEV004", cell.address, text=cell.text, setting=setting.name, wants=wants)
-            return setting.default
-        return value
+        return setting.default if wants else value
 
     def find(self, name: str) -> Declared | None:
         """Return the device behind a stream name, declared or used by its own name; None if there is none."""
@@ -198,8 +193,7 @@ def done_of(name: str) -> str:
 def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
     """Return the default settings of a device, with its presets and the stream's name as label."""
     values = {k: stream if s.kind == "label" else s.default for k, s in found.type.settings.items()}
-    values.update(found.preset)
-    return values
+    return {**values, **found.preset}
 
 
 def describe(device: DeviceType) -> str:
@@ -209,10 +203,6 @@ def describe(device: DeviceType) -> str:
 
 def _help(found: FoundDevice) -> str:
     return N_(found.type.help, msgctxt=f"{found.type.name}.help")
-
-
-def _use(cell: Address, device: str) -> Fix:
-    return Fix(f"use-{device.casefold().replace(' ', '-')}", N_("Use {name}", name=device), (Put(cell, device),))
 
 
 def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = ()) -> tuple[Value, str]:
@@ -226,9 +216,8 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         meant = truth_of(text)
         return meant, "" if meant is not None else N_("TRUE or FALSE (yes and no do as well)")
     if setting.kind == "angle":
-        return _number(
-            setting, str(math.radians(float(text.strip()[:-1]))) if _DEGREES.fullmatch(text.strip()) else text
-        )
+        degrees = text.strip().removesuffix("°") if _DEGREES.fullmatch(text.strip()) else ""
+        return _number(setting, str(math.radians(float(degrees))) if degrees else text)
     names = _names_for(setting, robot, mine)
     if names is not None:
         by_key = {key(n): n for n in reversed(names)}

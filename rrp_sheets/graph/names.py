@@ -33,14 +33,9 @@ class Names:
     """Resolver of the stream names of one behaviour; it adds the streams that it finds to `streams`."""
 
     def __init__(
-        self,
-        behaviour: Behaviour,
-        connectors: Sequence[Connector | None],
-        devices: DeviceTable,
-        streams: dict[str, Stream],
-        report: Report,
-        sheets: frozenset[str] = frozenset(),
-    ) -> None:
+        self, behaviour: Behaviour, connectors: Sequence[Connector | None], devices: DeviceTable,
+        streams: dict[str, Stream], report: Report, sheets: frozenset[str],
+    ) -> None:  # fmt: skip
         self.sheet = key(behaviour.name)
         self.sheets = sheets
         self.devices = devices
@@ -71,8 +66,7 @@ class Names:
         """Return the stream id of an input name, or None when it is refused."""
         k = key(cell.text)
         if k in self.made:
-            made = self.made[k]
-            return self._ordinary(made.output, f"{self.sheet}!{k}")
+            return self._ordinary(self.made[k].output, f"{self.sheet}!{k}")
         done = self.devices.done(cell.text)
         if done is not None:
             return self._done(cell, *done)
@@ -124,7 +118,6 @@ class Names:
 
     @cached_property
     def _inputs(self) -> list[str]:
-        """Names that an input can have in this behaviour, for proposals."""
         dones = [f"{name} done" for name in self.devices.names("actuator")]
         return [*(r.output.text for r in self.made.values()), *self.devices.names("sensor"), *dones]
 
@@ -132,7 +125,6 @@ class Names:
         return key(name) in self.made or self.devices.find(name) is not None
 
     def _done(self, cell: Cell, name: str, declared: Declared) -> str:
-        """Return the id of an actuator's done stream, which carries the ends of its commands."""
         stream_id, of = key(cell.text), key(name)
         shown = f"{declared.name if declared.address else name} done"
         address = declared.address or cell.address
@@ -168,9 +160,6 @@ class Names:
                     self.report.add("GRAPH004", cell.address)
                 return None
             return self._anonymous(row)
-        return self._given(cell, row)
-
-    def _given(self, cell: Cell, row: Row) -> str | None:
         k = key(cell.text)
         if self.devices.done(cell.text) is not None:
             if row.on:
@@ -184,19 +173,15 @@ class Names:
         if not argument_name(cell.text) or "," in cell.text or "\n" in cell.text:  # inputs could not name it
             self.report.add("GRAPH013", cell.address, name=cell.text)
             return None
-        if declared is not None and declared.found.type.kind == "actuator":
+        is_actuator = declared is not None and declared.found.type.kind == "actuator"
+        if declared is not None and (is_actuator or declared.address is not None):
             if row.on:
-                self.report.add("GRAPH007", cell.address, name=cell.text)
-            return None
-        if declared is not None and declared.address is not None:
-            if row.on:
-                self.report.add("GRAPH008", cell.address, name=cell.text)
+                self.report.add("GRAPH007" if is_actuator else "GRAPH008", cell.address, name=cell.text)
             return None
         first = self.made[k]
         if first is not row and row.on and first.on:
-            sheet = cell.address.sheet
-            self.report.add("GRAPH002", cell.address, name=first.output.text,
-                            first=str(first.output.address), second=f"{sheet}!{cell.address.cell}")  # fmt: skip
+            name, other = first.output.text, str(first.output.address)
+            self.report.add("GRAPH002", cell.address, name=name, first=other, second=str(cell.address))
             return None
         return self._ordinary(first.output, f"{self.sheet}!{k}")
 
@@ -232,9 +217,8 @@ class Names:
         setting = self.devices.needs_declaring(declared)
         if setting is not None:
             if row.on:
-                self.report.add(
-                    "DEV008", cell.address, device=declared.found.name, setting=setting.name, stream=cell.text
-                )
+                device = declared.found.name
+                self.report.add("DEV008", cell.address, device=device, setting=setting.name, stream=cell.text)
             return None
         stream_id = key(cell.text)
         address = declared.address or cell.address
