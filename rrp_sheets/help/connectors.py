@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.help.layout import checked, entries, grids, heading, paragraph, titled
+from rrp_sheets.help.layout import checked, entries, example, grids, heading, paragraph, titled
 from rrp_sheets.model.exchange import Arrivals, Command, SceneAction, State, WorldSnapshot
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value
@@ -32,17 +32,7 @@ _CELLS = {
 }
 
 IN_USE = {
-    "once": (
-        "To count each visitor once: the formula says what makes a visitor another one",
-        """
-## Visitors
-| Input streams | Connector | Formula | Output stream |
-|---|---|---|---|
-| Face | once | face.id | Visitor |
-| Visitor | accumulate | | Visitors |
-| Visitors | subscribe | | Print |
-""",
-    ),
+    "once": ("To count each visitor once: the formula says what makes a visitor another one", example("once")),
 }
 """A workbook that shows what a connector is good for, with its title."""
 
@@ -80,25 +70,20 @@ def one_connector(connector: Connector) -> Iterator[str]:
 
 
 def _example(connector: Connector) -> Iterator[str]:
+    from rrp_sheets.render.sentences import Rows
+    from rrp_sheets.render.texts import texts
+
     rows, parameter = parts(connector)
     names = ", ".join(input_names(len(rows)))
     cells = ((_INPUTS, names), (_CONNECTOR, connector.name), (_FORMULA, parameter), (_OUTPUT, output_name(connector)))
     yield titled("For example", entries(cell for cell in cells if cell[1]))
-    yield titled("In words", paragraph(_sentence(connector), 2))
+    book = checked(workbook(connector))
+    step = next(s for s in reversed(book.graph.behaviours[0].steps) if s.connector.name == connector.name)
+    yield titled("In words", paragraph(Rows(book.graph, book.workbook, texts()).sentence(step), 2))
     title = f"As marbles: one place is {MARK_US // 1000} ms, time goes to the right"
     picture = entries(marbles(connector), kind="marbles")
     picture.head = connector.name  # a page draws it anew
     yield titled(title, picture)
-
-
-def _sentence(connector: Connector) -> str:
-    from rrp_sheets.render.sentences import Rows
-    from rrp_sheets.render.texts import texts
-
-    book = checked(workbook(connector))
-    steps = book.graph.behaviours[0].steps
-    step = next(s for s in reversed(steps) if s.connector.name == connector.name)
-    return Rows(book.graph, book.workbook, texts()).sentence(step)
 
 
 def _count(connector: Connector) -> str:

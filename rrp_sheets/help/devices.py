@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.help.functions import literal_text
-from rrp_sheets.help.layout import columns, entries, grids, heading, paragraph, titled
+from rrp_sheets.help.layout import columns, entries, example, grids, heading, paragraph, titled
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name
@@ -14,19 +14,7 @@ from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting, load_robo
 _SHOWN = 3  # further names of a device that are shown in the list
 _TEST = "\n## Test\n"
 
-DONE_EXAMPLE = """
-## Hello
-| Input streams | Connector | Formula | Output stream |
-|---|---|---|---|
-| Start | subscribe | "Hello!" | Say |
-| Say done | subscribe | 2 s | Wait |
-| Wait done | subscribe | "red" | Eye LED color |
-
-## Devices
-| Stream | Device | Label |
-|---|---|---|
-| Start | Operator button | Start |
-"""
+DONE_EXAMPLE = example("done")
 
 
 def all_devices() -> Iterator[str]:
@@ -108,8 +96,8 @@ def done_stream(found: FoundDevice) -> Iterator[str]:
         "“Ask done” for Ask."
     )
     yield titled("Its fields", columns([(f.name, f.unit, f.help) for f in DONE.fields]))
-    example = "For example: say hello, wait for two seconds, then turn the eyes red"
-    yield titled(example, *grids(DONE_EXAMPLE), between="\n\n")
+    title = "For example: say hello, wait for two seconds, then turn the eyes red"
+    yield titled(title, *grids(DONE_EXAMPLE), between="\n\n")
 
 
 def described(setting: Setting) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rrp_sheets.model.workbook import column_letters
@@ -12,7 +13,6 @@ from rrp_sheets.render.style import columns as text_columns
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
-
 
 WIDTH = 88
 _TERM = 26  # the widest column of terms; a longer term stands on a line of its own
@@ -143,6 +143,11 @@ def from_markdown(text: str) -> Iterator[str]:
             yield lines(textwrap.dedent(block).split("\n"))
         else:
             yield paragraph(block)
+
+
+def example(name: str) -> str:
+    """The Markdown workbook `examples/<name>.md`."""
+    return (Path(__file__).parent / "examples" / f"{name}.md").read_text(encoding="utf-8")
 
 
 def checked(markdown: str) -> Checked:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from rrp_sheets.help.layout import columns, entries, grid, heading, paragraph, titled
+from rrp_sheets.help.layout import columns, entries, from_markdown, grid, heading, paragraph, titled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_sheet import MOST_THINGS, WAITING_US
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
@@ -39,37 +40,20 @@ def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
 
 
 def scene() -> Iterator[str]:
-    """Yield the help on the Scene sheet: its times, things, verbs and values."""
-    yield heading("The Scene sheet: what happens in the simulated room")
-    yield paragraph(
-        "Every row says when, which thing, what it does, and where or how. Without a Scene sheet the simulator shows "
-        "the robot what its behaviours look for."
-    )
-    yield titled("For example", grid("Scene", EXAMPLE))
-    yield heading("When")
-    yield entries(TIMES)
-    yield heading("Where and how")
-    yield paragraph(
-        "Places are metres from where the robot starts: ahead, to its left, above the floor. A length without a unit "
-        "is in metres, a time in seconds. Any number may be a range such as 0.4..0.6: every run draws one by its seed, "
-        "the same seed the same, and the trace says what was drawn."
-    )
-    for kind in KINDS.values():
-        yield heading(kind.title)
-        names = ", ".join(kind.things)
-        yield paragraph(f"{names}{', …' if len(kind.things) > 1 else '.'} {kind.help}".strip())
-        yield columns(scene_words(kind))
+    """Yield the help on the Scene sheet: the page `scene.md` with its times, things, verbs and values."""
     robot = load_robot()
-    yield heading("Good to know")
-    yield paragraph(
-        f"{robot.title} feels a touch on: {', '.join(robot.touch_zones)}. A thing that comes against one touches it "
-        "as well."
-    )
-    yield paragraph(
-        f"Colours: {', '.join(COLOURS)}. Several things of one kind have numbers: Red ball 2, Wall 2. There may be "
-        f"{MOST_THINGS} things at once."
-    )
-    yield paragraph(
-        "A run ends 5 s after the last row. A row that waits for an event is taken to wait "
-        f"{WAITING_US // 1_000_000} s; say with --for how long it shall be when that is not right."
-    )
+    made: dict[str, list[str]] = {
+        "{example}": [titled("For example", grid("Scene", EXAMPLE))],
+        "{times}": [entries(TIMES)],
+        "{kinds}": [block for kind in KINDS.values() for block in _kind(kind)],
+    }
+    places = {"robot": robot.title, "zones": ", ".join(robot.touch_zones), "colours": ", ".join(COLOURS),
+              "most": MOST_THINGS, "waiting": WAITING_US // 1_000_000}  # fmt: skip
+    for block in (Path(__file__).parent / "scene.md").read_text(encoding="utf-8").strip().split("\n\n"):
+        yield from made[block] if block in made else from_markdown(block.format(**places))
+
+
+def _kind(kind: ThingKind) -> Iterator[str]:
+    yield heading(kind.title)
+    yield paragraph(f"{', '.join(kind.things)}{', …' if len(kind.things) > 1 else '.'} {kind.help}".strip())
+    yield columns(scene_words(kind))

@@ -13,7 +13,7 @@ from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help.functions import first_line
-from rrp_sheets.help.layout import from_markdown, grids, titled
+from rrp_sheets.help.layout import example, from_markdown, grids, titled
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.robots import load_robot
 from rrp_sheets.texts import N_, listed
@@ -57,55 +57,7 @@ TOPICS = {
     "glossary": "what the words mean: stream, event, connector, subscribe, field, frame, seed, rad",
 }
 """Every topic with a line on it; those after `codes` have a page of their own (`helpers.md`, …)."""
-EXAMPLES = {
-    "helpers": """
-## Helpers
-| Name | Inputs | Formula |
-|---|---|---|
-| limit | | 0.8 |
-| near | distance | distance < limit |
-
-## Tracking
-| Input streams | Connector | Formula | Output stream |
-|---|---|---|---|
-| Red ball | filter | near(redBall.distance) | Close ball |
-| Close ball | subscribe | | Head tracker |
-""",
-    "priority": """
-## Talk
-| Input streams | Connector | Formula | Output stream | Priority |
-|---|---|---|---|---|
-| Start | subscribe | "Hello, I am a robot." | Say | |
-| Touch | subscribe | "That is my head." | Say | 5 |
-
-## Devices
-| Stream | Device | Label |
-|---|---|---|
-| Start | Operator button | Start |
-""",
-    "total": """
-## Counting
-| Input streams | Connector | Formula | Output stream |
-|---|---|---|---|
-| Touch | accumulate | total + 1 | Touches |
-| Touches | subscribe | | Say |
-""",
-    "protocol": """
-## Protocol
-| Field | Value |
-|---|---|
-| Title | Follow the ball |
-| Purpose | Does a child look where the robot looks? |
-| Engine | frame |
-| Seed | 7 |
-| Time limit | 5 min |
-
-## Tracking
-| Input streams | Connector | Formula | Output stream |
-|---|---|---|---|
-| Red ball | subscribe | | Head tracker |
-""",
-}
+EXAMPLES = {name: example(name) for name in ("helpers", "priority", "total", "protocol")}
 """A workbook for each word that needs one; a test holds that they are in order."""
 _SMALL = frozenset((
     "how", "can", "does", "did", "the", "and", "what", "why", "when", "where", "which", "who", "that", "this", "with",
@@ -115,11 +67,7 @@ _SMALL = frozenset((
 
 
 def text_on(name: str, others: Sequence[str] = ()) -> Iterator[str]:
-    """The blocks of text on a topic or a name; `others`: names that can be proposed too.
-
-    Raises:
-        SheetsError: when there is nothing on it, with the nearest name proposed.
-    """
+    """The blocks of text on a topic or a name; raises SheetsError for an unknown one, which proposes `others` too."""
     topic = _SYNONYMS.get(key(name), key(name))
     if (made := _topics().get(topic)) is not None:
         return made()
@@ -261,15 +209,11 @@ def near(text: str, most: int = 8) -> list[HelpEntry]:
     words = [w for w in re.findall(r"\w{3,}", text.casefold()) if w not in _SMALL]
     roots = list(dict.fromkeys(w.removesuffix("ing").removesuffix("s") for w in words))
 
-    def hits(name: HelpEntry) -> tuple[int, int]:
-        inside = re.findall(r"\w+", f"{name.name} {name.line}".casefold())
-        named = re.findall(r"\w+", name.name.casefold())
-        return sum(_begins(r, inside) for r in roots), sum(_begins(r, named) for r in roots)
+    def hits(text: str) -> int:
+        inside = re.findall(r"\w+", text.casefold())
+        return sum(any(word.startswith(root) for word in inside) for root in roots)
 
-    found = [(hits(n), n) for n in all_names() if n.what not in ("error", "warning", "info")]
-    found = sorted((f for f in found if f[0][0]), key=lambda f: (-f[0][0] - f[0][1], f[1].what != "topic"))
+    entries = (n for n in all_names() if n.what not in ("error", "warning", "info"))
+    found = [(-hits(f"{n.name} {n.line}") - hits(n.name), n) for n in entries]
+    found = sorted((f for f in found if f[0]), key=lambda f: (f[0], f[1].what != "topic"))
     return [n for _, n in found[:most]]
-
-
-def _begins(root: str, words: list[str]) -> bool:
-    return any(word.startswith(root) for word in words)
