@@ -103,21 +103,16 @@ def _buttons(workbook: Workbook, graph: Graph, robot: Robot) -> list[str]:
 
 def robot_of(workbook: Workbook, report: Report) -> Robot:
     """Return the workbook's robot with the workbook's gestures; problems with either go into the report."""
-    robot = _robot(workbook, report)
-    return robot.with_gestures(parse_gestures(workbook.gestures, robot, report))
-
-
-def _robot(workbook: Workbook, report: Report) -> Robot:
     name = workbook.protocol.robot
-    if workbook.source and Path(workbook.source).exists() and (own := own_robot(folder_of(workbook), name)) is not None:
-        return own
-    if name in robot_names():
-        return load_robot(name)
-    address = workbook.protocol.fields["robot"].address
-    guess = nearest(name, robot_names())
-    robots = N_("The robots are: {names}.", names=", ".join(robot_names()))
-    report.add("PROT001", address, name=name, **meant(guess, robots))
-    return load_robot("nao")
+    names = robot_names()
+    on_disk = workbook.source and Path(workbook.source).exists()
+    robot = own_robot(folder_of(workbook), name) if on_disk else None
+    if robot is None and name not in names:
+        address = workbook.protocol.fields["robot"].address
+        robots = N_("The robots are: {names}.", names=", ".join(names))
+        report.add("PROT001", address, name=name, **meant(nearest(name, names), robots))
+    robot = robot or load_robot(name if name in names else "nao")
+    return robot.with_gestures(parse_gestures(workbook.gestures, robot, report))
 
 
 def find_cues(
@@ -170,9 +165,8 @@ def check_device_material(workbook: Workbook, robot: Robot, folder: Path, report
                 words, wrong = understand(setting, cell.text, robot)
                 if wrong:
                     continue
-                word = next((w for w in words or () if not can_be_heard(w)), None)
-                if word is not None:
-                    report.add("DEV011", cell.address, word=word)
+                if unheard := [word for word in words or () if not can_be_heard(word)]:
+                    report.add("DEV011", cell.address, word=unheard[0])
                 if phrase := doubtful_phrase(cell.text):
                     report.add("DEV013", cell.address, phrase=phrase)
                 whole, count = divided_phrase(cell.text)

@@ -388,19 +388,6 @@ def _possible(thing: _Thing, given: Sequence[AbstractValue]) -> bool:
     return all(_allows(known, thing) for known in given)
 
 
-def _fits(thing: _Thing, value: Value) -> bool:
-    """Return whether a value is within the bounds, and true or false as required."""
-    if value is None:
-        return not thing.number and True not in thing.truths
-    if isinstance(value, (int, float)):
-        if value < thing.low or (value == thing.low and thing.open_low):
-            return False
-        if value > thing.high or (value == thing.high and thing.open_high):
-            return False
-        return not thing.truths or bool(value) in thing.truths
-    return True
-
-
 def _allows(known: AbstractValue, thing: _Thing) -> bool:
     """Return whether a value that is possible by what is known can meet the requirements."""
     if known.choices:
@@ -416,6 +403,15 @@ def _allows(known: AbstractValue, thing: _Thing) -> bool:
 
 
 def _suits(value: Value, thing: _Thing) -> bool:
+    """Return whether a value meets the requirements."""
     if any(not same(value, e) for e in thing.equal) or any(same(value, u) for u in thing.unequal):
         return False
-    return _fits(thing, value)
+    if value is None:
+        return not thing.number and True not in thing.truths
+    if not isinstance(value, (int, float)):
+        return True
+    if value < thing.low or (value == thing.low and thing.open_low):
+        return False
+    if value > thing.high or (value == thing.high and thing.open_high):
+        return False
+    return not thing.truths or bool(value) in thing.truths

@@ -97,11 +97,8 @@ def number_within(low: float, high: float, unit: str = "") -> AbstractValue:
 
 def one_of(values: Iterable[Value]) -> AbstractValue:
     """Return the abstract value that covers all of these values."""
-    result: AbstractValue | None = None
-    for value in values:
-        known = exactly(value)
-        result = known if result is None else either(result, known)
-    return UNKNOWN if result is None else result
+    known = [exactly(value) for value in values]
+    return reduce(either, known) if known else UNKNOWN
 
 
 def either(first: AbstractValue, second: AbstractValue) -> AbstractValue:
@@ -191,18 +188,8 @@ def sensor_fact(stream: Stream, robot: Robot) -> Fact:
             return Fact(AbstractValue(NUMBER, unit=kind.unit), True, _JOINT_EXAMPLE, rate=rate)
         example = min(max(_JOINT_EXAMPLE, joint.lower), joint.upper)
         return Fact(AbstractValue(NUMBER, low=joint.lower, high=joint.upper, unit=joint.unit), True, example, rate=rate)
-    said = _said_by_settings(stream.settings, robot)
-    fields = {k: known for k, known in said.items() if k in kind.payload.keys.values()}
-    values = dict(kind.payload.example().values)
-    for k, known in fields.items():
-        if known.choices and values.get(k) not in known.choices:
-            values[k] = known.choices[0]
-    return Fact(AbstractValue(RECORD, kind.payload, fields), True, Record(kind.payload, values), rate=rate)
-
-
-def _said_by_settings(settings: Mapping[str, Value], robot: Robot) -> dict[str, AbstractValue]:
-    """Return the fields that the settings decide: a button's label, a touched zone, the words to recognise."""
-    said = {}
+    settings = stream.settings
+    said: dict[str, AbstractValue] = {}  # the fields that the settings decide
     if settings.get("label"):
         said["label"] = exactly(settings["label"])
     if "zone" in settings:
@@ -210,7 +197,12 @@ def _said_by_settings(settings: Mapping[str, Value], robot: Robot) -> dict[str, 
     words = settings.get("words")
     if isinstance(words, (list, tuple)) and words:
         said["word"] = one_of(words)
-    return said
+    fields = {k: known for k, known in said.items() if k in kind.payload.keys.values()}
+    values = dict(kind.payload.example().values)
+    for k, known in fields.items():
+        if known.choices and values.get(k) not in known.choices:
+            values[k] = known.choices[0]
+    return Fact(AbstractValue(RECORD, kind.payload, fields), True, Record(kind.payload, values), rate=rate)
 
 
 def _rate(stream: Stream, robot: Robot) -> Rate:
@@ -323,10 +315,6 @@ def _iferror(node: IfError, env: _Env) -> AbstractValue:
     return either(_of(node.value, env), _of(node.otherwise, env))
 
 
-def _switch(node: Switch, env: _Env) -> AbstractValue:
-    return reduce(either, [_of(r, env) for r in (*node.results, node.otherwise) if r is not None])
-
-
 def _list(node: ast.List | ast.Tuple, env: _Env) -> AbstractValue:
     members = tuple(_of(e, env) for e in node.elts)
     if all(m.choices is not None and len(m.choices) == 1 for m in members):
@@ -435,7 +423,8 @@ _NODES: dict[type, Callable[..., AbstractValue]] = {
     ast.Constant: lambda node, env: UNKNOWN if isinstance(node.value, Table) else exactly(node.value),
     ast.Name: lambda node, env: env.names.get(node.id, UNKNOWN),
     ast.Attribute: lambda node, env: _of(node.value, env).at(node.attr),
-    ast.Subscript: _subscript, ast.IfExp: _ifexp, IfError: _iferror, Switch: _switch, ast.List: _list, ast.Tuple: _list,
+    ast.Subscript: _subscript, ast.IfExp: _ifexp, IfError: _iferror, ast.List: _list, ast.Tuple: _list,
+    Switch: lambda node, env: reduce(either, [_of(r, env) for r in (*node.results, node.otherwise) if r is not None]),
     ast.UnaryOp: _unary, ast.BinOp: _binop, ast.Call: _call, Pick: _pick, ast.Compare: _always(TRUTH),
     ast.BoolOp: _always(TRUTH), ast.JoinedStr: _always(TEXT), Join: _always(TEXT), ast.ListComp: _always(LIST),
 }  # fmt: skip

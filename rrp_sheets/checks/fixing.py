@@ -37,8 +37,7 @@ class CellChange:
 def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) -> tuple[list[CellChange], Checked]:
     """Apply all safe fixes, and the chosen ones, to the workbook itself; each round starts from a new check.
 
-    Raises:
-        SheetsError: when the file cannot be changed, or no finding offers a chosen fix.
+    Raises SheetsError when the file cannot be changed, or no finding offers a chosen fix.
     """
     changes: list[CellChange] = []
     tried: _Tried = set()
@@ -54,11 +53,10 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
         checked = check(path)
     for code, wanted in chosen.items():
         known = offered.get(code) or {name: None for names in offered.values() for name in names}
-        if not offered.get(code) or (wanted and f"{code}:{wanted}" not in known):
-            raise SheetsError(
-                N_("No finding here has the fix “{fix}”.", fix=f"{code}:{wanted}" if wanted else code),
-                N_("There are: {names}.", names=", ".join(known)) if known else N_("There is nothing to choose."),
-            )
+        fix = f"{code}:{wanted}" if wanted else code
+        if not offered.get(code) or (wanted and fix not in known):
+            remedy = N_("There are: {names}.", names=", ".join(known)) if known else N_("There is nothing to choose.")
+            raise SheetsError(N_("No finding here has the fix “{fix}”.", fix=fix), remedy)
     return changes, checked
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.checks.examples import Examples, Trouble
@@ -242,7 +242,7 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             if not any(is_reserved(p.shown) for p in definition.parameters):
                 tell(report, cells[k], problem)
             dropped.add(k)
-    dropped |= _Calls(helpers, cells, report).refused()
+    dropped |= _refused_calls(helpers, cells, report)
     kept = {k: h for k, h in helpers.items() if k not in dropped}
     return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept}, propose)
 
@@ -258,60 +258,43 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
         problem.advise(sentences(remedy, problem.remedy))
 
 
-class _Calls:
-    """The calls between helpers, checked for circles and for their depth."""
+def _refused_calls(helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> set[str]:
+    """Report circles and overlong chains of helpers that call each other, and return the keys of those in them."""
+    needs: dict[str, list[str]] = {}
+    for k, helper in helpers.items():
+        called = (getattr(node, "helper", None) for node in (ast.walk(helper.tree) if helper.tree else ()))
+        needs[k] = list(dict.fromkeys(key(other.shown) for other in called if other is not None))
+    shown = {k: f"{helper.shown} ({cells[k].address.cell})" for k, helper in helpers.items()}
+    places = {k: i for i, k in enumerate(helpers)}
+    order = after_needs(needs, places.__getitem__)
+    refused: set[str] = set()
+    if len(order) < len(places):
+        for way, members in _circles(needs):
+            report.add("FORM011", cells[way[0]].address, path=" → ".join(shown[k] for k in (*way, way[0])))
+            refused |= members
+        rest = {k: [n for n in called if n not in refused] for k, called in needs.items() if k not in refused}
+        order = after_needs(rest, places.__getitem__)
+    deep: dict[str, int] = {}
+    for k in order:
+        deep[k] = 1 + max((deep[other] for other in needs[k] if other in deep), default=0)
+        if deep[k] == DEEPEST_HELPERS + 1:  # told where it becomes too deep, not for all that call it
+            chain = [k]
+            while calls := [other for other in needs[chain[-1]] if other in deep]:
+                chain.append(max(calls, key=deep.__getitem__))
+            path = " → ".join([*(shown[h] for h in chain[:3]), "…", shown[chain[-1]]])
+            report.add("FORM025", cells[k].address, path=path, most=DEEPEST_HELPERS)
+    return refused | {k for k, count in deep.items() if count > DEEPEST_HELPERS}
 
-    def __init__(self, helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> None:
-        self.helpers, self.cells, self.report = helpers, cells, report
-        self.needs: dict[str, list[str]] = {}
-        for k, helper in helpers.items():
-            called = (getattr(node, "helper", None) for node in (ast.walk(helper.tree) if helper.tree else ()))
-            self.needs[k] = list(dict.fromkeys(key(other.shown) for other in called if other is not None))
 
-    def refused(self) -> set[str]:
-        """Report circles and overlong chains of helpers, and return the keys of the helpers that cannot be used."""
-        places = {k: i for i, k in enumerate(self.helpers)}
-        order = after_needs(self.needs, places.__getitem__)
-        circles = self._circles() if len(order) < len(places) else set()
-        if circles:
-            needs = {k: [n for n in called if n not in circles] for k, called in self.needs.items() if k not in circles}
-            order = after_needs(needs, places.__getitem__)
-        return circles | self._too_deep(order)
+def _circles(needs: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], set[str]]]:
+    """Yield one way around each circle, from the first helper in it, and all helpers in that circle."""
+    import networkx as nx  # few workbooks have circles, and loading it takes longer than checking them
 
-    def _circles(self) -> set[str]:
-        import networkx as nx  # few workbooks have circles, and loading it takes longer than checking them
-
-        graph = nx.DiGraph((k, other) for k, called in self.needs.items() for other in called)
-        members: set[str] = set()
-        for circle in nx.strongly_connected_components(graph):
-            first = next(k for k in self.helpers if k in circle)
-            if len(circle) == 1 and not graph.has_edge(first, first):
-                continue
-            path = [a for a, _ in nx.find_cycle(graph.subgraph(circle), first)]
-            shown = [self._shown(k) for k in path]
-            self.report.add("FORM011", self.cells[first].address, path=" → ".join([*shown, shown[0]]))
-            members |= circle
-        return members
-
-    def _too_deep(self, order: Iterable[str]) -> set[str]:
-        deep: dict[str, int] = {}
-        for k in order:
-            deep[k] = 1 + max((deep[other] for other in self.needs[k] if other in deep), default=0)
-            if deep[k] == DEEPEST_HELPERS + 1:  # told where it becomes too deep, not for all that call it
-                path = self._path(k, deep)
-                self.report.add("FORM025", self.cells[k].address, path=path, most=DEEPEST_HELPERS)
-        return {k for k, count in deep.items() if count > DEEPEST_HELPERS}
-
-    def _path(self, k: str, deep: Mapping[str, int]) -> str:
-        """Return the chain of helpers that call each other from here down, without those in the middle."""
-        path = [k]
-        while calls := [other for other in self.needs[path[-1]] if other in deep]:
-            path.append(max(calls, key=deep.__getitem__))
-        shown = [self._shown(h) for h in path]
-        return " → ".join([*shown[:3], "…", shown[-1]])
-
-    def _shown(self, k: str) -> str:
-        return f"{self.helpers[k].shown} ({self.cells[k].address.cell})"
+    graph = nx.DiGraph((k, other) for k, called in needs.items() for other in called)
+    for circle in nx.strongly_connected_components(graph):
+        first = next(k for k in needs if k in circle)
+        if len(circle) > 1 or graph.has_edge(first, first):
+            yield [k for k, _ in nx.find_cycle(graph.subgraph(circle), first)], circle
 
 
 def tell(report: Report, cell: Cell, problem: FormulaProblem) -> None:

@@ -42,10 +42,7 @@ class TooLarge(ValueError):
 
 
 def literal(text: str) -> tuple[bool, Value]:
-    """Return whether a text is a number, TRUE, FALSE, blank or a text in quotes, and its value.
-
-    Raises:
-        TooLarge: a number beyond what formulas can work with.
+    """Return whether a text is a number, TRUE, FALSE, blank or a text in quotes, and its value; raises TooLarge.
 
     >>> literal("0.5"), literal('"Head"'), literal("true"), literal("Hello")
     ((True, 0.5), (True, 'Head'), (True, True), (False, None))
@@ -319,18 +316,25 @@ def _other(cell: Cell, place: Place, report: Report) -> Expectation:
 
 def _one(text: str, cell: Cell, place: Place, report: Report) -> Expectation:
     """Return the meaning of a text that expects one value: the cell's, or that of a field in it."""
-    found = _ABOUT.fullmatch(text)
-    if not found:
-        return _value(text, place)
-    try:
-        about = Decimal(found["number"].replace("−", "-").replace("．", "."))
-        distance = half_of_last_digit(about) if found["within"] is None else Decimal(found["within"])
-        if not (about.is_finite() and distance.is_finite() and distance >= 0 and abs(about) < Decimal(10) ** 15):
-            raise InvalidOperation
-    except InvalidOperation:
-        report.add("TEST010", cell.address, text=cell.text)
-        raise _RefusedError from None
-    return Expectation("about", cell.text, float(about), within=float(distance))
+    if number := _ABOUT.fullmatch(text):
+        try:
+            about = Decimal(number["number"].replace("−", "-").replace("．", "."))
+            distance = half_of_last_digit(about) if number["within"] is None else Decimal(number["within"])
+            if not (about.is_finite() and distance.is_finite() and distance >= 0 and abs(about) < Decimal(10) ** 15):
+                raise InvalidOperation
+        except InvalidOperation:
+            report.add("TEST010", cell.address, text=cell.text)
+            raise _RefusedError from None
+        return Expectation("about", cell.text, float(about), within=float(distance))
+    short = without_equals(text.strip())
+    found, value = literal(short)
+    if found:
+        return Expectation("value", text, value, quoted=isinstance(value, str))
+    if short[:1] in "[(\"'" or short.endswith(")"):
+        formula = compiled(short, place.alone)
+        if isinstance(formula, Formula) and not isinstance(formula.tree, (ast.Name, ast.Constant)):
+            return Expectation("value", text, formula)
+    return Expectation("value", text, short)  # the text itself
 
 
 def half_of_last_digit(number: Decimal) -> Decimal:
@@ -341,16 +345,3 @@ def half_of_last_digit(number: Decimal) -> Decimal:
     """
     exponent = number.as_tuple().exponent
     return Decimal(5).scaleb(int(exponent) - 1) if isinstance(exponent, int) else Decimal(0)
-
-
-def _value(text: str, place: Place) -> Expectation:
-    """Return the expected value: a literal, a formula that is more than a word, or else the text itself."""
-    short = without_equals(text.strip())
-    found, value = literal(short)
-    if found:
-        return Expectation("value", text, value, quoted=isinstance(value, str))
-    if short[:1] in "[(\"'" or short.endswith(")"):
-        formula = compiled(short, place.alone)
-        if isinstance(formula, Formula) and not isinstance(formula.tree, (ast.Name, ast.Constant)):
-            return Expectation("value", text, formula)
-    return Expectation("value", text, short)

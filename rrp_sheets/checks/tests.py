@@ -98,20 +98,17 @@ class _Names:
             report.add("TEST003", cell.address, name=cell.text, sheets=listed(sheets, "and of"), example=example)
             return None
         if found:
-            return self._of_graph(found[0], cell.text)
+            stream, why = found[0], ""
+            if stream.id not in self.used:
+                dead = not stream.active or stream.id.partition("!")[0] in self.running
+                why = N_("its rows are switched off, or get nothing" if dead else "its behaviour is not run")
+            return _Named(stream.id, stream.name or cell.text, stream.kind, self.records.get(stream.id), why)
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
             otherwise = N_("Write a stream as it stands in a behaviour or in Devices.")
             report.add("TEST002", cell.address, name=cell.text, **meant(guess, otherwise))
         return unused
-
-    def _of_graph(self, stream: Stream, typed: str) -> _Named:
-        why = ""
-        if stream.id not in self.used:
-            dead = not stream.active or stream.id.partition("!")[0] in self.running
-            why = N_("its rows are switched off, or get nothing" if dead else "its behaviour is not run")
-        return _Named(stream.id, stream.name or typed, stream.kind, self.records.get(stream.id), why)
 
     def _unused(self, name: str) -> _Named | None:
         """Return a device, or the done stream of an actuator, that no row uses; None when the name is of neither."""
@@ -196,23 +193,20 @@ class _Reader:
         if row.send and named.kind is StreamKind.ACTUATOR:
             self.report.add("TEST004", row.send.address, name=named.shown, text=row.send.text)
             return None
-        sending = None if row.expect else self._sending(row, named)
-        expectation = read_expect(row.expect, self._place(named), self.report) if row.expect else None
+        sending = expectation = None
+        if row.expect:
+            shown = named.shown.rpartition("!")[2]
+            names = frozenset(("value", key(argument_name(shown))))
+            place = Place(names, named.record, lambda: self.make([(shown, named.record)]), self.alone)
+            expectation = read_expect(row.expect, place, self.report)
+        elif row.send:
+            sending = read_send(row.send, named.record, self.alone, self.report)
+        elif named.kind in (StreamKind.SENSOR, StreamKind.DONE):
+            sending = Sending("")
+        else:
+            self.report.add("TEST006", row.send.address, name=named.shown)
         if time is None or (sending is None and expectation is None):
             return None
         address = (row.expect or row.send or row.stream).address
         name, why = row.stream.text, named.why_silent
         return CaseRow(address.row, address, time, name, named.id, sending, expectation, why, row.notes)
-
-    def _sending(self, row: TestRow, named: _Named) -> Sending | None:
-        if row.send:
-            return read_send(row.send, named.record, self.alone, self.report)
-        if named.kind in (StreamKind.SENSOR, StreamKind.DONE):
-            return Sending("")
-        self.report.add("TEST006", row.send.address, name=named.shown)
-        return None
-
-    def _place(self, named: _Named) -> Place:
-        shown = named.shown.rpartition("!")[2]
-        names = frozenset(("value", key(argument_name(shown))))
-        return Place(names, named.record, lambda: self.make([(shown, named.record)]), self.alone)

@@ -1,4 +1,4 @@
-"""The checked workbook as the lints read it, and the names of rows and streams in their findings."""
+"""The checked workbook as the lints read it, names of rows and streams in their findings, and edits of their fixes."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.model.workbook import Address, Workbook
 from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_
 
@@ -64,3 +65,28 @@ def row_of(step: Step, seen_from: Step) -> str:
     if key(sheet) != key(seen_from.row.output.address.sheet):
         return N_("row {number} of the sheet {sheet}", number=step.number, sheet=sheet)
     return N_("row {number}", number=step.number)
+
+
+class RowWriter:
+    """Collects edits around a row for a fix; a row that is inserted before it moves it down."""
+
+    def __init__(self, step: Step) -> None:
+        row = step.row
+        self.sheet = row.output.address.sheet
+        self.columns = [c.address.column for c in (row.inputs_cell, row.connector, row.formula, row.output)]
+        self.number = row.number
+        self.below = 0  # rows inserted after it
+        self.edits: list[FixEdit] = []
+
+    def insert(self, *texts: str, after: bool = False) -> None:
+        """Insert a row just before the row, or just after it."""
+        cells = tuple((c, t) for c, t in zip(self.columns, texts, strict=True) if t)
+        self.edits.append(Insert(self.sheet, self.number + self.below + 1 if after else self.number, cells))
+        self.number += not after
+        self.below += after
+
+    def put(self, *texts: str | None) -> None:
+        """Set the row's inputs, connector, formula and output; None leaves one as it is."""
+        for column, text in zip(self.columns, texts, strict=False):
+            if text is not None:
+                self.edits.append(Put(Address(self.sheet, self.number, column), text))

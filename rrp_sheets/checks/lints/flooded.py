@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER
 from rrp_sheets.checks.lints.conflicts import VOICE
-from rrp_sheets.checks.lints.context import LintContext
-from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
+from rrp_sheets.checks.lints.context import LintContext, RowWriter
+from rrp_sheets.diagnostics.report import Fix, FixEdit
 from rrp_sheets.graph import Step
 from rrp_sheets.texts import N_
 
@@ -36,14 +36,12 @@ def _fixes(step: Step, context: LintContext) -> list[Fix]:
     if len(names) != 1 or (row.formula and (formula is None or formula.used)):  # after a row before it they are others
         return []
     shown = context.name(step.inputs[0])
-    columns = [c.address.column for c in (row.inputs_cell, row.connector, row.formula, row.output)]
-    sheet = row.output.address.sheet
 
     def before(connector: str, period: str) -> tuple[FixEdit, ...]:
-        texts = zip(columns, (names[0] if row.inputs else "", connector, period, ""), strict=True)
-        cells = tuple((c, t) for c, t in texts if t)
-        blank = type(row.inputs_cell.address)(sheet, row.number + 1, columns[0])
-        return (Insert(sheet, row.number, cells), Put(blank, ""))
+        writer = RowWriter(step)
+        writer.insert(names[0] if row.inputs else "", connector, period, "")
+        writer.put("")  # its input is now the row above
+        return tuple(writer.edits)
 
     once = N_("Let “{name}” speak once in {period} at most (throttle)", name=shown, period=PERIOD)
     changed = N_("Speak only when “{name}” has changed (changes)", name=shown)

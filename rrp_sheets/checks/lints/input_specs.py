@@ -34,11 +34,8 @@ class InputSpec:
 
 def lint_input_specs(context: LintContext) -> None:
     """Report rows that send an actuator values that it cannot use."""
-    seeing = {
-        s.id
-        for s in context.graph.streams.values()
-        if s.device and s.device.type.payload and {"x", "y"} <= set(s.device.type.payload.keys)
-    }
+    payloads = {s.id: s.device.type.payload for s in context.graph.streams.values() if s.device}
+    seeing = {i for i, payload in payloads.items() if payload and {"x", "y"} <= set(payload.keys)}
     ancestors: dict[str, frozenset[str]] = {}
     for step in context.steps():
         mine = frozenset().union(*(ancestors.get(i, frozenset({i})) for i in step.inputs))
@@ -98,12 +95,11 @@ def _what_is_wrong(fact: Fact, stream: Stream, taker: InputSpec, context: LintCo
 def _stands(value: Value, context: LintContext) -> str:
     """Return in words the table column that holds an unusable text; empty when none does."""
     columns = ((f.name, t) for t in context.compiled.tables.values() for f in t.type.fields)
-    found = next(((c, t) for c, t in columns if isinstance(value, str) and value in t.column(c)), None)
-    if found is None:
-        return ""
-    column, table = found
-    return N_("{value} stands in the column {column} of the sheet {sheet}.", value=show(value), column=column,
-              sheet=table.name)  # fmt: skip
+    for column, table in columns if isinstance(value, str) else ():
+        if value in table.column(column):
+            return N_("{value} stands in the column {column} of the sheet {sheet}.",
+                      value=show(value), column=column, sheet=table.name)  # fmt: skip
+    return ""
 
 
 def _wrong(value: Value, stream: Stream, taker: InputSpec, context: LintContext) -> str:
@@ -155,12 +151,10 @@ def _duration(value: Value, stream: Stream, context: LintContext) -> str:
 def _angles(value: Value, stream: Stream, context: LintContext) -> str:
     count = len(context.joints(stream))
     values = list(value) if isinstance(value, (list, tuple)) else [value]
+    if len(values) == 1 != count:
+        return N_("one angle for {count} joints", count=count)
     if len(values) != count:
-        return (
-            N_("{n} angles for {count} joints", n=len(values), count=count)
-            if len(values) != 1
-            else N_("one angle for {count} joints", count=count)
-        )
+        return N_("{n} angles for {count} joints", n=len(values), count=count)
     return "" if all(is_number(v) for v in values) else N_("{value}, which are not all numbers", value=show(value))
 
 
@@ -184,7 +178,6 @@ _TAKERS: Mapping[str, InputSpec] = {
     "Wait": InputSpec(_SPOKEN, N_("Send a time such as 8 s, or fill the setting Time in."), _duration),
 }  # fmt: skip
 _SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
-
 
 _Limited = tuple[str, list[float], float, float, str]
 """The name of what has limits, the values that it will surely be given, its limits and their unit."""

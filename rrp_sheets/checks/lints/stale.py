@@ -9,12 +9,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.checks.facts import EVENT
-from rrp_sheets.checks.lints.context import LintContext, row_of
-from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
+from rrp_sheets.checks.lints.context import LintContext, RowWriter, row_of
+from rrp_sheets.diagnostics.report import Fix
 from rrp_sheets.formulas import Formula
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
 
 _TIMES = frozenset({"t", "timestamp"})
@@ -139,13 +138,13 @@ def _forgetting(step: Step, rare: str, context: LintContext) -> Fix | None:
         return None
     inputs = ", ".join(recent if key(c.text) == key(old) else c.text for c in step.row.inputs)
     formula = f"IF(ISBLANK({argument_name(recent)}); BLANK; {inner})"
-    row = _Writer(step)
+    row = RowWriter(step)
     row.insert(old, "forgetAfter", LONGEST_AGE, recent)
     if all(r.connector.is_sink and not r.row.formula for r in context.readers.get(step.output, [])):  # it stops them
-        row.put(inputs, formula, step.row.output.text)
+        row.put(inputs, None, formula, step.row.output.text)
     else:
         either = _free(f"{step.row.output.text or 'Joined'} or blank", step, context)
-        row.put(inputs, formula, either)
+        row.put(inputs, None, formula, either)
         row.insert(either, "filter", f"NOT(ISBLANK({argument_name(either)}))", step.row.output.text, after=True)
     title = N_("Forget “{name}” {age} after its last value (forgetAfter)", name=old, age=LONGEST_AGE)
     return Fix("forget-old-value", title, tuple(row.edits))
@@ -161,39 +160,14 @@ def _timing(step: Step, context: LintContext) -> Fix | None:
     times = "; ".join(f"{argument_name(t)}.t" for t in timed.values())
     output = step.row.output.text or _free("Joined", step, context)
     pair, fresh = _free(f"{output} and age", step, context), _free(f"Fresh {output}", step, context)
-    row = _Writer(step)
+    row = RowWriter(step)
     for name, new in timed.items():
         row.insert(name, "timestamp", "", new)
-    row.put(", ".join(timed.values()), f"({inner}, MAX({times}) - MIN({times}))", pair)
+    row.put(", ".join(timed.values()), None, f"({inner}, MAX({times}) - MIN({times}))", pair)
     row.insert(pair, "filter", f"{argument_name(pair)}[1] < {LONGEST_SECONDS}", fresh, after=True)
     row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
     title = N_("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE)
     return Fix("join-close-in-time", title, tuple(row.edits))
-
-
-class _Writer:
-    """Collects edits around a row; a row that is inserted before it moves it down."""
-
-    def __init__(self, step: Step) -> None:
-        row = step.row
-        self.sheet = row.output.address.sheet
-        cells = (row.inputs_cell, row.connector, row.formula, row.output)
-        self.columns = [c.address.column for c in cells]
-        self.number = row.number
-        self.below = 0  # rows inserted after it
-        self.edits: list[FixEdit] = []
-
-    def insert(self, *texts: str, after: bool = False) -> None:
-        """Insert a row just before the row, or just after it."""
-        cells = tuple((c, t) for c, t in zip(self.columns, texts, strict=True) if t)
-        self.edits.append(Insert(self.sheet, self.number + self.below + 1 if after else self.number, cells))
-        self.number += not after
-        self.below += after
-
-    def put(self, inputs: str, formula: str, output: str) -> None:
-        """Set the row's inputs, formula and output."""
-        for column, text in zip((self.columns[0], *self.columns[2:]), (inputs, formula, output), strict=True):
-            self.edits.append(Put(Address(self.sheet, self.number, column), text))
 
 
 def _opened(step: Step, context: LintContext) -> str:

@@ -35,7 +35,9 @@ def _filter(step: Step, context: LintContext) -> None:
         return
     address = step.row.formula.address
     if step.ref in context.routes.dead:
-        before = _filters_before(step, context)
+        routes = context.routes.of.get(step.inputs[0]) or ()
+        steps = {s.ref: s for s in context.steps()} if routes else {}
+        before = [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]
         why = N_("its condition contradicts what is known of its input")
         remedy = N_("what its input can be")
         if before:
@@ -68,10 +70,3 @@ def _without_input(step: Step, formula: Formula, context: LintContext) -> None:
         context.report.add("LINT015", address, why=why, example=example)
     else:
         context.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
-
-
-def _filters_before(step: Step, context: LintContext) -> list[Step]:
-    """Return the first three filter rows on the way to a row."""
-    routes = context.routes.of.get(step.inputs[0]) or ()
-    steps = {s.ref: s for s in context.steps()} if routes else {}
-    return [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]
