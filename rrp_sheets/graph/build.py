@@ -5,7 +5,9 @@ from __future__ import annotations
 import heapq
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
 from typing import TypeVar
 
 from rrp_sheets.connectors import Connector, Parameter
@@ -22,7 +24,6 @@ from rrp_sheets.robots import FoundDevice, Robot
 from rrp_sheets.texts import N_, listed
 
 __all__ = ["StreamKind", "build_graph"]
-
 
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
 _FORMULA = re.compile(r"""["'<>=&+*/^()]|\w\.\w|^\d""")
@@ -73,7 +74,8 @@ def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[s
         if stream.device is not None and not stream.device.type.simulated:
             lacking.setdefault(stream.device.type.name, []).append((stream, stream.device))
     for those in lacking.values():
-        (first, found), names = those[0], ", ".join(stream.name for stream, _ in those)
+        first, found = those[0]
+        names = ", ".join(stream.name for stream, _ in those)
         report.add("DEV009", first.address, device=found.name, streams=names, then=_IN_SIMULATION[found.type.kind])
 
 
@@ -150,7 +152,8 @@ class _Builder:
         if not row.on:
             return replace(step, active=False, period_us=parse_duration(row.formula.text))
         before = len(self.report)
-        count, at, least, most = len(inputs), row.inputs_cell.address, connector.min_inputs, connector.max_inputs
+        count, least, most = len(inputs), connector.min_inputs, connector.max_inputs
+        at = row.inputs_cell.address
         if count < least:
             self.report.add("CONN003", at, connector=connector.name, least=least, count=count)
         if len(set(inputs)) < count:
@@ -254,19 +257,16 @@ def _active(order: list[int], steps: list[Step], streams: dict[str, Stream], in_
     fed = {k for k, s in streams.items() if s.kind in (StreamKind.SENSOR, StreamKind.DONE)}
     active: dict[int, bool] = {}
     for i in order:
-        step = steps[i]
+        step, connector = steps[i], steps[i].connector
         inputs = [source in fed for source in step.inputs]
-        active[i] = step.row.on and i not in in_circle and _fed(step, inputs)
+        if connector.any_input or (connector.is_sink and not step.row.formula):
+            enough = any(inputs)
+        else:
+            enough = all(inputs[:1] if connector.first_input else inputs)
+        active[i] = step.row.on and i not in in_circle and enough
         if active[i]:
             fed.add(step.output)
     return active
-
-
-def _fed(step: Step, inputs: list[bool]) -> bool:
-    """Return whether enough inputs of a step are fed: any, the first or all, depending on the connector."""
-    if step.connector.any_input or (step.connector.is_sink and not step.row.formula):
-        return any(inputs)
-    return inputs[0] if step.connector.first_input else all(inputs)
 
 
 def _tell_long_chains(needs: Mapping[int, list[int]], order: list[int], steps: list[Step], report: Report) -> None:
@@ -288,19 +288,16 @@ def after_needs(needs: Mapping[T, Collection[T]], place: Callable[[T], object]) 
     >>> after_needs({"a": ["b"], "b": [], "c": []}, "cba".index), after_needs({"a": ["b"], "b": ["a"]}, str)
     (['c', 'b', 'a'], [])
     """
-    waiting = {thing: len(needed) for thing, needed in needs.items()}
-    needed_by: dict[T, list[T]] = {thing: [] for thing in needs}
-    for thing, needed in needs.items():
-        for other in needed:
-            needed_by[other].append(thing)
-    ready: list[tuple[object, T]] = [(place(thing), thing) for thing, count in waiting.items() if not count]
+    sorter = TopologicalSorter(needs)
+    with suppress(CycleError):  # after which it still gives what is in no cycle
+        sorter.prepare()
+    ready: list[tuple[object, T]] = [(place(thing), thing) for thing in sorter.get_ready()]
     heapq.heapify(ready)
     order = []
     while ready:
         thing = heapq.heappop(ready)[1]
         order.append(thing)
-        for other in needed_by[thing]:
-            waiting[other] -= 1
-            if not waiting[other]:
-                heapq.heappush(ready, (place(other), other))
+        sorter.done(thing)
+        for other in sorter.get_ready():
+            heapq.heappush(ready, (place(other), other))
     return order

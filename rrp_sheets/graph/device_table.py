@@ -79,7 +79,8 @@ class DeviceTable:
             guess = nearest(k, [*free, *(c.name for c in DEVICES.optional)])
             if guess:
                 meant[k] = key(guess)
-                (cell, found), header = uses[0], self._headers.get(k, k)
+                cell, found = uses[0]
+                header = self._headers.get(k, k)
                 remedy = N_("Did you mean {guess}? Then correct the header of this column.", guess=guess)
                 self.report.add("DEV007", cell.address, device=found.name, setting=header, remedy=remedy)
         return meant
@@ -117,7 +118,12 @@ class DeviceTable:
             if setting is None:
                 self._unknown_setting(found, k, cell, device)
                 continue
-            values[k] = self._setting(setting, cell)
+            value, wants = understand(setting, cell.text, self.robot, self._mine.get(setting.kind, ()))
+            if wants and setting.kind == "behaviour":
+                self.report.add("DEV010", cell.address, name=cell.text, wants=wants)
+            elif wants:
+                self.report.add("DEV004", cell.address, text=cell.text, setting=setting.name, wants=wants)
+            values[k] = setting.default if wants else value
         for k, setting in found.type.settings.items():
             blank = k not in cells or not cells[k]
             if setting.required and blank and values.get(k) in (None, ""):
@@ -132,7 +138,8 @@ class DeviceTable:
             remedy = N_("It has no settings: leave the cell blank.")
         others = self.robot.others_with(found, k)[:2]
         if others:
-            each = sentences(*(N_("{name}: {help}", name=f.name, help=_help(f)) for f in (found, *others)))
+            helps = ((f.name, N_(f.type.help, msgctxt=f"{f.type.name}.help")) for f in (found, *others))
+            each = sentences(*(N_("{name}: {help}", name=name, help=help) for name, help in helps))
             remedy = N_("{each} Use that device, or leave the cell blank.", each=each)
         fixes = []
         for name in (other.name for other in others):
@@ -140,14 +147,6 @@ class DeviceTable:
             fixes.append(Fix(f"use-{name.casefold().replace(' ', '-')}", title, (edit,)))
         header = self._headers.get(k, k)
         self.report.add("DEV007", cell.address, fixes=fixes, device=found.name, setting=header, remedy=remedy)
-
-    def _setting(self, setting: Setting, cell: Cell) -> Value:
-        value, wants = understand(setting, cell.text, self.robot, self._mine.get(setting.kind, ()))
-        if wants and setting.kind == "behaviour":
-            self.report.add("DEV010", cell.address, name=cell.text, wants=wants)
-        elif wants:
-            self.report.add("DEV004", cell.address, text=cell.text, setting=setting.name, wants=wants)
-        return setting.default if wants else value
 
     def find(self, name: str) -> Declared | None:
         """Return the device behind a stream name, declared or used by its own name; None if there is none."""
@@ -199,10 +198,6 @@ def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
 def describe(device: DeviceType) -> str:
     """Return `a sensor` or `an actuator`."""
     return N_("a sensor") if device.kind == "sensor" else N_("an actuator")
-
-
-def _help(found: FoundDevice) -> str:
-    return N_(found.type.help, msgctxt=f"{found.type.name}.help")
 
 
 def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = ()) -> tuple[Value, str]:

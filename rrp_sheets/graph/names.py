@@ -87,7 +87,8 @@ class Names:
     def _propose(self, text: str) -> dict[str, Any]:
         """Return the details `remedy` and `guess` for an input name that no row gives."""
         parts = [part.strip() for part in _AND.split(text)]
-        if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(map(self._known, parts))):
+        known = (key(part) in self.made or self.devices.find(part) is not None for part in parts)
+        if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(known)):
             return {"remedy": N_("Write a comma between two streams.")}
         of = self.devices.find(done_of(text)) if done_of(text) else None
         if of is not None:
@@ -120,9 +121,6 @@ class Names:
     def _inputs(self) -> list[str]:
         dones = [f"{name} done" for name in self.devices.names("actuator")]
         return [*(r.output.text for r in self.made.values()), *self.devices.names("sensor"), *dones]
-
-    def _known(self, name: str) -> bool:
-        return key(name) in self.made or self.devices.find(name) is not None
 
     def _done(self, cell: Cell, name: str, declared: Declared) -> str:
         stream_id, of = key(cell.text), key(name)
