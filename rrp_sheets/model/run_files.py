@@ -112,7 +112,6 @@ class RecordedAction(_Event):
 RecordedHappening = RecordedFailure | RecordedNotice | RecordedAction
 RecordedEvent = RecordedValue | RecordedHappening
 
-
 PROGRAM = "RRP Sheets"
 SHORT = 12  # hexadecimal digits of a hash that is read by people
 _NAMES = {

@@ -270,6 +270,11 @@ def _setting(entry: Mapping[str, Any]) -> Setting:
     return replace(found, default=parse_duration(found.default, bare="s")) if is_time else found
 
 
+_PLAIN = ("title", "unit", "takes", "resources", "colour", "shows", "knowledge", "engine", "simulated", "says", "stops",
+          "example")  # fmt: skip
+"""Fields of a device that its entry has as they are."""
+
+
 def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str, tuple[str, ...]]]) -> DeviceType:
     """Read a device's entry; `uses` are tables of resources that it may name: of each joint, of each gesture."""
     settings = {key(s["name"]): _setting(s) for s in entry.get("settings", ())}
@@ -282,15 +287,9 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
         key(setting): uses[choices] if isinstance(choices, str) else {key(c): tuple(u) for c, u in choices.items()}
         for setting, choices in entry.get("resources_by", {}).items()
     }
-    return DeviceType(
-        name=entry["name"], title=entry.get("title", entry["name"]), kind=kind, help=entry["help"],
-        settings=settings, payload=payload,
-        unit=entry.get("unit", ""), takes=entry.get("takes", ""), resources=tuple(entry.get("resources", ())),
-        resources_by=by, colour=entry.get("colour", ""), shows=tuple(entry.get("shows", ())),
-        knowledge=entry.get("knowledge", False), engine=entry.get("engine", False),
-        simulated=entry.get("simulated", True), says=entry.get("says", ""), stops=entry.get("stops", ""),
-        example=entry.get("example", ""),
-    )  # fmt: skip
+    name, help = entry["name"], entry["help"]
+    given = {"title": name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items() if k in _PLAIN}}
+    return DeviceType(name, kind, help, settings, payload, resources_by=by, **given)
 
 
 def _spaced(name: str) -> str:

@@ -22,8 +22,7 @@ NEARLY = 0.006  # rad: an angle was rounded, nothing else is wrong with it
 @dataclass(frozen=True)
 class _Line:
     row: GestureRow
-    at: float
-    angles: Mapping[str, float]
+    frame: Keyframe
     cells: Mapping[str, Cell]
 
 
@@ -43,13 +42,13 @@ def _read_gesture(rows: Sequence[GestureRow], robot: Robot, report: Report) -> G
         at = _time(row, lines[-1] if lines else None, report)
         angles, cells = _angles(row, robot, report)
         if at is not None:
-            lines.append(_Line(row, at, angles, cells))
+            lines.append(_Line(row, Keyframe(at, angles), cells))
     if len(rows) > MOST:
         report.add("GEST007", rows[MOST].name.address, name=rows[0].name.text, limit=MOST)
-    if not any(line.angles for line in lines):
+    frames = tuple(line.frame for line in lines)
+    if not any(frame.angles for frame in frames):
         return None
     _tell_limits(lines, robot, report)
-    frames = tuple(Keyframe(line.at, line.angles) for line in lines)
     return Gesture(rows[0].name.text, frames, help=N_("a gesture of this workbook"))
 
 
@@ -61,8 +60,8 @@ def _time(row: GestureRow, before: _Line | None, report: Report) -> float | None
         meant = meant_duration(row.time.text, "s") or "1.5"
         report.add("GEST001", row.time.address, text=row.time.text, meant=meant, longest=f"{LONGEST:g}")
         return None
-    if before is not None and us / 1e6 <= before.at:
-        last, later = f"{before.at:g}", f"{before.at + 1:g}"
+    if before is not None and us / 1e6 <= before.frame.at:
+        last, later = f"{before.frame.at:g}", f"{before.frame.at + 1:g}"
         report.add("GEST002", row.time.address, name=row.name.text, text=row.time.text, before=last, later=later)
         return None
     return us / 1e6
@@ -113,9 +112,9 @@ def _tell_unknown_columns(rows: Sequence[GestureRow], robot: Robot, report: Repo
 
 def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
     start = {j.name: 0.0 for j in robot.joints.values()} | robot.data["postures"][robot.data["robot"]["start_posture"]]
-    plan = Planner(robot, start, start).plan([Keyframe(line.at, line.angles) for line in lines])
+    plan = Planner(robot, start, start).plan([line.frame for line in lines])
     yaw, limits = start.get("HeadYaw", 0.0), JointLimits(robot)
-    yaws = [yaw := line.angles.get("HeadYaw", yaw) for line in lines]
+    yaws = [yaw := line.frame.angles.get("HeadYaw", yaw) for line in lines]
     for c in plan.clamped:
         cell = lines[c.frame].cells.get(c.joint)
         if cell is not None and abs(c.wanted - c.given) > NEARLY:
@@ -130,7 +129,7 @@ def _tell_limits(lines: Sequence[_Line], robot: Robot, report: Report) -> None:
     for frame, joint in late.items():
         if frame:
             longer = plan.times[frame] - plan.times[frame - 1]
-            needs = f"{math.ceil((lines[frame - 1].at + longer) * 10 + 0.1) / 10:g}"
+            needs = f"{math.ceil((lines[frame - 1].frame.at + longer) * 10 + 0.1) / 10:g}"
             cell = lines[frame].row.time
             report.add("GEST006", cell.address, joint=joint, text=cell.text, needs=needs)
 

@@ -23,7 +23,7 @@ from defusedxml.ElementTree import ParseError, iterparse
 from rrp_sheets.diagnostics.report import Report, UnreadableWorkbook
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import Robot, Setting, load_robot, robot_names
-from rrp_sheets.robots.catalogue import CATALOGUE, REST_POSTURE, Gesture, robot_in
+from rrp_sheets.robots.catalogue import CATALOGUE, REST_POSTURE, robot_in
 from rrp_sheets.robots.trajectory import pitch_limits
 from rrp_sheets.texts import N_, MessageError
 
@@ -194,7 +194,13 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
     _judge_devices(robot, model)
     _judge_postures(robot)
     for gesture in (*robot.motions.values(), *robot.talking):
-        _judge_gesture(gesture)
+        name = gesture.name[:80]
+        times = [0.0, *(frame.at for frame in gesture.frames)]
+        if len(times) < 2 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] > _LONGEST:
+            raise CatalogueError("the times of the gesture {name} do not rise, or go beyond {longest} s",
+                                 name=name, longest=f"{_LONGEST:g}")  # fmt: skip
+        if gesture.tempo and not _TEMPOS[0] <= gesture.tempo <= _TEMPOS[1]:
+            raise CatalogueError("the gesture {name} has a tempo that no music has", name=name)
     _judge_places(robot.data)
 
 
@@ -245,7 +251,8 @@ def _judge_devices(robot: Robot, model: Robot) -> None:
     for kind in ("sensor", "actuator"):
         entries = {entry["name"]: entry for entry in model.data[kind]}
         for own in robot.data[kind]:
-            other, name = entries.get(own["name"]), str(own["name"])[:80]
+            name = str(own["name"])[:80]
+            other = entries.get(own["name"])
             if other is None or any(own.get(k) != other.get(k) for k in _SAME):
                 raise CatalogueError("the device {name} is not what it is in the program", name=name)
             if len(own.get("shows", ())) > _MOST_SHOWN:
@@ -289,15 +296,6 @@ def _judge_postures(robot: Robot) -> None:
             raise CatalogueError("the way to the posture {name} has no beginning", name=name[:80])
     if any(abs(lean) > math.pi / 2 + 0.1 for lean in robot.data.get("posture_leans", {}).values()):
         raise CatalogueError("a posture leans farther than lying down")
-
-
-def _judge_gesture(gesture: Gesture) -> None:
-    times = [0.0, *(frame.at for frame in gesture.frames)]
-    if len(times) < 2 or any(b <= a for a, b in itertools.pairwise(times)) or times[-1] > _LONGEST:
-        raise CatalogueError("the times of the gesture {name} do not rise, or go beyond {longest} s",
-                             name=gesture.name[:80], longest=f"{_LONGEST:g}")  # fmt: skip
-    if gesture.tempo and not _TEMPOS[0] <= gesture.tempo <= _TEMPOS[1]:
-        raise CatalogueError("the gesture {name} has a tempo that no music has", name=gesture.name[:80])
 
 
 def _judge_places(data: Mapping[str, Any]) -> None:

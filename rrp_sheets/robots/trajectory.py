@@ -145,14 +145,10 @@ def moved(frames: Iterable[Keyframe]) -> tuple[str, ...]:
 
 
 class Planner:
-    """Plans the ways of joints through keyframes.
+    """Plans the ways of a robot's joints through keyframes.
 
-    Args:
-        robot: whose joints.
-        start: where they are, rad; also the head's yaw, when its pitch is among them.
-        home: where they go back to at the end; None: they stay.
-        share: of their top velocity that may be used.
-        peak: rad/s: no joint is faster.
+    They `start` there (rad; with the head's yaw, when its pitch is among them), and in the end go `home`, or stay.
+    They use at most that `share` of their top velocity; none is faster than `peak` (rad/s).
     """
 
     def __init__(

@@ -188,7 +188,11 @@ def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said
     if any(part.kind == "rest" for part in verb.parts):
         said: Said = {verb.parts[0].name: text.strip()} if text.strip() else {}
     else:
-        said = _parts(verb, plain(text))
+        said = {}
+        for part, words in _cut(verb, plain(text)):
+            if part.name in said:
+                raise BadValueError("Write “{value}” once.", value=part.word or words)
+            said[part.name] = _READERS[part.kind](part, words)
     for part in verb.parts:
         if part.needed and part.name not in said:
             raise BadValueError
@@ -198,15 +202,6 @@ def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said
         _complete(kind, said, colour)
     elif "on" in said:
         _stand_on(said, "to")
-    return said
-
-
-def _parts(verb: Verb, text: str) -> Said:
-    said: Said = {}
-    for part, words in _cut(verb, text):
-        if part.name in said:
-            raise BadValueError("Write “{value}” once.", value=part.word or words)
-        said[part.name] = _READERS[part.kind](part, words)
     return said
 
 
@@ -300,8 +295,8 @@ def _seen(text: str) -> Said:
     pieces = [piece.strip() for piece in text.split(",")]
     if len(pieces) != 3:
         raise BadValueError
-    seconds = scene_words.seconds(pieces[2], 0, LONGEST_SEEN)
-    return {"id": _whole(Part("", "id", "whole"), pieces[0]), "name": pieces[1], "seconds": seconds}
+    said: Said = {"id": _whole(Part("", "id", "whole"), pieces[0]), "name": pieces[1]}
+    return {**said, "seconds": scene_words.seconds(pieces[2], 0, LONGEST_SEEN)}
 
 
 # ---- what goes without saying

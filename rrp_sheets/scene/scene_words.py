@@ -81,7 +81,6 @@ BALL_SIZE = 0.06  # m: the size that the robot takes every ball to have
 FACE_HEIGHT = 0.62  # m: of a child who sits on the floor; a standing NAO sees it without moving its head
 CHILD = 1.2  # m: how tall somebody is who is only said to sit or to stand
 
-
 _IN = Part("in", "seconds", "seconds", 0, LONGEST, default=2.0, help="how long it takes; 2 s")
 _FOR = Part("for", "seconds", "seconds", 0.05, LONGEST, help="how long; half a second")
 _TURNED = Part("turned", "turned", "angle", help="turned to the left, seen from above")
