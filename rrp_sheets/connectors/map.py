@@ -21,13 +21,9 @@ def build(wiring: ConnectorContext) -> ValueStream:
                 fail(result, (value,))
             return result
 
-        return wiring.inputs[0].pipe(compose(ops.map(work_out), ops.filter(_is_no_failure)))
+        return wiring.inputs[0].pipe(compose(ops.map(work_out), ops.filter(lambda result: type(result) is not Failure)))
 
     return evaluated(wiring)
-
-
-def _is_no_failure(result: Value) -> bool:
-    return type(result) is not Failure
 
 
 MAP = Connector(

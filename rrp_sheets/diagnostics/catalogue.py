@@ -78,7 +78,6 @@ def _place(page: Path) -> tuple[int, str]:
 
 CODES: dict[str, Code] = {page.stem: _code(page) for page in sorted(PAGES.glob("*.md"), key=_place)}
 
-
 _TEXTS = ("What it means", "Why it matters", "How to mend it")
 _FORMS = ([*_TEXTS, "Wrong", "Right"], [*_TEXTS, "Not in a table"])
 _BYSTANDER = """
@@ -109,11 +108,7 @@ def load_page(code: str) -> CodePage:
 
 
 def parse_page(text: str) -> CodePage:
-    """Parse the text of a page.
-
-    Raises:
-        ValueError: when it does not have the fixed form.
-    """
+    """Parse the text of a page; raises ValueError when it does not have the fixed form."""
     head, *parts = re.split(r"^## (.+)\n", text, flags=re.MULTILINE)
     titles, bodies = parts[::2], [body.strip() for body in parts[1::2]]
     code = head.partition(":")[0].removeprefix("# ")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import blake2s
 from typing import Any
@@ -225,11 +225,7 @@ class Report:
         fixes: Iterable[Fix] = (),
         **details: object,
     ) -> Diagnostic:
-        """Add a finding; `details` fill the catalogue's texts.
-
-        Raises:
-            TypeError: when a detail that the texts need is missing.
-        """
+        """Add a finding; `details` fill the catalogue's texts. Raises TypeError when one that they need is missing."""
         if missing := CODES[code].parameters - details.keys():
             raise TypeError(f"{code} needs {', '.join(sorted(missing))}.")
         given = {name: v if isinstance(v, Detail) else str(v) for name, v in details.items()}
@@ -249,7 +245,8 @@ class Report:
 
     def drop_followers(self) -> None:
         """Drop the findings that only follow from another one."""
-        self._found = dict.fromkeys(without_followers(self._found))
+        causes = _Causes(self._found)
+        self._found = {d: None for d in self._found if not causes.explain(d)}
 
     def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
         if d.address is None:
@@ -274,16 +271,10 @@ class Report:
         return [tuple(d.as_dict()[f] for f in fields) for d in self]
 
 
-def without_followers(found: Collection[Diagnostic]) -> list[Diagnostic]:
-    """Return the findings without those that only follow from another one."""
-    causes = _Causes(found)
-    return [d for d in found if not causes.explain(d)]
-
-
 class _Causes:
     """Findings that explain others, indexed by cell, row and sheet, as there may be thousands."""
 
-    def __init__(self, found: Collection[Diagnostic]) -> None:
+    def __init__(self, found: Iterable[Diagnostic]) -> None:
         self.cells: set[Address] = set()
         self.rows: set[tuple[str, int]] = set()
         self.input_rows: set[tuple[str, int]] = set()
@@ -321,7 +312,6 @@ class _Causes:
             self.anywhere.update(OF_SCENE_ROWS)
 
     def explain(self, d: Diagnostic) -> bool:
-        """Return whether a finding only follows from another one."""
         if d.code in self.anywhere or (d.code.startswith("LINT") and "LINT" in self.anywhere):
             return True
         if d.address is None or d.code in OF_CELLS or d.code in OF_ROWS:

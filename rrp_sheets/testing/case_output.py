@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
@@ -14,7 +15,7 @@ from rrp_sheets.model.values import to_json
 from rrp_sheets.render.marble_diagram import MarbleDiagram, make_score, upstream
 from rrp_sheets.render.style import clean
 from rrp_sheets.render.texts import texts
-from rrp_sheets.testing.judge import CaseResult, RowResult, seconds
+from rrp_sheets.testing.judge import CaseResult, Fault, RowResult, seconds
 from rrp_sheets.testing.run import TestReport
 from rrp_sheets.texts import N_
 
@@ -51,15 +52,13 @@ def _headline(row: RowResult) -> str:
 
 def fault_lines(result: CaseResult) -> list[str]:
     """The formulas that failed in a test, each row once with how often."""
-    first: dict[str, tuple[str, int]] = {}
-    counts: dict[str, int] = {}
-    for fault in result.faults:
-        first.setdefault(fault.row, (fault.message, fault.us))
-        counts[fault.row] = counts.get(fault.row, 0) + 1
-    return [_fault(row, seconds(us), message, counts[row] - 1) for row, (message, us) in first.items()]
+    first = {fault.row: fault for fault in reversed(result.faults)}
+    counts = Counter(fault.row for fault in result.faults)
+    return [_fault(first[row], count - 1) for row, count in counts.items()]
 
 
-def _fault(row: str, ms: str, message: str, more: int) -> str:
+def _fault(first: Fault, more: int) -> str:
+    row, ms, message = first.row, seconds(first.us), first.message
     if not more:
         return N_("{row} could not be worked out at {ms}: {message}", row=row, ms=ms, message=message)
     return N_(

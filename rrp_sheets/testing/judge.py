@@ -162,7 +162,11 @@ def judge(case: Case, events: Sequence[Event], faults: Sequence[Fault], frames: 
             wanted[place] = _Wanted(row, make_holds(row.expectation, interpreter), window, lane)
     found = _share_out(wanted)
     results = {place: _judged(mine, found.get(place), faults, frames) for place, mine in wanted.items()}
-    _excuse(wanted, found)
+    for place, mine in wanted.items():
+        if place not in found:  # what came in its place is not told again by a row that expects nothing
+            instead = next(mine.lane.free(mine.window), None)
+            if instead is not None:
+                mine.lane.take(instead, place)
     first = since(case, frames)
     for place, row in enumerate(case.rows):
         if row.expectation and place not in wanted:
@@ -258,15 +262,6 @@ def _elsewhere(mine: _Wanted) -> list[str]:
         return []
     event = lane.events[outside[0]]
     return [N_("The nearest was {value} at {ms}.", value=show(event.value, 80), ms=seconds(event.us))]
-
-
-def _excuse(wanted: Mapping[int, _Wanted], found: Mapping[int, Event]) -> None:
-    """Let each row without an event take one that came in its place, so that no `nothing` row reports it again."""
-    for place, mine in wanted.items():
-        if place not in found:
-            instead = next(mine.lane.free(mine.window), None)
-            if instead is not None:
-                mine.lane.take(instead, place)
 
 
 def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames) -> RowResult:

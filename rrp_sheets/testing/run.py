@@ -46,7 +46,8 @@ def run_tests(checked: Checked, stopped: Callable[[], bool] = lambda: False) -> 
     """
     if checked.report.errors:
         raise SheetsError(N_("This workbook has errors, so its tests cannot run."), N_("See `rrp-sheets check`."))
-    plan, cases = make_plan(checked), list[CaseResult]()
+    plan = make_plan(checked)
+    cases: list[CaseResult] = []
     for case in checked.tests:
         result = run_case(plan, case, stopped)
         if stopped():
