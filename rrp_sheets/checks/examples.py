@@ -215,7 +215,6 @@ def _timed(fact: Fact) -> Fact:
 
 
 def _passed(passing: Passing, fact: Fact, period_us: int | None) -> Fact:
-    """Return the fact about the output of a connector that passes on the values of an input."""
     known = fact.known
     if passing.blanks:
         known = replace(known, blank=True, choices=None if known.choices is None else (*known.choices, None))

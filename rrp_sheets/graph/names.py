@@ -85,7 +85,6 @@ class Names:
         return self._device(declared, cell, row)
 
     def _propose(self, text: str) -> dict[str, Any]:
-        """Return the details `remedy` and `guess` for an input name that no row gives."""
         parts = [part.strip() for part in _AND.split(text)]
         known = (key(part) in self.made or self.devices.find(part) is not None for part in parts)
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(known)):

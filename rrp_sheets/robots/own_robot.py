@@ -445,10 +445,8 @@ def _judge_part(element: Any, above: Any, file: str) -> None:
         elif name == "filename" or not _TEXT.fullmatch(value):
             raise CatalogueError("“{file}” has a value that is not taken: {value}", file=file, value=repr(value[:40]))
     for part, name in _NUMBERS:
-        needed = (
-            part == tag and part not in ("origin", "dynamics", "limit") and name not in ("scale", "ixy", "ixz", "iyz")
-        )
-        if needed and name not in element.attrib:
+        optional = part in ("origin", "dynamics", "limit") or name in ("scale", "ixy", "ixz", "iyz")
+        if part == tag and not optional and name not in element.attrib:
             raise CatalogueError("“{file}” has a part “{tag}” without {name}", file=file, tag=tag, name=name)
 
 

@@ -77,9 +77,8 @@ def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Rep
     try:
         return read_value(kind, verb, row.value.text, colour)
     except BadValueError as error:
-        remedy = (
-            N_("Write it like this: {example}.", example=verb.example) if verb.example else N_("Leave the cell blank.")
-        )
+        example = verb.example
+        remedy = N_("Write it like this: {example}.", example=example) if example else N_("Leave the cell blank.")
         report.add("SCENE004", row.value.address, text=row.value.text or N_("blank"), does=row.does.text,
                    remedy=sentences(*error.args, remedy))  # fmt: skip
         return None

@@ -56,7 +56,6 @@ def _source(stream: Stream) -> str:
 def _never_acting(
     steps: Sequence[Step], makers: Mapping[str, list[Step]], streams: Mapping[str, Stream]
 ) -> dict[str, Step]:
-    """Return the rows that can never act, by ref."""
     left = {step.ref: step for step in steps}
     readers: dict[str, list[Step]] = {}
     for step in steps:

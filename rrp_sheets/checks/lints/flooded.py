@@ -29,7 +29,6 @@ def lint_flooded(context: LintContext) -> None:
 
 
 def _fixes(step: Step, context: LintContext) -> list[Fix]:
-    """Return the fixes: a throttle before the row, or a changes row, which passes only different values."""
     row = step.row
     names = [c.text for c in row.inputs] or [context.graph.streams[i].name for i in step.inputs]
     formula = context.compiled.formulas.get(step.ref)
