@@ -9,6 +9,7 @@ import zipfile
 import zlib
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from typing import IO, Any
 from xml.sax import SAXException
 from xml.sax.handler import ContentHandler
@@ -88,13 +89,6 @@ class Stop(Exception):
     """Raised by a handler that has seen enough."""
 
 
-class Budget:
-    """Number of elements that may still be read from one file, over all its parts."""
-
-    def __init__(self, elements: int = limits.XML_ELEMENTS) -> None:
-        self.left = elements
-
-
 class Handler(ContentHandler):
     """A SAX handler whose element names come without namespace prefix.
 
@@ -123,15 +117,15 @@ class Handler(ContentHandler):
         self._text.clear()
         return text
 
-    def guard(self, budget: Budget, refuse: UnreadableFile) -> None:
+    def guard(self, package: Package, refuse: UnreadableFile) -> None:
         """Count elements and depth from now on; `refuse` is raised when there are too many."""
-        self._budget, self._refuse = budget, refuse
+        self._package, self._refuse = package, refuse
 
     # The names below are those of xml.sax.
     def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802, D102
         self._depth += 1
-        self._budget.left -= 1
-        if self._depth > limits.XML_DEPTH or self._budget.left < 0:
+        self._package.elements_left -= 1
+        if self._depth > limits.XML_DEPTH or self._package.elements_left < 0:
             raise self._refuse
         self.start(name.rpartition(":")[2] if ":" in name else name, attrs)
 
@@ -145,18 +139,15 @@ class Handler(ContentHandler):
 
 
 class XmlReader:
-    """Feeds a part of the package to a handler, piece by piece, so that one may stop early and go on later.
+    """Feeds a part of a package to a handler, piece by piece, so that one may stop early and go on later."""
 
-    The budget is shared by all parts of a file.
-    """
-
-    def __init__(self, stream: IO[bytes], handler: Handler, name: str, part: str, budget: Budget) -> None:
+    def __init__(self, package: Package, part: str, handler: Handler) -> None:
         from defusedxml.expatreader import DefusedExpatParser
 
-        self._stream, self._handler, self._name, self._part = stream, handler, name, part
-        self._swollen = unreadable("FILE007", name=name, what=N_("{part} is too long or too deep", part=part))
+        self._stream, self._handler, self._name, self._part = package.open(part), handler, package.name, part
+        self._swollen = unreadable("FILE007", name=package.name, what=N_("{part} is too long or too deep", part=part))
         self._parser = DefusedExpatParser(forbid_dtd=True)
-        handler.guard(budget, self._swollen)
+        handler.guard(package, self._swollen)
         self._parser.setContentHandler(handler)
         # Straight to the handler: what SAX makes of every element's attributes takes longer than to read them.
         self._parser.start_element, self._parser.end_element = handler.startElement, handler.endElement
@@ -199,11 +190,6 @@ class XmlReader:
         if self._token + len(runs[0]) > limits.XML_TOKEN_BYTES or max(map(len, runs)) > limits.XML_TOKEN_BYTES:
             raise self._swollen
         self._token = len(runs[-1]) + (self._token if len(runs) == 1 else 0)
-
-    def run(self) -> None:
-        """Read to the end, or until the handler has seen enough."""
-        while self.step():
-            pass
 
 
 BROKEN_ZIP = (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError, NotImplementedError, zlib.error)
@@ -332,12 +318,12 @@ class Package:
     """The checked zip of one file, and the list of its sheets; raises UnreadableFile for what is broken or suspicious.
 
     `part` is the workbook part; `by_kind` has the parts that it refers to, of several of one kind the last. With
-    `mac_epoch` dates count from 1904.
+    `mac_epoch` dates count from 1904. `elements_left` may still be read, over all parts.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
         self.name = name
-        self.budget = Budget()
+        self.elements_left = limits.XML_ELEMENTS
         if not data:
             raise unreadable("FILE015", name=name)
         if data.startswith(_OLE):
@@ -402,10 +388,9 @@ class Package:
     def _check_parts(self) -> None:
         if "[content_types].xml" not in self.parts or not any(p.startswith("xl/") for p in self.parts):
             raise unreadable("FILE002", name=self.name)
-        for part in self.parts:
-            for pattern, code, what in _PARTS:
-                if pattern.search("/" + part):
-                    raise unreadable(code, name=self.name, what=what)
+        for part, (pattern, code, what) in product(self.parts, _PARTS):
+            if pattern.search("/" + part):
+                raise unreadable(code, name=self.name, what=what)
         for part in self.parts:  # a document type stands before the first element: at the beginning
             if part.endswith((".xml", ".rels", ".vml")) and _DOCTYPE.search(
                 self.read(part, _PROLOGUE).replace(b"\0", b"")
@@ -450,13 +435,11 @@ class Package:
             except BROKEN_ZIP as error:
                 raise unreadable("FILE008", name=self.name, what=N_("{part} cannot be read", part=part)) from error
 
-    def reader(self, part: str, handler: Handler) -> XmlReader:
-        """A reader of a part that has not begun yet."""
-        return XmlReader(self.open(part), handler, self.name, part, self.budget)
-
     def parse(self, part: str, handler: Handler) -> None:
         """Feed a part to a handler until it has seen enough."""
-        self.reader(part, handler).run()
+        reader = XmlReader(self, part, handler)
+        while reader.step():
+            pass
 
     def relations(self, part: str) -> dict[str, tuple[str, str]]:
         """The relations of a part: kind and target part by id."""

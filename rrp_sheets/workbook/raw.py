@@ -92,22 +92,14 @@ class Extent(Enum):
 
 
 class Book(Protocol):
-    """Interface of a backend: the sheets' names in order, and each sheet as far as it is wanted."""
+    """Interface of a backend: the sheets' names in order, and each sheet as far as it is wanted.
 
-    @property
-    def format(self) -> str:
-        """`xlsx`, `csv` or `markdown`."""
-        ...
+    The format is `xlsx`, `csv` or `markdown`; the findings were noticed while taking the file apart.
+    """
 
-    @property
-    def names(self) -> Sequence[str]:
-        """The sheets' names."""
-        ...
-
-    @property
-    def findings(self) -> Sequence[Diagnostic]:
-        """Problems that were noticed while taking the file apart."""
-        ...
+    format: str
+    names: list[str]
+    findings: list[Diagnostic]
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """Read a sheet; raises UnreadableFile where it is broken or beyond the limits."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import cached_property
 from typing import Any
 
 from rrp_sheets.diagnostics import Diagnostic
@@ -11,17 +12,7 @@ from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.package import (
-    Handler,
-    Package,
-    Stop,
-    StylesHandler,
-    block_of,
-    number,
-    place,
-    translated,
-    truth,
-)
+from rrp_sheets.workbook.package import Handler, Package, Stop, XmlReader, block_of, number, place, translated, truth
 from rrp_sheets.workbook.raw import Extent, Kind, Range, RawCell, RawSheet, number_text, unreadable
 
 _ESCAPED = re.compile(r"_x([0-9A-Fa-f]{4})_")
@@ -50,16 +41,28 @@ def escape_literal(text: str) -> str:
     return _LITERAL.sub("_x005F_", text) if "_x" in text else text
 
 
-class _StringsHandler(Handler):
-    """Collects the shared texts. Phonetic readings of Japanese texts (`rPh`) are no part of the text."""
+class SharedStrings(Handler):
+    """The shared texts, read only as far as a sheet asks for them.
 
-    def __init__(self, refuse: Exception) -> None:
+    Phonetic readings of Japanese texts (`rPh`) are no part of the text.
+    """
+
+    def __init__(self, package: Package) -> None:
         super().__init__()
-        self.texts: list[str] = []
-        self._too_many = refuse
-        self._phonetic = False
+        self._name, self._texts, self._phonetic = package.name, list[str](), False
+        part = package.by_kind.get("sharedstrings")
+        self._reader = XmlReader(package, part, self) if part else None
+
+    def get(self, index: int) -> str:
+        """The text of that number; raises UnreadableFile when there is none."""
+        while len(self._texts) <= index and self._reader and self._reader.step():
+            pass
+        if len(self._texts) <= index:
+            raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
+        return self._texts[index]
 
     def start(self, name: str, attributes: Any) -> None:
+        """A text, or a part of one, begins."""
         if name == "t":
             self.wanted = not self._phonetic
         elif name == "rPh":
@@ -68,34 +71,16 @@ class _StringsHandler(Handler):
             self.take_text()
 
     def end(self, name: str) -> None:
+        """A text, or a part of one, ends."""
         if name == "t":
             self.wanted = False
         elif name == "rPh":
             self._phonetic = False
         elif name == "si":
-            self.texts.append(unescape(self.take_text()))
-            if len(self.texts) > limits.SHARED_STRINGS:
-                raise self._too_many
-
-
-class SharedStrings:
-    """The shared texts, read only as far as a sheet asks for them."""
-
-    def __init__(self, package: Package) -> None:
-        self._name = package.name
-        what = N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
-        self._handler = _StringsHandler(unreadable("FILE007", name=package.name, what=what))
-        part = package.by_kind.get("sharedstrings")
-        self._reader = package.reader(part, self._handler) if part else None
-
-    def get(self, index: int) -> str:
-        """The text of that number; raises UnreadableFile when there is none."""
-        texts = self._handler.texts
-        while len(texts) <= index and self._reader and self._reader.step():
-            pass
-        if len(texts) <= index:
-            raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
-        return texts[index]
+            self._texts.append(unescape(self.take_text()))
+            if len(self._texts) > limits.SHARED_STRINGS:
+                what = N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
+                raise unreadable("FILE007", name=self._name, what=what)
 
 
 # Cells that have only a colour, before a cell that says where it stands or at a row's end. A comment or a text that
@@ -105,20 +90,14 @@ _MARKED = re.compile(rb"\A!|<!|<\Z")
 
 
 class SheetHandler(Handler):
-    """Collects the filled cells, merged ranges and hidden rows of a sheet, as much of it as `extent` wants.
+    """Collects the filled cells, merged ranges and hidden rows of a sheet, as much of it as `extent` wants."""
 
-    With `mac_epoch` dates count from 1904.
-    """
-
-    def __init__(
-        self, sheet: str, extent: Extent, strings: SharedStrings, styles: StylesHandler, mac_epoch: bool
-    ) -> None:
+    def __init__(self, book: XlsxBook, sheet: str, extent: Extent) -> None:
         super().__init__()
         self.cells: dict[tuple[int, int], RawCell] = {}
         self.merged: list[Range] = []
         self.hidden_rows: set[int] = set()
-        self._sheet, self._extent = sheet, extent
-        self._strings, self._styles, self._mac_epoch = strings, styles, mac_epoch
+        self._book, self._sheet, self._extent = book, sheet, extent
         self._row = self._column = self._elements = self._merged_area = self._filled_rows = 0
         self._at: tuple[int, int] = (0, 0)
         self._type = self._style = self._value = self._formula = ""
@@ -136,7 +115,7 @@ class SheetHandler(Handler):
         if len(thinned) != len(piece):
             left_out = piece.count(b"<c ") - thinned.count(b"<c ")
             self._elements += left_out
-            self._budget.left -= left_out
+            self._package.elements_left -= left_out
             self._refuse_too_many()
         return thinned
 
@@ -200,17 +179,14 @@ class SheetHandler(Handler):
         self._in_cell = False
         if not (self._value or self._formula or self._formula_kind):
             return  # most of the cells that there are have only a colour
-        cell = self._finish()
-        if cell is None or not self._at[0] or (self._extent is Extent.TABLE and self._at[1] > _LAST_TABLE_COLUMN):
+        formula = self._shared_formula() if self._formula_kind == "shared" else self._formula
+        text, kind = self._typed()
+        beyond = self._extent is Extent.TABLE and self._at[1] > _LAST_TABLE_COLUMN
+        if not (formula or text) or not self._at[0] or beyond:
             return
-        self.cells[self._at] = cell
+        self.cells[self._at] = RawCell(text, kind, formula.lstrip("="))
         if self._extent is Extent.WHOLE and len(self.cells) > limits.CELLS:
             raise self._too_large(N_("more than {n} filled cells", n=f"{limits.CELLS:,}"), limits.CELLS)
-
-    def _finish(self) -> RawCell | None:
-        formula = self._shared_formula() if self._formula_kind == "shared" else self._formula
-        value, kind = self._typed()
-        return RawCell(value, kind, formula.lstrip("=")) if formula or value else None
 
     def _shared_formula(self) -> str:
         """A formula that stands once for several cells is written out for this one, as Excel shows it."""
@@ -227,7 +203,7 @@ class SheetHandler(Handler):
         if kind == "s":
             index = value.strip()
             known = index.isascii() and index.isdigit()
-            return self._strings.get(number(index)) if known else "", Kind.TEXT
+            return self._book.strings.get(number(index)) if known else "", Kind.TEXT
         if kind in ("str", "inlineStr"):
             return value, Kind.TEXT
         value = value.strip()
@@ -244,10 +220,8 @@ class SheetHandler(Handler):
             parsed = math.nan
         if not math.isfinite(parsed):
             return value, Kind.TEXT
-        style = self._styles.kind(number(self._style))
-        if style:
-            return _date_text(parsed, style, self._mac_epoch)
-        return number_text(parsed), Kind.NUMBER
+        style = self._book.styles.kind(number(self._style))
+        return _date_text(parsed, style, self._book.mac_epoch) if style else (number_text(parsed), Kind.NUMBER)
 
     def _stop_after(self, row: int) -> None:
         if self._extent is Extent.HEAD and row > limits.HEADER_ROWS:
@@ -291,17 +265,16 @@ class XlsxBook(Package):
 
     def __init__(self, data: bytes, name: str) -> None:
         super().__init__(data, name)
-        self._strings = SharedStrings(self)
         self.findings: list[Diagnostic] = []
+
+    @cached_property
+    def strings(self) -> SharedStrings:
+        """The shared texts of its cells."""
+        return SharedStrings(self)
 
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """Read a sheet; see Book."""
-        return read_sheet(self, self._strings, index, extent)
-
-
-def read_sheet(package: Package, strings: SharedStrings, index: int, extent: Extent) -> RawSheet:
-    """Read as much of a sheet as `extent` wants."""
-    entry = package.entries[index]
-    handler = SheetHandler(entry.name, extent, strings, package.styles, package.mac_epoch)
-    package.parse(entry.part, handler)
-    return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)
+        entry = self.entries[index]
+        handler = SheetHandler(self, entry.name, extent)
+        self.parse(entry.part, handler)
+        return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)

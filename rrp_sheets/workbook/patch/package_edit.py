@@ -14,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, shown
-from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, Package, block_of, number
+from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, block_of, number
 from rrp_sheets.workbook.patch.xml_parts import (
     SheetXml,
     XmlPart,
@@ -29,7 +29,7 @@ from rrp_sheets.workbook.patch.xml_parts import (
 from rrp_sheets.workbook.raw import Extent, Range
 from rrp_sheets.workbook.schema import Recognised, recognise
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.xlsx import SharedStrings, read_sheet
+from rrp_sheets.workbook.xlsx import XlsxBook
 
 TYPES_PART = "[Content_Types].xml"
 _CALC_CHAIN = "calcchain"
@@ -42,7 +42,7 @@ class PackageEdit:
 
     def __init__(self, data: bytes, name: str) -> None:
         self._data = data
-        self.book = Package(data, name)
+        self.book = XlsxBook(data, name)
         self.dropped: set[str] = set()
         self.added: dict[str, bytes] = {}
         self._changed: dict[str, bytes] = {}
@@ -87,7 +87,7 @@ class PackageEdit:
     def recognised(self, index: int) -> Recognised:
         """Return the kind and columns that the sheet had when the file was opened."""
         if index not in self._recognised:
-            self._recognised[index] = recognise(read_sheet(self.book, SharedStrings(self.book), index, Extent.HEAD))
+            self._recognised[index] = recognise(self.book.sheet(index, Extent.HEAD))
         return self._recognised[index]
 
     def read(self, part: str) -> bytes:
