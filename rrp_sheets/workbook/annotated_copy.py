@@ -19,19 +19,9 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
 from rrp_sheets.workbook.package import number as whole
 from rrp_sheets.workbook.patch import sheet_list as listed
+from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheets import place_style
-from rrp_sheets.workbook.patch.xml_parts import (
-    SheetXml,
-    XmlPart,
-    add,
-    cells,
-    child,
-    new_element,
-    parse,
-    put_value,
-    set_attributes,
-)
 
 TITLE = "Findings"
 _PART = "xl/worksheets/findings"
@@ -105,7 +95,7 @@ def _told(finding: Diagnostic, language: str) -> str:
     return f"{cell}: {word}: {message} → {remedy}" if cell else f"{word}: {message}"
 
 
-def _restyle(sheet: SheetXml, row: int, column: int, style: int) -> None:
+def _restyle(sheet: xml.SheetXml, row: int, column: int, style: int) -> None:
     cell = sheet.cell(row, column)
     if cell is None:
         sheet.set_cell(row, column, None, style)
@@ -114,14 +104,14 @@ def _restyle(sheet: SheetXml, row: int, column: int, style: int) -> None:
         sheet.block(row).touch()
 
 
-def _last_column(sheet: SheetXml) -> int:
+def _last_column(sheet: xml.SheetXml) -> int:
     """The last column with a content; formatted blank ones do not count."""
-    filled = (at for block in sheet.walk() for row in block.rows.values() for at, cell in cells(row) if len(cell))
+    filled = (at for block in sheet.walk() for row in block.rows.values() for at, cell in xml.cells(row) if len(cell))
     merged = (b.right for b in sheet.merged())
     return max([*filled, *merged], default=1)
 
 
-def _make_room(sheet: SheetXml, row: int, text: str) -> None:
+def _make_room(sheet: xml.SheetXml, row: int, text: str) -> None:
     """Make a row high enough for the note; higher rows stay."""
     line = sheet.row(row)
     assert line is not None
@@ -131,19 +121,19 @@ def _make_room(sheet: SheetXml, row: int, text: str) -> None:
     with suppress(ValueError):
         old = float(line.get("ht", 0))
     if height > old:
-        set_attributes(line, {"ht": f"{height:g}", "customHeight": "1"})
+        xml.set_attributes(line, {"ht": f"{height:g}", "customHeight": "1"})
         sheet.block(row).touch()
 
 
-def _widen(sheet: SheetXml, column: int) -> None:
+def _widen(sheet: xml.SheetXml, column: int) -> None:
     """Give one column its width; a run of columns that it is part of is split."""
-    holder = child(sheet.root, "cols")
+    holder = xml.child(sheet.root, "cols")
     if holder is None:
-        holder = add(sheet.root, "cols", {}, at=sheet.root.index(sheet.table))
+        holder = xml.add(sheet.root, "cols", {}, at=sheet.root.index(sheet.table))
     named = {"min": str(column), "max": str(column), "width": str(_COLUMN_WIDTH), "customWidth": "1"}
     there = list(holder.iterchildren("{*}col"))
     run = next((col for col in there if whole(col.get("max")) >= column), None)
-    new = add(holder, "col", named, at=None if run is None else holder.index(run))
+    new = xml.add(holder, "col", named, at=None if run is None else holder.index(run))
     if run is not None and whole(run.get("min")) <= column:
         if whole(run.get("min")) < column:
             before = deepcopy(run)
@@ -187,20 +177,20 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
     held = f"<hyperlinks>{''.join(links)}</hyperlinks>" if links else ""
     page = '<pageMargins left="0.5" right="0.5" top="0.7" bottom="0.6" header="0.3" footer="0.3"/>'
     page += '<pageSetup paperSize="9" orientation="landscape" fitToHeight="0"/>'
-    xml = (
+    text = (
         f'<?xml version="1.0" encoding="UTF-8" standalone="yes"?>\n<worksheet xmlns="{_MAIN}">'
         f'<sheetPr><pageSetUpPr fitToPage="1"/></sheetPr>{view}<cols>{columns}</cols>'
         f"<sheetData/>{held}{page}</worksheet>"
     )
-    made = SheetXml(xml.encode())
+    made = xml.SheetXml(text.encode())
     made.insert(1, (_row(made.table, *row) for row in rows))
     return made.to_bytes()
 
 
 def _row(table: etree._Element, number: int, texts: Sequence[str], styles: Sequence[int]) -> etree._Element:
-    row = new_element(table, "row", {"r": str(number)})
+    row = xml.new_element(table, "row", {"r": str(number)})
     for column, (text, style) in enumerate(zip(texts, styles, strict=True), 1):
-        put_value(add(row, "c", {"r": f"{column_letters(column)}{number}", "s": str(style)}), text)
+        xml.put_value(xml.add(row, "c", {"r": f"{column_letters(column)}{number}", "s": str(style)}), text)
     return row
 
 
@@ -232,9 +222,9 @@ class StyleSheet:
             made = self._made[base, fill, bold] = self._style(self._part, base, fill, edge, bold)
         return made
 
-    def _style(self, part: XmlPart, base: int, fill: str, edge: str, bold: bool) -> int:
-        def placed(group: str, xml: str) -> str:
-            return str(place_style(part, group, parse(xml.encode()), self._known))
+    def _style(self, part: xml.XmlPart, base: int, fill: str, edge: str, bold: bool) -> int:
+        def placed(group: str, text: str) -> str:
+            return str(place_style(part, group, xml.parse(text.encode()), self._known))
 
         named: dict[str, str | None] = {}
         if fill:
@@ -245,12 +235,12 @@ class StyleSheet:
             sides = "".join(f'<{side} style="medium"><color rgb="FF{edge}"/></{side}>' for side in names)
             named |= {"borderId": placed("borders", f"<border>{sides}<diagonal/></border>"), "applyBorder": "1"}
         if base >= 0:
-            new = deepcopy(self._styles[base]) if base < len(self._styles) else parse(b"<xf/>")
+            new = deepcopy(self._styles[base]) if base < len(self._styles) else xml.parse(b"<xf/>")
         else:
             thick = "<b/>" if bold else ""
             font = f'<font>{thick}<sz val="9"/><color rgb="FF1F2D3A"/><name val="Arial"/></font>'
             named |= {"fontId": placed("fonts", font), "applyFont": "1"}
             start = '<xf numFmtId="49" fontId="0" fillId="0" borderId="0" xfId="0" applyAlignment="1">'
-            new = parse(f'{start}<alignment vertical="center" wrapText="1"/></xf>'.encode())
-        set_attributes(new, named)
+            new = xml.parse(f'{start}<alignment vertical="center" wrapText="1"/></xf>'.encode())
+        xml.set_attributes(new, named)
         return place_style(part, "cellXfs", new, self._known)

@@ -14,39 +14,11 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook import limits
+from rrp_sheets.workbook import edits, limits, text_books
 from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.edits import (
-    AddSheet,
-    BringSheet,
-    DeleteRows,
-    DeleteSheet,
-    MoveRows,
-    MoveSheet,
-    RenameSheet,
-    RowEdit,
-    SetCell,
-    SheetEdit,
-    shown,
-)
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
-from rrp_sheets.workbook.text_books import (
-    HEADING,
-    ORDER,
-    RULE,
-    SUFFIXES,
-    TAB_SUFFIX,
-    csv_delimiter,
-    csv_hint,
-    from_csv,
-    from_markdown,
-    markdown_pieces,
-    natural,
-    to_csv,
-    to_markdown,
-)
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
 Rows = Sequence[Sequence[str]]
@@ -104,18 +76,18 @@ class TextTable(ABC):
     def blank(self) -> str:
         """A blank row."""
 
-    def apply(self, edit: SetCell | RowEdit) -> None:
+    def apply(self, edit: edits.SetCell | edits.RowEdit) -> None:
         """Set a cell, or insert, delete or move rows; raises SheetsError where that cannot be."""
-        if not isinstance(edit, SetCell):
+        if not isinstance(edit, edits.SetCell):
             self._change_rows(edit)
             return
-        if not (1 <= edit.row <= limits.ROWS and 1 <= edit.column <= limits.COLUMNS):
-            raise SheetsError(
-                N_("There is no cell {cell}.", cell=edit.place),
-                N_("A sheet in a text file has at most {rows:,} rows and {columns} columns.",
-                   rows=limits.ROWS, columns=limits.COLUMNS),
-            )  # fmt: skip
-        text = shown(edit.checked_value())
+        rows, columns = limits.ROWS, limits.COLUMNS
+        if not (1 <= edit.row <= rows and 1 <= edit.column <= columns):
+            told = N_(
+                "A sheet in a text file has at most {rows:,} rows and {columns} columns.", rows=rows, columns=columns
+            )
+            raise SheetsError(N_("There is no cell {cell}.", cell=edit.place), told)
+        text = edits.shown(edit.checked_value())
         if "\0" in text:
             message = N_("The text for {cell} contains a zero byte.", cell=edit.place)
             raise SheetsError(message, N_("Type the text again."))
@@ -130,7 +102,7 @@ class TextTable(ABC):
             self.lines[-1] += self.newline
         self.lines += [self.blank() for _ in range(row - len(self.lines))]
 
-    def _change_rows(self, edit: RowEdit) -> None:
+    def _change_rows(self, edit: edits.RowEdit) -> None:
         if edit.start < 1 or edit.count < 1:
             raise SheetsError(N_("There are no such rows."), N_("Rows count from 1; name at least one."))
         head = [self.cells(line) for line in self.lines[: limits.HEADER_ROWS]]
@@ -138,20 +110,23 @@ class TextTable(ABC):
         first = max(recognised.row + 1 if recognised.kind else 1, self.first_movable)
         if edit.start < first:
             raise header_row(self.name, first - 1)
-        if isinstance(edit, MoveRows) and not edit.moves:
-            return
-        last = edit.start + edit.count if not isinstance(edit, MoveRows) else max(edit.first + edit.count, edit.before)
-        if edit.start > len(self.lines) and not isinstance(edit, MoveRows):
+        if isinstance(edit, edits.MoveRows):
+            if not edit.moves:
+                return
+            last = needed = max(edit.first + edit.count, edit.before)
+        elif edit.start > len(self.lines):
             return  # below everything: nothing to insert before, nothing to delete
+        else:
+            last, needed = edit.start + edit.count, len(self.lines) + 1
         if len(self.lines) + edit.count > limits.ROWS or last > 2 * limits.ROWS:
             message = N_("A sheet in a text file has at most {n:,} rows.", n=limits.ROWS)
             raise SheetsError(message, N_("Delete rows first."))
-        self._reach(last if isinstance(edit, MoveRows) else len(self.lines) + 1)
-        if not isinstance(edit, MoveRows):
+        self._reach(needed)
+        if not isinstance(edit, edits.MoveRows):
             self.lines.pop()  # it was only there for the line break
         placed = {new: line for n, line in enumerate(self.lines, 1) if (new := edit.mapped(n)) is not None}
         self.lines = [placed.get(n) or self.blank() for n in range(1, max(placed, default=0) + 1)]
-        if isinstance(edit, (MoveRows, DeleteRows)):
+        if isinstance(edit, (edits.MoveRows, edits.DeleteRows)):
             while len(self.lines) > 1 and self.lines[-1] == self.blank():
                 self.lines.pop()
 
@@ -165,8 +140,8 @@ class CsvTable(TextTable):
 
     def __init__(self, name: str, text: str, newline: str, file: str = "") -> None:
         super().__init__(name, newline)
-        self.head = csv_hint(text)
-        self._delimiter = csv_delimiter(text.replace("\r\n", "\n").replace("\r", "\n"), file or name)
+        self.head = text_books.csv_hint(text)
+        self._delimiter = text_books.csv_delimiter(text.replace("\r\n", "\n").replace("\r", "\n"), file or name)
         body = text[len(self.head) :]
         delimiter = re.escape(self._delimiter)
         field = rf'(?:"(?:[^"]|"")*+(?:"|\Z))?+[^{delimiter}\r\n]*+'
@@ -194,17 +169,18 @@ class CsvTable(TextTable):
     def cells(self, line: str) -> list[str]:
         """The texts of a row's fields."""
         fields = [line[a:b] for a, b in self._spans(line)]
-        return [from_csv(f[1:-1].replace('""', '"') if f[:1] == f[-1:] == '"' and len(f) > 1 else f) for f in fields]
+        bare = [f[1:-1].replace('""', '"') if f[:1] == f[-1:] == '"' and len(f) > 1 else f for f in fields]
+        return [text_books.from_csv(f) for f in bare]
 
     def with_cell(self, line: str, column: int, text: str) -> str:
         """A row with another text in one field; a field that was quoted stays so."""
         spans = self._spans(line)
         body = line.rstrip("\r\n")
         if column > len(spans):
-            more = self._delimiter * (column - max(len(spans), 1)) + to_csv(text, self._delimiter)
+            more = self._delimiter * (column - max(len(spans), 1)) + text_books.to_csv(text, self._delimiter)
             return body + more + line[len(body) :] if text else line
         a, b = spans[column - 1]
-        return line[:a] + to_csv(text, self._delimiter, quoted=line[a:b].startswith('"')) + line[b:]
+        return line[:a] + text_books.to_csv(text, self._delimiter, quoted=line[a:b].startswith('"')) + line[b:]
 
     def blank(self) -> str:
         """A row of empty fields."""
@@ -219,29 +195,29 @@ class MarkdownTable(TextTable):
         super().__init__(name, newline)
         self.first_movable = 2
         lines = _LINE.findall(text)
-        heads = ((i, HEADING.fullmatch(line.strip())) for i, line in enumerate(lines))
+        heads = ((i, text_books.HEADING.fullmatch(line.strip())) for i, line in enumerate(lines))
         begin = next(i for i, head in heads if head and head[1] == name)
         first = next((i for i in range(begin + 1, len(lines)) if lines[i].strip().startswith("|")), len(lines))
         rows = list(takewhile(lambda line: line.strip().startswith("|"), lines[first:]))
         last = first + len(rows)
-        self._rule = rows.pop(1) if len(rows) > 1 and RULE.fullmatch(rows[1].strip()) else ""
+        self._rule = rows.pop(1) if len(rows) > 1 and text_books.RULE.fullmatch(rows[1].strip()) else ""
         self.head, self.lines, self.tail = "".join(lines[:first]), rows, "".join(lines[last:])
 
     def cells(self, line: str) -> list[str]:
         """The texts of a row's cells."""
-        return [from_markdown(piece) for piece in markdown_pieces(line)]
+        return [text_books.from_markdown(piece) for piece in text_books.markdown_pieces(line)]
 
     def with_cell(self, line: str, column: int, text: str) -> str:
         """A row with another text in one cell; columns that are set in line stay in line where it fits."""
         edge = line[: len(line) - len(line.lstrip())]
-        pieces = markdown_pieces(line)
+        pieces = text_books.markdown_pieces(line)
         pieces += ["  "] * (column - len(pieces))
-        pieces[column - 1] = f" {to_markdown(text)} ".ljust(len(pieces[column - 1]))
+        pieces[column - 1] = f" {text_books.to_markdown(text)} ".ljust(len(pieces[column - 1]))
         return f"{edge}|{'|'.join(pieces)}|{line[len(line.rstrip()) :]}"
 
     def blank(self) -> str:
         """A row of empty cells."""
-        return "|" + "  |" * max(len(markdown_pieces(self.lines[0])) if self.lines else 1, 1) + self.newline
+        return "|" + "  |" * max(len(text_books.markdown_pieces(self.lines[0])) if self.lines else 1, 1) + self.newline
 
     def whole(self) -> str:
         """The text as it is now."""
@@ -268,7 +244,7 @@ def markdown_text(sheets: Mapping[str, Rows]) -> str:
 def _markdown_table(name: str, rows: Rows) -> str:
     rows = rows or [[]]
     width = max(1, *(len(row) for row in rows), 0)
-    cells = [[to_markdown(text) for text in row] + [""] * (width - len(row)) for row in rows]
+    cells = [[text_books.to_markdown(text) for text in row] + [""] * (width - len(row)) for row in rows]
     widths = [min(max(2, *(len(row[c]) for row in cells)), 60) for c in range(width)]
     lines = ["| " + " | ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in cells]
     lines.insert(1, "|" + "|".join("-" * (w + 2) for w in widths) + "|")
@@ -284,10 +260,10 @@ def csv_text(rows: Rows, delimiter: str = ",") -> str:
     >>> csv_text([["a", "1,5"], [], ["=b"]])
     'a,"1,5"\n\n\'=b\n'
     """
-    body = "".join(delimiter.join(to_csv(text, delimiter) for text in row) + "\n" for row in rows)
+    body = "".join(delimiter.join(text_books.to_csv(text, delimiter) for text in row) + "\n" for row in rows)
     if delimiter == "\t":
         return body
-    return body if csv_delimiter(body, "") == "," else "sep=,\n" + body
+    return body if text_books.csv_delimiter(body, "") == "," else "sep=,\n" + body
 
 
 def write_markdown(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
@@ -301,15 +277,12 @@ def write_markdown(sheets: Mapping[str, Rows], path: Path, *, replace: bool = Tr
 def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
     """Write a folder of CSV files, one a sheet, and where needed the file `order.txt` with the order of the sheets.
 
-    Raises:
-        SheetsError: when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
-            something cannot be written.
+    Raises SheetsError when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
+    something cannot be written.
     """
-    if folder.is_dir() and any(p.suffix.casefold() in SUFFIXES for p in folder.iterdir()):
-        raise SheetsError(
-            N_("There are CSV files in “{folder}” already.", folder=folder.name),
-            N_("Name another folder, or empty that one."),
-        )
+    if folder.is_dir() and any(p.suffix.casefold() in text_books.SUFFIXES for p in folder.iterdir()):
+        message = N_("There are CSV files in “{folder}” already.", folder=folder.name)
+        raise SheetsError(message, N_("Name another folder, or empty that one."))
     for name in sheets:
         if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
             message = N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name)
@@ -324,13 +297,13 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         why = error.strerror or N_("the system refuses it")
         message = N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why)
         raise SheetsError(message, N_("Name another folder.")) from error
-    if list(sheets) != sorted(sheets, key=natural):
-        files[ORDER] = ("\n".join(sheets) + "\n").encode()
+    if list(sheets) != sorted(sheets, key=text_books.natural):
+        files[text_books.ORDER] = ("\n".join(sheets) + "\n").encode()
     with ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
         if made:
             undo.callback(_remove_empty, folder)
         for name, data in files.items():
-            write_atomically(folder / name, data, replace=name == ORDER)
+            write_atomically(folder / name, data, replace=name == text_books.ORDER)
             undo.callback((folder / name).unlink, missing_ok=True)
         undo.pop_all()
     return folder
@@ -343,11 +316,9 @@ def _remove_empty(folder: Path) -> None:
 
 def _refuse_large(data: bytes) -> None:
     if len(data) > limits.FILE_BYTES:
-        raise SheetsError(
-            N_("As text the workbook has {n:.1f} MB; {most:g} MB can be read again.",
-               n=len(data) / 1e6, most=limits.FILE_BYTES / 1e6),
-            N_("Take out the sheets that the robot does not need."),
-        )  # fmt: skip
+        n, most = len(data) / 1e6, limits.FILE_BYTES / 1e6
+        message = N_("As text the workbook has {n:.1f} MB; {most:g} MB can be read again.", n=n, most=most)
+        raise SheetsError(message, N_("Take out the sheets that the robot does not need."))
 
 
 def _refuse_last(names: list[str]) -> None:
@@ -370,17 +341,17 @@ class CsvFolder:
     def names(self) -> list[str]:
         """The sheets in their order."""
         places = {sheet: i for i, sheet in enumerate(self.order)}
-        return sorted(self.files, key=lambda sheet: (places.get(sheet, len(places)), natural(sheet)))
+        return sorted(self.files, key=lambda sheet: (places.get(sheet, len(places)), text_books.natural(sheet)))
 
     def file_name(self, sheet: str) -> str:
         """The name of a sheet's file."""
-        return f"{sheet}{TAB_SUFFIX if sheet in self.tabs else '.csv'}"
+        return f"{sheet}{text_books.TAB_SUFFIX if sheet in self.tabs else '.csv'}"
 
-    def apply(self, edit: SheetEdit) -> str:
+    def apply(self, edit: edits.SheetEdit) -> str:
         """Carry out an edit; of a deletion, what brings the sheet back."""
         names, kept = self.names, ""
         match edit:
-            case AddSheet():
+            case edits.AddSheet():
                 refuse_more(names)
                 name = _file_name(sheet_name(edit.sheet, names))
                 place = names.index(sheet_named(names, edit.before)) if edit.before else len(names)
@@ -389,16 +360,16 @@ class CsvFolder:
                 delimiter = "\t" if name in self.tabs else ","
                 self.files[name] = csv_text(edit.rows, delimiter).encode("utf-8-sig")
                 names.insert(place, name)
-            case RenameSheet():
+            case edits.RenameSheet():
                 old = sheet_named(names, edit.sheet)
                 new = _file_name(sheet_name(edit.name, [n for n in names if n != old]))
                 self.files[new] = self.files.pop(old)
                 if old in self.tabs:
                     self.tabs = self.tabs - {old} | {new}
                 names[names.index(old)] = new
-            case MoveSheet():
+            case edits.MoveSheet():
                 _move(names, edit)
-            case DeleteSheet():
+            case edits.DeleteSheet():
                 name = sheet_named(names, edit.sheet)
                 _refuse_last(names)
                 data = base64.b64encode(self.files.pop(name)).decode()
@@ -406,14 +377,14 @@ class CsvFolder:
                 kept = json.dumps(what, ensure_ascii=False)
                 self.tabs.discard(name)
                 names.remove(name)
-            case BringSheet():
+            case edits.BringSheet():
                 was = json.loads(edit.kept)
                 name = sheet_name(was["sheet"], names)
                 self.files[name] = base64.b64decode(was["data"])
                 if was.get("tabs"):
                     self.tabs.add(name)
                 names.insert(was["place"], name)
-        if self.order or names != sorted(names, key=natural):
+        if self.order or names != sorted(names, key=text_books.natural):
             self.order = names
         return kept
 
@@ -425,7 +396,7 @@ def _file_name(name: str) -> str:
     return name
 
 
-def _move(names: list[str], edit: MoveSheet) -> None:
+def _move(names: list[str], edit: edits.MoveSheet) -> None:
     name = sheet_named(names, edit.sheet)
     before = sheet_named(names, edit.before) if edit.before else ""
     if before == name:
@@ -446,7 +417,7 @@ class MarkdownSheets:
         self.names: list[str] = []
         heads = list(_HEADING.finditer(text))
         for i, head in enumerate(heads):
-            found = HEADING.fullmatch(head[0].strip())
+            found = text_books.HEADING.fullmatch(head[0].strip())
             end = heads[i + 1].start() if i + 1 < len(heads) else len(text)
             has_table = re.search(r"^[ \t]*\|", text[head.end() : end], re.MULTILINE) is not None
             if found and wanted and found[1] == wanted[0] and has_table:
@@ -455,31 +426,31 @@ class MarkdownSheets:
         ends = [*begins[1:], len(text)]
         self._pieces = [text[a:b] for a, b in zip(begins, ends, strict=True)]
 
-    def apply(self, edit: SheetEdit) -> str:
+    def apply(self, edit: edits.SheetEdit) -> str:
         """Carry out an edit; of a deletion, what brings the sheet back."""
         names, pieces = self.names, self._pieces
         match edit:
-            case AddSheet():
+            case edits.AddSheet():
                 refuse_more(names)
                 name = sheet_name(edit.sheet, names)
                 place = names.index(sheet_named(names, edit.before)) if edit.before else len(names)
                 self._insert(place, name, markdown_text({name: edit.rows}).replace("\n", self._newline))
-            case RenameSheet():
+            case edits.RenameSheet():
                 old = sheet_named(names, edit.sheet)
                 at = names.index(old)
                 names[at] = sheet_name(edit.name, [n for n in names if n != old])
                 pieces[at + 1] = _renamed(pieces[at + 1], names[at])
-            case MoveSheet():
+            case edits.MoveSheet():
                 before = list(names)
                 _move(names, edit)
                 by_name = dict(zip(before, pieces[1:], strict=True))
                 pieces[1:] = [self._ended(by_name[name]) for name in names] if names != before else pieces[1:]
-            case DeleteSheet():
+            case edits.DeleteSheet():
                 _refuse_last(names)
                 at = names.index(sheet_named(names, edit.sheet))
                 what = {"sheet": names.pop(at), "place": at, "text": pieces.pop(at + 1)}
                 return json.dumps(what, ensure_ascii=False)
-            case BringSheet():
+            case edits.BringSheet():
                 was = json.loads(edit.kept)
                 self._insert(was["place"], sheet_name(was["sheet"], names), was["text"])
         return ""

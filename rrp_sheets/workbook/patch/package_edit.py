@@ -15,17 +15,7 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, shown
 from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, block_of, number
-from rrp_sheets.workbook.patch.xml_parts import (
-    SheetXml,
-    XmlPart,
-    add,
-    block_text,
-    child,
-    is_filled,
-    local,
-    may_have_formulas,
-    remove,
-)
+from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.raw import Extent, Range
 from rrp_sheets.workbook.schema import Recognised, recognise
 from rrp_sheets.workbook.sheet_names import sheet_named
@@ -46,7 +36,7 @@ class PackageEdit:
         self.dropped: set[str] = set()
         self.added: dict[str, bytes] = {}
         self._changed: dict[str, bytes] = {}
-        self._parts: dict[str, XmlPart] = {}
+        self._parts: dict[str, xml.XmlPart] = {}
         self._relations: dict[str, dict[str, tuple[str, str]]] = {}
         self._recognised: dict[int, Recognised] = {}
         self.formulas_moved = False
@@ -65,22 +55,22 @@ class PackageEdit:
         """The number of the sheet of that name; raises SheetsError when there is none."""
         return self.book.names.index(sheet_named(self.book.names, sheet))
 
-    def sheet(self, index: int) -> SheetXml:
+    def sheet(self, index: int) -> xml.SheetXml:
         """A sheet as it is now."""
         sheet = self.part(self.book.entries[index].part)
-        assert isinstance(sheet, SheetXml)
+        assert isinstance(sheet, xml.SheetXml)
         return sheet
 
     @property
-    def workbook(self) -> XmlPart:
+    def workbook(self) -> xml.XmlPart:
         """The part with the lists of sheets and names."""
         return self.part(self.book.part)
 
-    def part(self, part: str) -> XmlPart:
+    def part(self, part: str) -> xml.XmlPart:
         """A part as it is now, to be looked at or changed."""
         spelt = part.casefold()
         if spelt not in self._parts:
-            kind = SheetXml if any(e.part.casefold() == spelt for e in self.book.entries) else XmlPart
+            kind = xml.SheetXml if any(e.part.casefold() == spelt for e in self.book.entries) else xml.XmlPart
             self._parts[spelt] = kind(self.read(part))
         return self._parts[spelt]
 
@@ -112,7 +102,7 @@ class PackageEdit:
         """Return whether a sheet may have formulas in its cells."""
         part = self.book.entries[index].part
         sheet = self._parts.get(part.casefold())
-        return sheet.has_formulas if isinstance(sheet, SheetXml) else may_have_formulas(self.book.read(part))
+        return sheet.has_formulas if isinstance(sheet, xml.SheetXml) else xml.may_have_formulas(self.book.read(part))
 
     def mentions(self, index: int, name: str) -> bool:
         """Return whether a sheet's part may mention a sheet of that name."""
@@ -146,12 +136,12 @@ class PackageEdit:
     def _recalculate(self) -> None:
         """Have the spreadsheet program calculate the user's own formulas anew when it opens the file."""
         book = self.workbook
-        calc = child(book.root, "calcPr")
+        calc = xml.child(book.root, "calcPr")
         if calc is None:
-            before = [e for e in book.root.iterchildren("*") if local(e) in _BEFORE_CALC]
+            before = [e for e in book.root.iterchildren("*") if xml.local(e) in _BEFORE_CALC]
             if not before:
                 return
-            calc = add(book.root, "calcPr", {}, at=book.root.index(before[-1]) + 1)
+            calc = xml.add(book.root, "calcPr", {}, at=book.root.index(before[-1]) + 1)
         if calc.get("fullCalcOnLoad") not in ("1", "true"):
             calc.set("fullCalcOnLoad", "1")
             book.touch()
@@ -167,7 +157,7 @@ class PackageEdit:
             for holder, e in self.part(part).find(name):
                 kind = e.get("Type", "").casefold()
                 if e.get("PartName", "").casefold() in names or kind.endswith("/" + _CALC_CHAIN):
-                    remove(e)
+                    xml.remove(e)
                     holder.touch()
         self.dropped |= {p.casefold() for p in parts}
 
@@ -186,42 +176,28 @@ def _without(extra: bytes, kind: int) -> bytes:
 def set_cell(package: PackageEdit, edit: SetCell) -> None:
     """Write a text, number or truth value to one place of a sheet.
 
-    Raises:
-        SheetsError: where the cell does not exist, cannot hold the value, or belongs to something that would break.
+    Raises SheetsError where the cell does not exist, cannot hold the value, or belongs to something that would break.
     """
     index = package.index(edit.sheet)
     edit = replace(edit, sheet=package.book.names[index])
     if not (1 <= edit.row <= LAST_ROW and 1 <= edit.column <= LAST_COLUMN):
-        raise SheetsError(
-            N_("There is no cell {cell}.", cell=edit.place), N_("A sheet has 1,048,576 rows and the columns A to XFD.")
-        )
+        message = N_("There is no cell {cell}.", cell=edit.place)
+        raise SheetsError(message, N_("A sheet has 1,048,576 rows and the columns A to XFD."))
     value = edit.checked_value()
     sheet = package.sheet(index)
-    _refuse_merged(sheet.merged(), edit)
-    for filled in sheet.ranges:
-        if _covers(filled.block, edit) and filled.block.area > 1:
-            block = block_text(filled.block)
-            raise SheetsError(
-                N_("{cell} belongs to {what} that fills {cells}.", cell=edit.place, what=filled.what, cells=block),
-                N_("In Excel, select {cells}, press Delete, and then set the cell.", cells=block),
-            )
     tables = sheet_tables(package, index)
-    for table in tables:
-        _refuse_table_edges(table, edit)
+    _refuse_harm(sheet, tables, edit)
     cell = sheet.cell(edit.row, edit.column)
-    formula = child(cell, "f") if cell is not None else None
+    formula = xml.child(cell, "f") if cell is not None else None
     if formula is not None:
         if formula.get("t") == "shared":
             sheet.write_out()
         package.formulas_moved = True
     package.note_end(index)
     style, row, styles = sheet.style(edit.row, edit.column), sheet.row(edit.row), package.book.styles
-    was_blank = row is None or not is_filled(row)
-    if (
-        isinstance(value, (int, float))
-        and not isinstance(value, bool)
-        and (styles.is_text(style) or styles.kind(style))
-    ):
+    was_blank = row is None or not xml.is_filled(row)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if is_number and (styles.is_text(style) or styles.kind(style)):
         value = shown(value)  # into a cell that shows numbers as text, or as dates
     sheet.set_cell(edit.row, edit.column, value, style)
     if was_blank and value not in (None, ""):
@@ -233,26 +209,30 @@ def _covers(block: Range, edit: SetCell) -> bool:
     return block.top <= edit.row <= block.bottom and block.left <= edit.column <= block.right
 
 
-def _refuse_merged(blocks: list[Range], edit: SetCell) -> None:
-    for block in blocks:
+def _refuse_harm(sheet: xml.SheetXml, tables: list[SheetTable], edit: SetCell) -> None:
+    """Refuse a cell that is hidden, or part of something that would break."""
+    for block in sheet.merged():
         if _covers(block, edit) and (edit.row, edit.column) != (block.top, block.left):
-            first = f"{column_letters(block.left)}{block.top}"
+            at, first, text = edit.place, f"{column_letters(block.left)}{block.top}", xml.block_text(block)
             raise SheetsError(
-                N_("{cell} is hidden under {first}: the cells {cells} are merged.",
-                   cell=edit.place, first=first, cells=block_text(block)),
+                N_("{cell} is hidden under {first}: the cells {cells} are merged.", cell=at, first=first, cells=text),
                 N_("Set {first} instead, or unmerge the cells in Excel.", first=first),
-            )  # fmt: skip
-
-
-def _refuse_table_edges(table: SheetTable, edit: SetCell) -> None:
-    if not _covers(table.block, edit):
-        return
-    for row, message in (
-        (table.header, N_("{cell} is in the header of the Excel table “{table}”, which would be damaged.")),
-        (table.totals, N_("{cell} is in the totals row of the Excel table “{table}”, which would be damaged.")),
-    ):
-        if edit.row == row:
-            raise SheetsError(N_(message, cell=edit.place, table=table.name), N_("Change it in Excel or LibreOffice."))
+            )
+    for block, what in sheet.ranges:
+        if _covers(block, edit) and block.area > 1:
+            text = xml.block_text(block)
+            raise SheetsError(
+                N_("{cell} belongs to {what} that fills {cells}.", cell=edit.place, what=what, cells=text),
+                N_("In Excel, select {cells}, press Delete, and then set the cell.", cells=text),
+            )
+    for table in tables:
+        for row, message in (
+            (table.header, N_("{cell} is in the header of the Excel table “{table}”, which would be damaged.")),
+            (table.totals, N_("{cell} is in the totals row of the Excel table “{table}”, which would be damaged.")),
+        ):
+            if edit.row == row and _covers(table.block, edit):
+                told = N_(message, cell=edit.place, table=table.name)
+                raise SheetsError(told, N_("Change it in Excel or LibreOffice."))
 
 
 class SheetTable:
@@ -261,7 +241,7 @@ class SheetTable:
     `header` and `totals` are their rows; 0 where it has none.
     """
 
-    def __init__(self, part: XmlPart, block: Range) -> None:
+    def __init__(self, part: xml.XmlPart, block: Range) -> None:
         self._part, self.block = part, block
         attributes = part.root.attrib
         self.name = attributes.get("displayName") or attributes.get("name", "")
@@ -294,16 +274,16 @@ class SheetTable:
             self._resize(self.block.bottom - edit.count)
 
     def _resize(self, bottom: int) -> None:
-        old = block_text(self.block)
+        old = xml.block_text(self.block)
         self.block = Range(self.block.top, self.block.left, bottom, self.block.right)
-        for element in (self._part.root, child(self._part.root, "autoFilter")):
+        for element in (self._part.root, xml.child(self._part.root, "autoFilter")):
             if element is not None and element.get("ref") == old:
-                element.set("ref", block_text(self.block))
+                element.set("ref", xml.block_text(self.block))
                 self._part.touch()
 
 
 def sheet_tables(package: PackageEdit, index: int) -> list[SheetTable]:
     """The tables of a sheet as they are now."""
     parts = map(package.part, package.related(package.book.entries[index].part, "table"))
-    found = ((part, block_of(part.root.get("ref", ""))) for part in parts if local(part.root) == "table")
+    found = ((part, block_of(part.root.get("ref", ""))) for part in parts if xml.local(part.root) == "table")
     return [SheetTable(part, block) for part, block in found if block]

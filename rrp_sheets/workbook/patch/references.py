@@ -99,23 +99,31 @@ def check(top: int, bottom: int, moves: Moves) -> None:
 def adapted(formula: str, sheet: str, edit: RowEdit, moves: Moves) -> str:
     """A formula of the edited sheet itself, with its references following their rows as in a spreadsheet program.
 
-    Raises:
-        ReferenceConflict: when they cannot.
+    Raises ReferenceConflict when they cannot.
 
     >>> from rrp_sheets.workbook.edits import InsertRows
     >>> adapted("A4+SUM(B2:B9)+Other!C4", "T", InsertRows("T", 3), [(4, 5)])
     'A5+SUM(B2:B10)+Other!C4'
     """
-    out, at = list[str](), 0
-    for ref in references(formula):
-        if not ref.on(sheet, sheet):
-            continue
+
+    def moved(ref: Reference) -> tuple[int, int]:
         top, bottom = edit.mapped(ref.top), edit.mapped(ref.bottom)
+        if not ref.on(sheet, sheet):
+            return ref.top, ref.bottom
         if top is None or bottom is None or (isinstance(edit, MoveRows) and ref.top != ref.bottom):
             check(ref.top, ref.bottom, moves)
-            continue
-        for (start, end), new in dict(zip(ref.spans, (top, bottom), strict=True)).items():
-            out += (formula[at:start], str(new))
+            return ref.top, ref.bottom
+        return top, bottom
+
+    return _with_rows(formula, moved)
+
+
+def _with_rows(formula: str, rows: Callable[[Reference], tuple[int, int]]) -> str:
+    """The formula with other rows: those that `rows` gives for each of its references."""
+    out, at = list[str](), 0
+    for ref in references(formula):
+        for (start, end), row in dict(zip(ref.spans, rows(ref), strict=True)).items():
+            out += (formula[at:start], str(row))
             at = end
     return "".join([*out, formula[at:]])
 
@@ -181,13 +189,12 @@ def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
 
 def _referring(formula: str, sheet: str, own: str, longer: Callable[[int, int], int]) -> str:
     """A formula whose references to a whole table of the sheet reach its new end."""
-    out, at = [], 0
-    for ref in references(formula):
-        if ref.absolute and ref.on(sheet, own) and (bottom := longer(ref.top, ref.bottom)) != ref.bottom:
-            start, end = ref.spans[1]
-            out += [formula[at:start], str(bottom)]
-            at = end
-    return "".join([*out, formula[at:]])
+
+    def grown(ref: Reference) -> tuple[int, int]:
+        meant = ref.absolute and ref.on(sheet, own)
+        return ref.top, longer(ref.top, ref.bottom) if meant else ref.bottom
+
+    return _with_rows(formula, grown)
 
 
 def quoted(name: str) -> str:

@@ -15,22 +15,9 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, capital
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.package import LAST_ROW, block_of, place
+from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit, sheet_tables
 from rrp_sheets.workbook.patch.references import Moves, ReferenceConflict, adapted, check, follows, grow, references
-from rrp_sheets.workbook.patch.xml_parts import (
-    DATA_TABLE,
-    SheetXml,
-    blank_like,
-    block_text,
-    cells,
-    child,
-    is_filled,
-    may_refer,
-    remove,
-    renumber,
-    set_text,
-    text_of,
-)
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.sheet_names import header_row
@@ -48,8 +35,7 @@ _LINKED = re.compile(rb"""\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*"([^"
 def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     """Insert, delete or move rows: values, formats, heights, comments and links go with them.
 
-    Raises:
-        SheetsError: where merged cells, tables, array formulas, or references from elsewhere would be torn.
+    Raises SheetsError where merged cells, tables, array formulas, or references from elsewhere would be torn.
     """
     before = edit.before if isinstance(edit, MoveRows) else edit.start
     if edit.start < 1 or edit.count < 1 or max(edit.start, before) > LAST_ROW + 1 or edit.count > _MOST:
@@ -62,26 +48,22 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     if isinstance(edit, MoveRows) and not edit.moves:
         return
     if isinstance(edit, InsertRows) and sheet.last and sheet.last + edit.count > LAST_ROW:
-        raise SheetsError(
-            N_("The last row of “{sheet}” is in use, so no row fits in.", sheet=name),
-            N_("Delete rows at the end first."),
-        )
+        message = N_("The last row of “{sheet}” is in use, so no row fits in.", sheet=name)
+        raise SheetsError(message, N_("Delete rows at the end first."))
     _refuse_torn(sheet, name, edit)
     tables = sheet_tables(package, index)
     for table in tables:
         if not table.fits(edit):
-            raise SheetsError(
-                N_("Rows cannot be changed across the edge of the Excel table “{table}” ({cells} in “{sheet}”).",
-                   table=table.name, cells=block_text(table.block), sheet=name),
-                _ELSEWHERE,
-            )  # fmt: skip
+            message = N_("Rows cannot be changed across the edge of the Excel table “{table}” ({cells} in “{sheet}”).",
+                         table=table.name, cells=xml.block_text(table.block), sheet=name)  # fmt: skip
+            raise SheetsError(message, _ELSEWHERE)
     sheet.write_out()
     package.note_end(index)
     moves = [
         (n, new)
         for block in sheet.walk(edit.start)
         for n, row in block.rows.items()
-        if (new := edit.mapped(n)) != n and is_filled(row)
+        if (new := edit.mapped(n)) != n and xml.is_filled(row)
     ]
     guard_references(package, index, edit, moves)
     _rebuild(package, index, edit, moves)
@@ -91,26 +73,21 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
     grow(package, index)
 
 
-def _refuse_torn(sheet: SheetXml, name: str, edit: RowEdit) -> None:
+def _refuse_torn(sheet: xml.SheetXml, name: str, edit: RowEdit) -> None:
     """Refuse where blocks of cells that belong together would be moved or torn apart."""
     unmerge = N_("Unmerge them in Excel first.")
     blocks: list[tuple[Range, str, str]] = [(b, N_("the merged cells"), unmerge) for b in sheet.merged() if b.area > 1]
-    ranges = [r for r in sheet.ranges if r.block.top != r.block.bottom or r.what == DATA_TABLE]
-    blocks += [(r.block, r.what, _ELSEWHERE) for r in ranges]
+    blocks += [(b, what, _ELSEWHERE) for b, what in sheet.ranges if b.top != b.bottom or what == xml.DATA_TABLE]
     for block, what, remedy in blocks:
         if any(edit.mapped(row) != row for row in (block.top, block.bottom)) or block.top < edit.start <= block.bottom:
-            raise SheetsError(
-                N_("These rows of “{sheet}” cannot be changed: {what} {cells} would be torn or moved.",
-                   sheet=name, what=what, cells=block_text(block)),
-                remedy,
-            )  # fmt: skip
-    filtered = child(sheet.root, "autoFilter")
+            message = N_("These rows of “{sheet}” cannot be changed: {what} {cells} would be torn or moved.",
+                         sheet=name, what=what, cells=xml.block_text(block))  # fmt: skip
+            raise SheetsError(message, remedy)
+    filtered = xml.child(sheet.root, "autoFilter")
     head = block_of(filtered.get("ref", "")) if filtered is not None else None
     if head and edit.mapped(head.top) != head.top:
-        raise SheetsError(
-            N_("Row {row} of “{sheet}” is the head of a filter.", row=head.top, sheet=name),
-            N_("Remove the filter in Excel first (Data, Filter)."),
-        )
+        message = N_("Row {row} of “{sheet}” is the head of a filter.", row=head.top, sheet=name)
+        raise SheetsError(message, N_("Remove the filter in Excel first (Data, Filter)."))
 
 
 def _rebuild(package: PackageEdit, index: int, edit: RowEdit, moves: Moves) -> None:
@@ -138,41 +115,41 @@ def _rebuild(package: PackageEdit, index: int, edit: RowEdit, moves: Moves) -> N
             block.take(stay)
     if isinstance(edit, InsertRows) and pattern is not None:
         places = range(edit.before, edit.before + edit.count)
-        sheet.insert(edit.before, (renumber(deepcopy(pattern), number) for number in places))
+        sheet.insert(edit.before, (xml.renumber(deepcopy(pattern), number) for number in places))
     if isinstance(edit, MoveRows) and elsewhere:
         placed = {new: row for n, row in elsewhere.items() if (new := edit.mapped(n)) is not None}
-        sheet.insert(min(placed), (renumber(row, n) for n, row in placed.items()))
+        sheet.insert(min(placed), (xml.renumber(row, n) for n, row in placed.items()))
     sheet.rows_changed()
     _move_links(sheet, edit)
-
-
-def _adapt(row: etree._Element, number: int, edit: RowEdit, moves: Moves, ignored: frozenset[int]) -> bool:
-    """Let the formulas of a row follow the rows that they refer to; False where none changes."""
-    new_number, changed = edit.mapped(number), False
-    for column, cell in cells(row) if new_number is not None else ():
-        f = child(cell, "f")
-        if f is None:
-            continue
-        text = text_of(f)
-        new = text if column in ignored else adapted(text, edit.sheet, edit, moves)
-        if new != text:
-            set_text(f, new)
-            changed = True
-        block = block_of(f.get("ref", ""))
-        if block and new_number is not None and new_number != number:  # an array formula within its row
-            f.set("ref", block_text(Range(new_number, block.left, new_number, block.right)))
-            changed = True
-    return changed
 
 
 def _pattern(package: PackageEdit, index: int, before: int) -> etree._Element | None:
     """A blank row that looks like the one above the place, or below it where that is the header."""
     sheet, header = package.sheet(index), package.recognised(index).row
     source = sheet.row(before - 1 if before - 1 > header else before)
-    return None if source is None else blank_like(source)
+    return None if source is None else xml.blank_like(source)
 
 
-def _move_links(sheet: SheetXml, edit: RowEdit) -> None:
+def _adapt(row: etree._Element, number: int, edit: RowEdit, moves: Moves, ignored: frozenset[int]) -> bool:
+    """Let the formulas of a row follow the rows that they refer to; False where none changes."""
+    new_number, changed = edit.mapped(number), False
+    for column, cell in xml.cells(row) if new_number is not None else ():
+        f = xml.child(cell, "f")
+        if f is None:
+            continue
+        text = xml.text_of(f)
+        new = text if column in ignored else adapted(text, edit.sheet, edit, moves)
+        if new != text:
+            xml.set_text(f, new)
+            changed = True
+        block = block_of(f.get("ref", ""))
+        if block and new_number is not None and new_number != number:  # an array formula within its row
+            f.set("ref", xml.block_text(Range(new_number, block.left, new_number, block.right)))
+            changed = True
+    return changed
+
+
+def _move_links(sheet: xml.SheetXml, edit: RowEdit) -> None:
     """Hyperlinks stay with their cells; those of deleted rows go."""
     for link in sheet.elements("hyperlink"):
         block = block_of(link.get("ref", ""))
@@ -180,10 +157,10 @@ def _move_links(sheet: SheetXml, edit: RowEdit) -> None:
             continue
         new = edit.mapped(block.top)
         if new is None:
-            remove(link)
+            xml.remove(link)
         elif new != block.top:
-            link.set("ref", block_text(Range(new, block.left, new, block.right)))
-    holder = child(sheet.root, "hyperlinks")
+            link.set("ref", xml.block_text(Range(new, block.left, new, block.right)))
+    holder = xml.child(sheet.root, "hyperlinks")
     if holder is not None and not len(holder):
         sheet.root.remove(holder)  # an empty list is not allowed
 
@@ -193,23 +170,19 @@ def move_comments(package: PackageEdit, index: int, edit: RowEdit) -> None:
     part = package.book.entries[index].part
     for kind, local in (("comments", "comment"), ("threadedcomment", "threadedComment")):
         for target in package.related(part, kind):
-            _move_references(package, target, local, edit)
+            for holder, e in package.part(target).find(local):
+                at = place(e.get("ref", ""))
+                if not at or (new := edit.mapped(at[0])) == at[0]:
+                    continue
+                if new is None:
+                    xml.remove(e)
+                else:
+                    e.set("ref", f"{column_letters(at[1])}{new}")
+                holder.touch()
     for target in package.related(part, "vmldrawing"):
         old = package.read(target)
-        if (new := _SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)) != old:
-            package.write(target, new)
-
-
-def _move_references(package: PackageEdit, part: str, name: str, edit: RowEdit) -> None:
-    for holder, e in package.part(part).find(name):
-        at = place(e.get("ref", ""))
-        if not at or (new := edit.mapped(at[0])) == at[0]:
-            continue
-        if new is None:
-            remove(e)
-        else:
-            e.set("ref", f"{column_letters(at[1])}{new}")
-        holder.touch()
+        if (moved := _SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)) != old:
+            package.write(target, moved)
 
 
 def _moved_box(shape: bytes, edit: RowEdit) -> bytes:
@@ -260,28 +233,24 @@ def guard_references(package: PackageEdit, index: int, edit: RowEdit, moves: Mov
                 check(ref.top, ref.bottom, moves)
             except ReferenceConflict as harm:
                 raise _refused(name, where, harm) from None
-    for row, where, formula in _formulas(package.sheet(index), ignored_columns(package, index)):
-        if edit.mapped(row) is None:
+    ignored = ignored_columns(package, index)
+    for f in package.sheet(index).formulas():
+        if f.column in ignored or edit.mapped(f.row) is None:
             continue
         try:
-            adapted(formula, name, edit, moves)
+            adapted(f.text, name, edit, moves)
         except ReferenceConflict as harm:
-            raise _refused(name, N_("the formula in {cell}", cell=f"{name}!{where}"), harm) from None
+            raise _refused(name, N_("the formula in {cell}", cell=f"{name}!{f.place}"), harm) from None
 
 
 def _refused(name: str, where: str, harm: ReferenceConflict) -> SheetsError:
-    rows = N_("the rows {first} to {last}", first=harm.top, last=harm.bottom)
+    one, several = N_("row {n}", n=harm.top), N_("the rows {first} to {last}", first=harm.top, last=harm.bottom)
+    rows, where = one if harm.top == harm.bottom else several, capital(where)
     return SheetsError(
-        N_("{where} refers to {rows} of “{sheet}” and would then mean something else.", where=capital(where),
-           rows=N_("row {n}", n=harm.top) if harm.top == harm.bottom else rows, sheet=name),
+        N_("{where} refers to {rows} of “{sheet}” and would then mean something else.",
+           where=where, rows=rows, sheet=name),
         N_("Do this in Excel or LibreOffice, which change such references too."),
     )  # fmt: skip
-
-
-def _formulas(sheet: SheetXml, ignored: frozenset[int]) -> Iterator[tuple[int, str, str]]:
-    for f in sheet.formulas():
-        if f.column not in ignored:
-            yield f.row, f"{column_letters(f.column)}{f.row}", f.text
 
 
 def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, bool, bool]]:
@@ -290,33 +259,36 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
     Each as text, own sheet, where it stands, whether only `$` rows count, and whether it grows with the table.
     """
     for i, name in enumerate(package.book.names):
-        if i != index and not may_refer(package.book.read(package.book.entries[i].part)):
+        if i != index and not xml.may_refer(package.book.read(package.book.entries[i].part)):
             continue
         sheet, where = package.sheet(i), N_("a drop-down list or a conditional format in “{sheet}”", sheet=name)
         for e in sheet.elements("formula", "formula1", "formula2", "f"):
             if next(e.iterancestors("{*}sparkline"), None) is None:
-                yield text_of(e), name, where, True, True
+                yield xml.text_of(e), name, where, True, True
         if i != index:
-            for _, at, text in _formulas(sheet, ignored_columns(package, i)):
-                yield text, name, N_("the formula in {cell}", cell=f"{name}!{at}"), False, False
+            ignored = ignored_columns(package, i)
+            for f in sheet.formulas():
+                if f.column not in ignored:
+                    yield f.text, name, N_("the formula in {cell}", cell=f"{name}!{f.place}"), False, False
     for _, e in package.workbook.find("definedName"):
         title = e.get("name", "")
         if title.casefold() not in _STAYING:
-            yield text_of(e), "", N_("the name “{name}”", name=title), False, title.startswith(LIST_PREFIX)
-    yield from ((*found, False) for found in _in_parts(package))
+            yield xml.text_of(e), "", N_("the name “{name}”", name=title), False, title.startswith(LIST_PREFIX)
+    yield from ((text, "", where, False, False) for text, where in _in_parts(package))
 
 
-def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str, str, bool]]:
+def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str]]:
+    """Formulas outside of all sheets, with where they stand."""
     for part in package.book.parts:
         if "/charts/" in part and part.endswith(".xml") and "_rels" not in part:
-            yield from ((text_of(e), "", N_("a chart"), False) for _, e in package.part(part).find("f"))
+            yield from ((xml.text_of(e), N_("a chart")) for _, e in package.part(part).find("f"))
         elif "/pivotcache/" in part and "definition" in part and part.endswith(".xml"):
             for _, e in package.part(part).find("worksheetSource"):
                 block, sheet = block_of(e.get("ref", "")), e.get("sheet", "")
                 if block and sheet:
                     quoted = sheet.replace("'", "''")
-                    yield f"'{quoted}'!A{block.top}:A{block.bottom}", "", N_("a pivot table"), False
+                    yield f"'{quoted}'!A{block.top}:A{block.bottom}", N_("a pivot table")
         elif "/drawings/" in part or "/ctrlprops/" in part:
             for match in _LINKED.finditer(package.read(part)):
                 text = html.unescape((match[1] or match[2]).decode("utf-8", "replace"))
-                yield text, "", N_("a shape or a button"), False
+                yield text, N_("a shape or a button")

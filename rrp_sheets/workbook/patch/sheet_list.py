@@ -12,19 +12,8 @@ from lxml import etree
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.package import number, rels_of, truth
+from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
-from rrp_sheets.workbook.patch.xml_parts import (
-    add,
-    broken,
-    child,
-    local,
-    new_element,
-    parse,
-    remove,
-    set_attributes,
-    set_text,
-    text_of,
-)
 
 _SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 _RELATIONS_SPACE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
@@ -51,15 +40,15 @@ class Piece:
     @property
     def element(self) -> etree._Element:
         """The element itself."""
-        inside = list(parse(f"<piece>{self.raw}</piece>".encode()).iterchildren("*"))
+        inside = list(xml.parse(f"<piece>{self.raw}</piece>".encode()).iterchildren("*"))
         if not inside:
-            raise broken()
+            raise xml.broken()
         return inside[0]
 
     def with_attributes(self, changes: Mapping[str, str | None]) -> Piece:
         """The same element with other attributes."""
         element = self.element
-        set_attributes(element, changes)
+        xml.set_attributes(element, changes)
         return replace(self, raw=etree.tostring(element, encoding="unicode"))
 
 
@@ -69,7 +58,7 @@ def cut(package: PackageEdit, part: str, path: Path, wanted: Callable[[etree._El
     for i, element in enumerate(package.part(part).children(*path)):
         if wanted(element):
             pieces.append(Piece(part, path, i, etree.tostring(element, encoding="unicode")))
-            remove(element)
+            xml.remove(element)
             package.part(part).touch()
     return pieces
 
@@ -83,7 +72,7 @@ def put(package: PackageEdit, part: str, path: Path, element: etree._Element, pl
     """Put an element into a list, at a place or at the end."""
     container, there = package.part(part).container(*path), package.part(part).children(*path)
     if container is None:
-        raise broken()
+        raise xml.broken()
     if place < len(there):
         container.insert(container.index(there[place]), element)
     elif there:
@@ -98,7 +87,7 @@ def change(
 ) -> None:
     """Change attributes of elements of a list."""
     for element in package.part(part).children(*path):
-        if set_attributes(element, changed(element)):
+        if xml.set_attributes(element, changed(element)):
             package.part(part).touch()
 
 
@@ -156,7 +145,7 @@ def views(package: PackageEdit) -> list[dict[str, str | None]]:
 def defined_names(package: PackageEdit) -> dict[str, str]:
     """The names of the whole workbook with what they mean."""
     found = package.workbook.children(*NAMES)
-    return {e.get("name", ""): text_of(e) for e in found if e.get("localSheetId") is None}
+    return {e.get("name", ""): xml.text_of(e) for e in found if e.get("localSheetId") is None}
 
 
 def define(package: PackageEdit, name: str, formula: str, local: int | None = None) -> None:
@@ -165,7 +154,7 @@ def define(package: PackageEdit, name: str, formula: str, local: int | None = No
     own = None if local is None else str(local)
     for e in book.children(*NAMES):
         if e.get("name") == name and e.get("localSheetId") == own:
-            set_text(e, formula)
+            xml.set_text(e, formula)
             book.touch()
             return
     ensure_names(package)
@@ -177,8 +166,8 @@ def ensure_names(package: PackageEdit) -> None:
     """Have a list of names."""
     book = package.workbook
     if book.container(*NAMES) is None:
-        last = [e for e in book.root.iterchildren("*") if local(e) in _BEFORE_NAMES][-1]
-        add(book.root, "definedNames", {}, at=book.root.index(last) + 1)
+        last = [e for e in book.root.iterchildren("*") if xml.local(e) in _BEFORE_NAMES][-1]
+        xml.add(book.root, "definedNames", {}, at=book.root.index(last) + 1)
         book.touch()
 
 
@@ -186,7 +175,7 @@ def drop_empty_names(package: PackageEdit) -> None:
     """Have no list of names without names."""
     book = package.workbook
     container = book.container(*NAMES)
-    if container is not None and child(container, "definedName") is None:
+    if container is not None and xml.child(container, "definedName") is None:
         book.root.remove(container)
         book.touch()
 
@@ -195,9 +184,9 @@ def rewrite_names(package: PackageEdit, changed: Callable[[str], str]) -> dict[s
     """Change what names mean; the new and the old texts by name."""
     old = {}
     for e in package.workbook.children(*NAMES):
-        text = text_of(e)
+        text = xml.text_of(e)
         if text and (new := changed(text)) != text:
-            set_text(e, new)
+            xml.set_text(e, new)
             package.workbook.touch()
             old[e.get("name", "")] = [new, text]
     return old
@@ -207,8 +196,8 @@ def put_names_back(package: PackageEdit, old: Mapping[str, list[str]]) -> None:
     """Take `rewrite_names` back where its texts still stand."""
     for e in package.workbook.children(*NAMES):
         new, was = old.get(e.get("name", ""), ("", ""))
-        if new and text_of(e) == new:
-            set_text(e, was)
+        if new and xml.text_of(e) == new:
+            xml.set_text(e, was)
             package.workbook.touch()
 
 
@@ -219,7 +208,7 @@ def put_new(
     """Put a new element into a list, at a place or at the end."""
     container = package.part(part).container(*path)
     assert container is not None
-    element = new_element(container, name, attributes)
+    element = xml.new_element(container, name, attributes)
     element.text = text or None
     put(package, part, path, element, at)
 

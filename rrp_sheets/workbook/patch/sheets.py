@@ -49,8 +49,7 @@ _STYLES = ("numFmts", "fonts", "fills", "borders", "cellXfs", "dxfs")
 def change_sheets(package: PackageEdit, edit: SheetEdit) -> str:
     """Carry out an edit of the list of sheets; of a deletion, what brings the sheet back, else an empty text.
 
-    Raises:
-        SheetsError: there is no such sheet, it cannot have that name, or it cannot go.
+    Raises SheetsError when there is no such sheet, it cannot have that name, or it cannot go.
     """
     listed.refuse_protected(package)
     match edit:
@@ -223,8 +222,7 @@ def place_style(styles: XmlPart, group: str, new: etree._Element, known: dict[st
 def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     """Delete a sheet; what brings it back.
 
-    Raises:
-        SheetsError: it is the last that can be seen, or a formula takes several sheets together.
+    Raises SheetsError when it is the last that can be seen, or a formula takes several sheets together.
     """
     entry = package.book.entries[package.index(edit.sheet)]
     name, before = entry.name, listed.names(package)
@@ -266,11 +264,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
 
 
 def bring_sheet(package: PackageEdit, edit: BringSheet) -> None:
-    """Bring a deleted sheet back.
-
-    Raises:
-        SheetsError: its name is taken by now, or another program has saved the workbook anew.
-    """
+    """Bring a deleted sheet back; raises SheetsError if its name is taken or another program has saved the file."""
     kept = json.loads(zlib.decompress(base64.b64decode(edit.kept)))
     before = listed.names(package)
     sheet_name(kept["sheet"], before)  # it may be taken by now
@@ -315,11 +309,9 @@ def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
     there = package.book.parts
     taken = [p for p in kept["parts"] if p.casefold() in there and p not in (kept["part"], rels_of(kept["part"]))]
     if taken or _style_digest(package, kept["counts"]) != kept["ground"]:
-        raise SheetsError(
-            N_("“{sheet}” cannot come back as it was: another program has saved the workbook since.",
-               sheet=kept["sheet"]),
-            N_("Take it from a version that was kept before (Versions)."),
-        )  # fmt: skip
+        name = kept["sheet"]
+        message = N_("“{sheet}” cannot come back as it was: another program has saved the workbook since.", sheet=name)
+        raise SheetsError(message, N_("Take it from a version that was kept before (Versions)."))
     return kept["part"] if kept["part"].casefold() not in there else listed.free_part(package)
 
 
@@ -405,7 +397,7 @@ def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
             continue
         for f in package.sheet(index).formulas():
             if wanted in sheets_named(f.text):
-                yield N_("the formula in {cell}", cell=f"{other}!{column_letters(f.column)}{f.row}")
+                yield N_("the formula in {cell}", cell=f"{other}!{f.place}")
     for defined, text in listed.defined_names(package).items():
         if wanted in sheets_named(text):
             is_list = defined.startswith(LIST_PREFIX)

@@ -30,9 +30,9 @@ _TOO_DEEP = etree.XPath(f"boolean({'/*' * (limits.XML_DEPTH + 1)})")
 
 def broken() -> SheetsError:
     """The error for XML that cannot be changed safely."""
+    message = N_("A part of the file cannot be understood, so it is left as it is.")
     return SheetsError(
-        N_("A part of the file cannot be understood, so it is left as it is."),
-        N_("Open the workbook in Excel or LibreOffice, save it under a new name, and use that."),
+        message, N_("Open the workbook in Excel or LibreOffice, save it under a new name, and use that.")
     )
 
 
@@ -230,20 +230,13 @@ def block_text(block: Range) -> str:
 
 
 @dataclass(slots=True)
-class FormulaRange:
-    """An array formula or a data table: the block of cells that it fills, and what messages call it."""
-
-    block: Range
-    what: str
-
-
-@dataclass(slots=True)
 class CellFormula:
-    """A formula in a cell, with its text there; touch `block` when `element` is changed."""
+    """A formula in a cell (`place`: `C5`), with its text there; touch `block` when `element` is changed."""
 
     block: RowBlock
     row: int
     column: int
+    place: str
     element: etree._Element
     text: str
 
@@ -379,7 +372,7 @@ class SheetXml(XmlPart):
         if firsts != sorted(set(firsts)):
             raise broken()
         self.blocks = [RowBlock(self, body[places[i] : places[i + 1]], first) for i, first in enumerate(firsts)]
-        self._ranges: list[FormulaRange] | None = None
+        self._ranges: list[tuple[Range, str]] | None = None
         self._columns: set[int] | None = None
         return root
 
@@ -431,15 +424,15 @@ class SheetXml(XmlPart):
         return any(block.has_formulas for block in self.blocks)
 
     @property
-    def ranges(self) -> list[FormulaRange]:
-        """The array formulas and data tables."""
+    def ranges(self) -> list[tuple[Range, str]]:
+        """The blocks of cells that array formulas and data tables fill, each with what messages call it."""
         if self._ranges is None:
             self._ranges = []
             for block in self.blocks:
                 for f in block.table.iter("{*}f") if block.special else ():
                     kind = f.get("t")
                     if kind in ("array", "dataTable") and (at := block_of(f.get("ref", ""))):
-                        self._ranges.append(FormulaRange(at, N_("an array formula") if kind == "array" else DATA_TABLE))
+                        self._ranges.append((at, N_("an array formula") if kind == "array" else DATA_TABLE))
         return self._ranges
 
     def formulas(self) -> Iterator[CellFormula]:
@@ -460,7 +453,7 @@ class SheetXml(XmlPart):
                             masters[group] = (text, at)
                         elif group in masters:
                             text = translated(*masters[group], at)
-                    yield CellFormula(block, number, column, f, text)
+                    yield CellFormula(block, number, column, at, f, text)
 
     def write_out(self) -> None:
         """Give every cell its own formula, so that rows are independent; what is calculated stays the same."""
