@@ -8,37 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.model import workbook as model
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import (
-    Address,
-    Behaviour,
-    Cell,
-    Device,
-    GestureRow,
-    Helper,
-    Protocol,
-    SceneRow,
-    TestSheet,
-    Workbook,
-)
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
+from rrp_sheets.workbook import sheet_readers as readers
 from rrp_sheets.workbook.atomic import file_bytes
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.schema import BEHAVIOUR, NearMiss, Recognised, recognise
-from rrp_sheets.workbook.sheet_readers import (
-    OwnTable,
-    is_named,
-    read_behaviour,
-    read_devices,
-    read_gestures,
-    read_helpers,
-    read_protocol,
-    read_scene,
-    read_table,
-    read_test,
-    words,
-)
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
 
 MARKDOWN = (".md", ".markdown")
@@ -60,7 +37,7 @@ class Reading:
         sheets: the sheets as the file has them; of an .xlsx the user's own only to row 20.
     """
 
-    workbook: Workbook
+    workbook: model.Workbook
     report: Report
     digest: str
     format: str
@@ -178,13 +155,13 @@ class Reader:
         self.report.order_by(book.names)
         self._book = book
         self._characters = 0
-        self._behaviours: list[Behaviour] = []
-        self._devices: list[Device] = []
-        self._helpers: list[Helper] = []
-        self._scene: list[SceneRow] | None = None
-        self._gestures: list[GestureRow] = []
-        self._tests: list[TestSheet] = []
-        self._fields: dict[str, Cell] = {}
+        self._behaviours: list[model.Behaviour] = []
+        self._devices: list[model.Device] = []
+        self._helpers: list[model.Helper] = []
+        self._scene: list[model.SceneRow] | None = None
+        self._gestures: list[model.GestureRow] = []
+        self._tests: list[model.TestSheet] = []
+        self._fields: dict[str, model.Cell] = {}
         self._names: dict[str, str] = {}
         self._nearly = False  # whether a sheet is a behaviour but for a missing header, which is told
         self.sheets: list[RawSheet] = []
@@ -193,13 +170,13 @@ class Reader:
         first: dict[str, str] = {}
         for name in book.names:
             if key(name) in first:
-                self.report.add("SHEET014", Address(name), first=first[key(name)], sheet=name)
+                self.report.add("SHEET014", model.Address(name), first=first[key(name)], sheet=name)
             first.setdefault(key(name), name)
         if not self._behaviours and not self._nearly:
             self.report.add("SHEET001", None)
-        self.workbook = Workbook(
+        self.workbook = model.Workbook(
             source, tuple(self._behaviours), tuple(self._devices), tuple(self._helpers),
-            Protocol(self._fields, self._names), None if self._scene is None else tuple(self._scene),
+            model.Protocol(self._fields, self._names), None if self._scene is None else tuple(self._scene),
             tuple(self._gestures), tuple(self._tests), tables, tuple(book.names),
         )  # fmt: skip
 
@@ -219,7 +196,7 @@ class Reader:
             limit = N_("{n:,}, with the sheets before it,", n=limits.TEXT_CHARACTERS)
             raise unreadable("FILE013", sheet=sheet.name, what=N_("too many letters"), limit=limit)
         self.sheets.append(sheet)
-        table = OwnTable(sheet, recognised, recognised.kind, self.report)
+        table = readers.OwnTable(sheet, recognised, recognised.kind, self.report)
         self._report_findings(sheet.name)
         table.report_merged()
         self._add(recognised, table)
@@ -229,31 +206,31 @@ class Reader:
         """Take over what the backend noticed about a sheet that is used."""
         self.report.extend(f for f in self._book.findings if f.address and f.address.sheet == sheet)
 
-    def _add(self, recognised: Recognised, table: OwnTable) -> None:
+    def _add(self, recognised: Recognised, table: readers.OwnTable) -> None:
         match recognised.kind.name if recognised.kind else "":
             case "behaviour":
-                self._behaviours.append(read_behaviour(table))
+                self._behaviours.append(readers.read_behaviour(table))
             case "devices":
-                self._devices.extend(read_devices(table))
+                self._devices.extend(readers.read_devices(table))
             case "helpers":
-                self._helpers.extend(read_helpers(table))
+                self._helpers.extend(readers.read_helpers(table))
             case "scene":
-                self._scene = [*(self._scene or ()), *read_scene(table)]
+                self._scene = [*(self._scene or ()), *readers.read_scene(table)]
             case "gestures":
-                self._gestures.extend(read_gestures(table))
+                self._gestures.extend(readers.read_gestures(table))
             case "test":
-                self._tests.append(read_test(table))
+                self._tests.append(readers.read_test(table))
             case "protocol":
-                read_protocol(table, self._fields, self._names)
+                readers.read_protocol(table, self._fields, self._names)
 
     def _report_near(self, sheet: str, near: NearMiss) -> None:
         kind = near.kind.shown
         self._nearly = self._nearly or near.kind is BEHAVIOUR
         if not near.column:
-            address = Address(sheet, near.row, 1)
+            address = model.Address(sheet, near.row, 1)
             self.report.add("SHEET004", address, sheet=sheet, kind=kind, wanted=near.wanted, row=near.row)
             return
-        address = Address(sheet, near.row, near.column)
+        address = model.Address(sheet, near.row, near.column)
         code = "SHEET002" if near.certain else "SHEET003"
         self.report.add(
             code, address, sheet=sheet, kind=kind, wanted=near.wanted, header=near.header, guess=near.wanted
@@ -261,14 +238,14 @@ class Reader:
 
     def _tables(self, own: list[int]) -> Mapping[str, tuple[tuple[str, ...], ...]]:
         formulas = [row.formula.text for b in self._behaviours for row in b.rows]
-        named = words([*formulas, *(h.formula.text for h in self._helpers)])
+        named = readers.words([*formulas, *(h.formula.text for h in self._helpers)])
         tables = {}
         for index in own:
             name = self._book.names[index]
-            if is_named(name, named):
+            if readers.is_named(name, named):
                 sheet = self._book.sheet(index, Extent.TABLE)
                 self._report_findings(name)
-                tables[key(name)] = read_table(sheet, self.report)
+                tables[key(name)] = readers.read_table(sheet, self.report)
         return tables
 
 

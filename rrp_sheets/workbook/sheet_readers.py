@@ -10,20 +10,9 @@ from itertools import count, groupby, takewhile
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
+from rrp_sheets.model import workbook as model
 from rrp_sheets.model.names import argument_name, key
-from rrp_sheets.model.workbook import (
-    Address,
-    Behaviour,
-    Cell,
-    Device,
-    GestureRow,
-    Helper,
-    Row,
-    SceneRow,
-    TestRow,
-    TestSheet,
-    truth_of,
-)
+from rrp_sheets.model.workbook import Address, Cell
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
@@ -183,17 +172,17 @@ def header_keys(table: OwnTable) -> dict[int, str]:
     return {column: key(header) for column, header in table.others.items() if key(header)}
 
 
-def read_behaviour(table: OwnTable) -> Behaviour:
+def read_behaviour(table: OwnTable) -> model.Behaviour:
     """The behaviour that a sheet describes."""
     rows = [_behaviour_row(table, line) for line in table.lines()]
     for line in table.comments():
         _report_buried(table, line)
     table.report_hidden({row.number: row for row in rows if row.on})
     header = table.address(table.header_row, table.columns["Input streams"])
-    return Behaviour(table.sheet.name, tuple(rows), header, _headings(table, rows))
+    return model.Behaviour(table.sheet.name, tuple(rows), header, _headings(table, rows))
 
 
-def _headings(table: OwnTable, rows: Sequence[Row]) -> dict[int, str]:
+def _headings(table: OwnTable, rows: Sequence[model.Row]) -> dict[int, str]:
     """The comments above rows, by the number of the row that follows them."""
     comments = {line.number: _comment(line) for line in table.comments()}
     numbers = {row.number for row in rows}
@@ -232,17 +221,17 @@ def _report_buried(table: OwnTable, line: FilledRow) -> None:
     table.add("SHEET022", table.address(line.number, connector), fixes=(apart,), row=line.number)
 
 
-def _behaviour_row(table: OwnTable, line: FilledRow) -> Row:
+def _behaviour_row(table: OwnTable, line: FilledRow) -> model.Row:
     inputs = table.cell(line, "Input streams")
     names = table.names(inputs)
     connector, formula, output = (table.cell(line, header) for header in ("Connector", "Formula", "Output stream"))
     on, priority, remarks = _is_on(table, line), _priority(table, line), table.remarks(line)
-    return Row(line.number, names, inputs, connector, formula, output, on, priority, remarks)
+    return model.Row(line.number, names, inputs, connector, formula, output, on, priority, remarks)
 
 
 def _is_on(table: OwnTable, line: FilledRow) -> bool:
     cell = table.cell(line, "On")
-    on = truth_of(cell.text)
+    on = model.truth_of(cell.text)
     if on is None and cell:
         table.add("SHEET011", cell.address, value=cell.text)
     return on is not False
@@ -262,42 +251,42 @@ def _priority(table: OwnTable, line: FilledRow) -> float:
     return priority
 
 
-def read_helpers(table: OwnTable) -> tuple[Helper, ...]:
+def read_helpers(table: OwnTable) -> tuple[model.Helper, ...]:
     """The rows of a Helpers sheet."""
     return tuple(
-        Helper(table.cell(line, "Name"), table.names(table.cell(line, "Inputs")), table.cell(line, "Formula"))
+        model.Helper(table.cell(line, "Name"), table.names(table.cell(line, "Inputs")), table.cell(line, "Formula"))
         for line in table.shown_lines()
     )
 
 
-def read_devices(table: OwnTable) -> tuple[Device, ...]:
+def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     """The rows of a Devices sheet; a blank cell stands for a setting left out."""
     keys = header_keys(table)
     headers = {k: table.others[c] for c, k in keys.items()}
     devices = []
     for line in table.shown_lines():
         settings = {keys[c]: table.cell(line, c) for c in sorted(keys)}
-        devices.append(Device(table.cell(line, "Stream"), table.cell(line, "Device"), settings, headers))
+        devices.append(model.Device(table.cell(line, "Stream"), table.cell(line, "Device"), settings, headers))
     return tuple(devices)
 
 
-def read_scene(table: OwnTable) -> tuple[SceneRow, ...]:
+def read_scene(table: OwnTable) -> tuple[model.SceneRow, ...]:
     """The rows of a Scene sheet; their words are understood later."""
     headers = ("Time (s)", "Thing", "Does", "Value")
-    return tuple(SceneRow(*(table.cell(line, header) for header in headers)) for line in table.shown_lines())
+    return tuple(model.SceneRow(*(table.cell(line, header) for header in headers)) for line in table.shown_lines())
 
 
-def read_test(table: OwnTable) -> TestSheet:
+def read_test(table: OwnTable) -> model.TestSheet:
     """The rows of a test sheet. Send and Expect are written like formulas (`zone="Head"`) or as plain texts."""
     rows = (
-        TestRow(table.needed(line, "Time (ms)", N_("time")), table.needed(line, "Stream", N_("stream")),
+        model.TestRow(table.needed(line, "Time (ms)", N_("time")), table.needed(line, "Stream", N_("stream")),
                 table.cell(line, "Send"), table.cell(line, "Expect"), table.remarks(line))
         for line in table.shown_lines()
     )  # fmt: skip
-    return TestSheet(table.sheet.name, tuple(rows))
+    return model.TestSheet(table.sheet.name, tuple(rows))
 
 
-def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
+def read_gestures(table: OwnTable) -> tuple[model.GestureRow, ...]:
     """The keyframes of a Gestures sheet; a blank joint is not among a keyframe's joints."""
     keys = header_keys(table)
     headers = {keys[c]: table.others[c].strip() for c in sorted(keys)}
@@ -305,7 +294,7 @@ def read_gestures(table: OwnTable) -> tuple[GestureRow, ...]:
     for line in table.shown_lines():
         name, time = table.needed(line, "Name", N_("name")), table.needed(line, "Time (s)", N_("time"))
         joints = {keys[c]: table.cell(line, c) for c in sorted(keys) if c in line.cells}
-        rows.append(GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}, headers))
+        rows.append(model.GestureRow(name, time, {k: cell for k, cell in joints.items() if cell}, headers))
     return tuple(rows)
 
 

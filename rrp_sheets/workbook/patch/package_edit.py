@@ -14,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, shown
-from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, block_of, number
+from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, block_of, number, rels_of
 from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.raw import Extent, Range
 from rrp_sheets.workbook.schema import Recognised, recognise
@@ -151,9 +151,8 @@ class PackageEdit:
         parts = self.related(self.book.part, _CALC_CHAIN)
         if not parts:
             return
-        folder, _, leaf = self.book.part.rpartition("/")
         names = {"/" + p.casefold() for p in parts}
-        for part, name in ((TYPES_PART, "Override"), (f"{folder}/_rels/{leaf}.rels", "Relationship")):
+        for part, name in ((TYPES_PART, "Override"), (rels_of(self.book.part), "Relationship")):
             for holder, e in self.part(part).find(name):
                 kind = e.get("Type", "").casefold()
                 if e.get("PartName", "").casefold() in names or kind.endswith("/" + _CALC_CHAIN):

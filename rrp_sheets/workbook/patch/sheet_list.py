@@ -218,14 +218,9 @@ def put_sheet(package: PackageEdit, part: str, name: str, at: int = _LAST) -> No
     relation = free_relation(package)
     put_new(package, TYPES_PART, TYPES, "Override", {"PartName": f"/{part}", "ContentType": _SHEET_TYPE})
     related = {"Id": relation, "Type": f"{_RELATIONS_SPACE}/worksheet", "Target": target(package, part)}
-    put_new(package, relations_part(package), RELATIONS, "Relationship", related)
+    put_new(package, rels_of(package.book.part), RELATIONS, "Relationship", related)
     sheet = {"name": name, "sheetId": str(free_number(package)), id_name(package): relation}
     put_new(package, package.book.part, SHEETS, "sheet", sheet, at)
-
-
-def relations_part(package: PackageEdit) -> str:
-    """The part with the workbook part's relations."""
-    return rels_of(package.book.part)
 
 
 def target(package: PackageEdit, part: str) -> str:
@@ -243,7 +238,7 @@ def free_part(package: PackageEdit) -> str:
 
 def free_relation(package: PackageEdit) -> str:
     """An id for a relation of the workbook part."""
-    taken = {e.get("Id", "") for e in package.part(relations_part(package)).children(*RELATIONS)}
+    taken = {e.get("Id", "") for e in package.part(rels_of(package.book.part)).children(*RELATIONS)}
     return next(id for n in count(len(taken) + 1) if (id := f"rId{n}") not in taken)
 
 

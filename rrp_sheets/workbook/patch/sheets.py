@@ -250,7 +250,7 @@ def delete_sheet(package: PackageEdit, edit: DeleteSheet) -> str:
     removed = {f"/{spelt}".casefold() for spelt in gone}
     found = [
         *cut(package, TYPES_PART, TYPES, lambda e: e.get("PartName", "").casefold() in removed),
-        *cut(package, listed.relations_part(package), RELATIONS, lambda e: e.get("Id") == relation),
+        *cut(package, rels_of(package.book.part), RELATIONS, lambda e: e.get("Id") == relation),
         *cut(package, package.book.part, SHEETS, lambda e: e.get("name") == name), *own,
     ]  # fmt: skip
     front = _in_front(listed.entries(package), at)
@@ -320,7 +320,7 @@ def _numbers(package: PackageEdit, kept: dict[str, Any]) -> tuple[str, int]:
     pieces = {tuple(path): Piece(part, tuple(path), at, raw) for part, path, at, raw in kept["pieces"]}
     relation = pieces[RELATIONS].element.get("Id", "")
     own = number(pieces[SHEETS].element.get("sheetId"))
-    rels = package.part(listed.relations_part(package)).children(*RELATIONS)
+    rels = package.part(rels_of(package.book.part)).children(*RELATIONS)
     if any(e.get("Id") == relation for e in rels):
         relation = listed.free_relation(package)
     if any(number(e.get("sheetId")) == own for e in listed.entries(package)):
