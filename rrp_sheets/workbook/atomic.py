@@ -24,10 +24,9 @@ def refuse_open_file(path: Path) -> None:
     """Raise SheetsError when Excel or LibreOffice has the file open (they leave a lock file beside it)."""
     for program, lock in (("Excel", f"~${path.name}"), ("LibreOffice", f".~lock.{path.name}#")):
         if os.path.exists(path.parent / lock):  # False, not an error, where that name is too long for the system
-            raise SheetsError(
-                N_("“{name}” is open in {program}.", name=path.name, program=program),
-                N_("Close it there and try again; if it is not open, delete the file “{lock}” beside it.", lock=lock),
-            )
+            told = N_("“{name}” is open in {program}.", name=path.name, program=program)
+            how = N_("Close it there and try again; if it is not open, delete the file “{lock}” beside it.", lock=lock)
+            raise SheetsError(told, how)
 
 
 def already_there(path: Path) -> SheetsError:
@@ -79,16 +78,10 @@ def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
 
 
 def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged: Stamp | None = None) -> None:
-    """Write to a temporary file beside `path`, have it stored, and give it the name.
+    """Write to a temporary file beside `path`, have it stored, and give it the name; raises SheetsError if it cannot.
 
-    Args:
-        path: of the file.
-        data: its new content.
-        replace: False to refuse when there is such a file, even one made a moment ago.
-        unchanged: the stamp that the file had when it was read; it is not replaced when it has another by now.
-
-    Raises:
-        SheetsError: when it cannot be written, or is there already and `replace` is False.
+    Without `replace` a file that is there is left, even one made a moment ago. `unchanged` is the stamp that the file
+    had when it was read; it is not replaced when it has another by now.
     """
     refuse_open_file(path)
     half = ""

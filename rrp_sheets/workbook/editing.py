@@ -197,10 +197,8 @@ def _refuse_unreadable(data: bytes, name: str) -> None:
 
 def _refuse_read_only(path: Path) -> None:
     if not path.stat().st_mode & stat.S_IWUSR:
-        raise SheetsError(
-            N_("“{name}” is write-protected, so it was left as it is.", name=path.name),
-            N_("Take the protection off in the file's properties, or change a copy."),
-        )
+        message = N_("“{name}” is write-protected, so it was left as it is.", name=path.name)
+        raise SheetsError(message, N_("Take the protection off in the file's properties, or change a copy."))
 
 
 @contextlib.contextmanager

@@ -36,33 +36,22 @@ class SetCell:
         return f"{self.sheet}!{column_letters(self.column)}{self.row}"
 
     def checked_value(self) -> Value:
-        r"""The value as it can be stored: line breaks as `\n`, whole text as it is.
-
-        Raises:
-            SheetsError: when a cell cannot hold it.
-        """
-        value = self.value
+        r"""The value as it can be stored, line breaks as `\n`; raises SheetsError when a cell cannot hold it."""
+        value, at = self.value, self.place
         if isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isfinite(value):
-            raise SheetsError(
-                N_("{value} is no number that a cell can hold ({cell}).", value=str(value), cell=self.place),
-                N_("Write a number, or a text."),
-            )
+            message = N_("{value} is no number that a cell can hold ({cell}).", value=str(value), cell=at)
+            raise SheetsError(message, N_("Write a number, or a text."))
         if not isinstance(value, str):
             return value
         value = value.replace("\r\n", "\n").replace("\r", "\n")
-        length = len(value.encode("utf-16-le", "surrogatepass")) // 2  # as Excel counts
-        if length > limits.CELL_CHARACTERS:
-            raise SheetsError(
-                N_("The text for {cell} has {n:,} characters; a cell holds {most:,}.",
-                   cell=self.place, n=length, most=limits.CELL_CHARACTERS),
-                N_("Shorten it, or split it over several cells."),
-            )  # fmt: skip
+        n, most = len(value.encode("utf-16-le", "surrogatepass")) // 2, limits.CELL_CHARACTERS  # as Excel counts
+        if n > most:
+            told = N_("The text for {cell} has {n:,} characters; a cell holds {most:,}.", cell=at, n=n, most=most)
+            raise SheetsError(told, N_("Shorten it, or split it over several cells."))
         if match := _IMPOSSIBLE.search(value):
-            raise SheetsError(
-                N_("The text for {cell} contains something that is no character ({code}).",
-                   cell=self.place, code=f"U+{ord(match[0]):04X}"),
-                N_("Type the text again instead of pasting it."),
-            )  # fmt: skip
+            code = f"U+{ord(match[0]):04X}"
+            told = N_("The text for {cell} contains something that is no character ({code}).", cell=at, code=code)
+            raise SheetsError(told, N_("Type the text again instead of pasting it."))
         return value
 
 

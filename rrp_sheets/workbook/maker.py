@@ -290,12 +290,11 @@ class SheetMaker:
 
 
 def _set_text(cell: Any, text: str) -> None:
-    if len(text) > limits.CELL_CHARACTERS:
-        raise SheetsError(
-            N_("The text of {cell} has {n:,} characters; a cell holds {most:,}.",
-               cell=f"{cell.parent.title}!{cell.coordinate}", n=len(text), most=limits.CELL_CHARACTERS),
-            N_("Shorten it."),
-        )  # fmt: skip
+    n, most = len(text), limits.CELL_CHARACTERS
+    if n > most:
+        at = f"{cell.parent.title}!{cell.coordinate}"
+        told = N_("The text of {cell} has {n:,} characters; a cell holds {most:,}.", cell=at, n=n, most=most)
+        raise SheetsError(told, N_("Shorten it."))
     if text:
         cell.value = escape_literal(IMPOSSIBLE.sub("\ufffd", text))
         cell.data_type = "s"  # after the value: a text that begins with = must not become a formula

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.model import workbook as model
@@ -104,8 +105,7 @@ def csv_order(folder: Path) -> list[str]:
 def csv_paths(path: Path) -> dict[str, Path]:
     """The .csv and .tsv files of a folder (or the one file that `path` is) by sheet name.
 
-    Raises:
-        UnreadableFile: when there are too many, or two of them are the same sheet.
+    Raises UnreadableFile when there are too many, or two of them are the same sheet.
     """
     if not path.is_dir():
         return {path.stem: path}
@@ -224,17 +224,14 @@ class Reader:
                 readers.read_protocol(table, self._fields, self._names)
 
     def _report_near(self, sheet: str, near: NearMiss) -> None:
-        kind = near.kind.shown
         self._nearly = self._nearly or near.kind is BEHAVIOUR
-        if not near.column:
-            address = model.Address(sheet, near.row, 1)
-            self.report.add("SHEET004", address, sheet=sheet, kind=kind, wanted=near.wanted, row=near.row)
-            return
-        address = model.Address(sheet, near.row, near.column)
-        code = "SHEET002" if near.certain else "SHEET003"
-        self.report.add(
-            code, address, sheet=sheet, kind=kind, wanted=near.wanted, header=near.header, guess=near.wanted
-        )
+        address = model.Address(sheet, near.row, near.column or 1)
+        told: dict[str, Any] = {"sheet": sheet, "kind": near.kind.shown, "wanted": near.wanted}
+        if near.column:
+            code = "SHEET002" if near.certain else "SHEET003"
+            self.report.add(code, address, **told, header=near.header, guess=near.wanted)
+        else:
+            self.report.add("SHEET004", address, **told, row=near.row)
 
     def _tables(self, own: list[int]) -> Mapping[str, tuple[tuple[str, ...], ...]]:
         formulas = [row.formula.text for b in self._behaviours for row in b.rows]

@@ -16,10 +16,7 @@ _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff\u202a-\u202e
 
 
 def sheet_name(text: str, others: Iterable[str] = ()) -> str:
-    """The name as it is used, without spaces at its ends.
-
-    Raises:
-        SheetsError: no sheet can have this name, and why.
+    """The name as it is used, without spaces at its ends; raises SheetsError when no sheet can have this name.
 
     >>> sheet_name("  Say  hello ")
     'Say hello'
@@ -28,14 +25,11 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
     if not name:
         raise SheetsError(N_("A sheet needs a name."), N_("Write a short one, such as “Greeting”."))
     if found := FORBIDDEN.search(name):
-        raise SheetsError(
-            N_("“{mark}” cannot stand in the name of a sheet.", mark=found[0]),
-            N_(r"Leave out [ ] : * ? / and \, which Excel refuses."),
-        )
+        message = N_("“{mark}” cannot stand in the name of a sheet.", mark=found[0])
+        raise SheetsError(message, N_(r"Leave out [ ] : * ? / and \, which Excel refuses."))
     if (count := len(name.encode("utf-16-le")) // 2) > LONGEST:
-        raise SheetsError(
-            N_("This name has {n} letters; Excel takes {most}.", n=count, most=LONGEST), N_("Shorten it.")
-        )
+        message = N_("This name has {n} letters; Excel takes {most}.", n=count, most=LONGEST)
+        raise SheetsError(message, N_("Shorten it."))
     if name[0] == "'" or name[-1] == "'":
         raise SheetsError(N_("A sheet's name cannot begin or end with an apostrophe."), N_("Leave it out."))
     if not any(c.isalnum() for c in name):
@@ -54,28 +48,23 @@ def sheet_named(names: Sequence[str], sheet: str) -> str:
     """The sheet of that name in its spelling; raises SheetsError when there is none."""
     found = [n for n in names if n == sheet] or [n for n in names if key(n) == key(sheet)]
     if not found:
-        raise SheetsError(
-            N_("There is no sheet “{sheet}”.", sheet=sheet), N_("The sheets are: {names}.", names=listed(names))
-        )
+        remedy = N_("The sheets are: {names}.", names=listed(names))
+        raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), remedy)
     return found[0]
 
 
 def refuse_more(names: Sequence[str]) -> None:
     """Raise SheetsError when there can be no further sheet."""
     if len(names) >= limits.SHEETS:
-        raise SheetsError(
-            N_("A workbook has at most {n} sheets.", n=limits.SHEETS),
-            N_("Delete one first, or begin another workbook."),
-        )
+        message = N_("A workbook has at most {n} sheets.", n=limits.SHEETS)
+        raise SheetsError(message, N_("Delete one first, or begin another workbook."))
 
 
 def header_row(sheet: str, row: int) -> SheetsError:
     """The error for rows that cannot be changed, as the headers stand there or below."""
-    return SheetsError(
-        N_("Row {row} of “{sheet}” holds the headers; they and what is above them stay where they are.",
-           row=row, sheet=sheet),
-        N_("Choose rows from {row} on.", row=row + 1),
-    )  # fmt: skip
+    told = N_("Row {row} of “{sheet}” holds the headers; they and what is above them stay where they are.",
+              row=row, sheet=sheet)  # fmt: skip
+    return SheetsError(told, N_("Choose rows from {row} on.", row=row + 1))
 
 
 def free_name(stem: str, others: Iterable[str], number: int = 1) -> str:

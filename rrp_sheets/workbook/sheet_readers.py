@@ -225,16 +225,12 @@ def _behaviour_row(table: OwnTable, line: FilledRow) -> model.Row:
     inputs = table.cell(line, "Input streams")
     names = table.names(inputs)
     connector, formula, output = (table.cell(line, header) for header in ("Connector", "Formula", "Output stream"))
-    on, priority, remarks = _is_on(table, line), _priority(table, line), table.remarks(line)
-    return model.Row(line.number, names, inputs, connector, formula, output, on, priority, remarks)
-
-
-def _is_on(table: OwnTable, line: FilledRow) -> bool:
-    cell = table.cell(line, "On")
-    on = model.truth_of(cell.text)
-    if on is None and cell:
-        table.add("SHEET011", cell.address, value=cell.text)
-    return on is not False
+    switch = table.cell(line, "On")
+    on = model.truth_of(switch.text)
+    if on is None and switch:
+        table.add("SHEET011", switch.address, value=switch.text)
+    priority, remarks = _priority(table, line), table.remarks(line)
+    return model.Row(line.number, names, inputs, connector, formula, output, on is not False, priority, remarks)
 
 
 def _priority(table: OwnTable, line: FilledRow) -> float:
@@ -341,13 +337,15 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
     left, right = header[0], header[-1]
     if right - left >= limits.TABLE_COLUMNS:
         right = left + limits.TABLE_COLUMNS - 1
-        _too_large(sheet, report, Address(sheet.name, top, right + 1), limits.TABLE_COLUMNS, N_("columns"))
+        limit, beyond = f"{limits.TABLE_COLUMNS:,}", Address(sheet.name, top, right + 1)
+        report.add("SHEET019", beyond, sheet=sheet.name, limit=limit, what=N_("columns"))
     _check_header(sheet, report, {c: filled.get((top, c), "") for c in range(left, right + 1)}, top, filled)
     rows = []
     present = {row for row, column in filled if left <= column <= right}
     for row in takewhile(present.__contains__, count(top)):
         if row > top + limits.TABLE_ROWS:
-            _too_large(sheet, report, Address(sheet.name, row, left), limits.TABLE_ROWS, N_("rows"))
+            limit, beyond = f"{limits.TABLE_ROWS:,}", Address(sheet.name, row, left)
+            report.add("SHEET019", beyond, sheet=sheet.name, limit=limit, what=N_("rows"))
             break
         rows.append(tuple(_text(sheet, (row, column), filled, report) for column in range(left, right + 1)))
     if len(rows) < 2:
@@ -374,7 +372,3 @@ def _check_header(
         elif not key(title) and column in used:
             report.add("FORM024", Address(sheet.name, top, column), table=sheet.name)
         seen |= {key(title)} - {""}
-
-
-def _too_large(sheet: RawSheet, report: Report, address: Address, limit: int, what: str) -> None:
-    report.add("SHEET019", address, sheet=sheet.name, limit=f"{limit:,}", what=what)

@@ -110,8 +110,7 @@ def new_workbook(
 ) -> Path:
     """Make a new workbook from the guided template, or without rows; an existing file is never overwritten.
 
-    Raises:
-        SheetsError: there is such a file already, its name does not end in .xlsx, or it cannot be written.
+    Raises SheetsError when there is such a file, its name does not end in .xlsx, or it cannot be written.
     """
     path = Path(path)
     refuse_name(path)
@@ -125,10 +124,8 @@ def new_workbook(
 def refuse_name(path: Path) -> None:
     """Raise SheetsError when a new workbook cannot have this name: it is taken, or does not end in .xlsx."""
     if path.suffix.casefold() != ".xlsx":
-        raise SheetsError(
-            N_("A new workbook's name ends in .xlsx; “{name}” does not.", name=path.name),
-            N_("Try “{name}”.", name=f"{path.stem}.xlsx"),
-        )
+        message = N_("A new workbook's name ends in .xlsx; “{name}” does not.", name=path.name)
+        raise SheetsError(message, N_("Try “{name}”.", name=f"{path.stem}.xlsx"))
     if path.exists():
         raise already_there(path)
 

@@ -213,17 +213,13 @@ def _refuse_harm(sheet: xml.SheetXml, tables: list[SheetTable], edit: SetCell) -
     for block in sheet.merged():
         if _covers(block, edit) and (edit.row, edit.column) != (block.top, block.left):
             at, first, text = edit.place, f"{column_letters(block.left)}{block.top}", xml.block_text(block)
-            raise SheetsError(
-                N_("{cell} is hidden under {first}: the cells {cells} are merged.", cell=at, first=first, cells=text),
-                N_("Set {first} instead, or unmerge the cells in Excel.", first=first),
-            )
+            told = N_("{cell} is hidden under {first}: the cells {cells} are merged.", cell=at, first=first, cells=text)
+            raise SheetsError(told, N_("Set {first} instead, or unmerge the cells in Excel.", first=first))
     for block, what in sheet.ranges:
         if _covers(block, edit) and block.area > 1:
             text = xml.block_text(block)
-            raise SheetsError(
-                N_("{cell} belongs to {what} that fills {cells}.", cell=edit.place, what=what, cells=text),
-                N_("In Excel, select {cells}, press Delete, and then set the cell.", cells=text),
-            )
+            told = N_("{cell} belongs to {what} that fills {cells}.", cell=edit.place, what=what, cells=text)
+            raise SheetsError(told, N_("In Excel, select {cells}, press Delete, and then set the cell.", cells=text))
     for table in tables:
         for row, message in (
             (table.header, N_("{cell} is in the header of the Excel table “{table}”, which would be damaged.")),

@@ -244,8 +244,7 @@ def renamed(formula: str, old: str, new: str) -> str:
 def without(formula: str, sheet: str) -> str:
     """A formula after a sheet was deleted, as spreadsheet programs write it.
 
-    Raises:
-        SheetsError: when the sheet is the first or the last of several that the formula takes together.
+    Raises SheetsError when the sheet is the first or the last of several that the formula takes together.
 
     >>> without("Mine!A1+'Mine'!B2+Other!C3", "Mine")
     '#REF!A1+#REF!B2+Other!C3'
@@ -256,11 +255,9 @@ def without(formula: str, sheet: str) -> str:
         if sheet.casefold() not in (n.casefold() for n in names):
             return match[0]
         if len(names) > 1:
-            raise SheetsError(
-                N_("A formula takes the sheets {first} to {last} together, so “{sheet}” cannot go.",
-                   first=names[0], last=" to ".join(names[1:]), sheet=sheet),
-                N_("Delete it in Excel or LibreOffice, which change such formulas too."),
-            )  # fmt: skip
+            message = N_("A formula takes the sheets {first} to {last} together, so “{sheet}” cannot go.",
+                         first=names[0], last=" to ".join(names[1:]), sheet=sheet)  # fmt: skip
+            raise SheetsError(message, N_("Delete it in Excel or LibreOffice, which change such formulas too."))
         return GONE
 
     return _PIECE.sub(change, formula)

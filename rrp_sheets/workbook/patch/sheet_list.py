@@ -100,10 +100,8 @@ def refuse_protected(package: PackageEdit) -> None:
     """Raise SheetsError when somebody has locked which sheets there are."""
     for e in package.workbook.root.iterchildren("{*}workbookProtection"):
         if truth(e.get("lockStructure")):
-            raise SheetsError(
-                N_("The workbook's structure is protected: its sheets stay as they are."),
-                N_("Take the protection off in Excel (Review, Protect Workbook)."),
-            )
+            message = N_("The workbook's structure is protected: its sheets stay as they are.")
+            raise SheetsError(message, N_("Take the protection off in Excel (Review, Protect Workbook)."))
 
 
 def names(package: PackageEdit) -> list[str]:

@@ -30,10 +30,8 @@ _TOO_DEEP = etree.XPath(f"boolean({'/*' * (limits.XML_DEPTH + 1)})")
 
 def broken() -> SheetsError:
     """The error for XML that cannot be changed safely."""
-    message = N_("A part of the file cannot be understood, so it is left as it is.")
-    return SheetsError(
-        message, N_("Open the workbook in Excel or LibreOffice, save it under a new name, and use that.")
-    )
+    remedy = N_("Open the workbook in Excel or LibreOffice, save it under a new name, and use that.")
+    return SheetsError(N_("A part of the file cannot be understood, so it is left as it is."), remedy)
 
 
 def parse(data: bytes) -> etree._Element:
