@@ -47,7 +47,11 @@ def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language
     for index, sheet in enumerate(package.book.names):
         if sheet in by_sheet:
             _mark(package, index, by_sheet[sheet], styles, language)
-    _add_list(package, findings, styles, language)
+    names = package.book.names
+    *_, title = sheet_titles([*names, TITLE if TITLE not in names else f"{TITLE} of the check"]).values()
+    part = next(part for n in count(1) if (part := f"{_PART}{n}.xml") not in package.book)
+    package.added[part] = _list_xml(findings, styles, language)
+    listed.put_sheet(package, part, title)
     return package.to_bytes()
 
 
@@ -74,7 +78,13 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
             severity = finding.severity.value
             worst[row, column] = severity if severity == "error" else worst.get((row, column), severity)
     for (row, column), severity in worst.items():
-        _restyle(sheet, row, column, styles.marked(sheet.style(row, column), _FILLS[severity], _EDGES[severity]))
+        style = styles.marked(sheet.style(row, column), _FILLS[severity], _EDGES[severity])
+        cell = sheet.cell(row, column)
+        if cell is None:
+            sheet.set_cell(row, column, None, style)
+        else:
+            cell.set("s", str(style))
+            sheet.block(row).touch()
     for row, found in texts.items():
         kind = "error" if any(f.severity.value == "error" for f in found) else found[0].severity.value
         text = "\n".join(_told(f, language) for f in found)[: limits.CELL_CHARACTERS]
@@ -93,15 +103,6 @@ def _told(finding: Diagnostic, language: str) -> str:
     word = f"{translate(_WORDS[finding.severity.value], language)} {finding.code}"
     message, remedy = translate(finding.message, language), translate(finding.remedy, language)
     return f"{cell}: {word}: {message} → {remedy}" if cell else f"{word}: {message}"
-
-
-def _restyle(sheet: xml.SheetXml, row: int, column: int, style: int) -> None:
-    cell = sheet.cell(row, column)
-    if cell is None:
-        sheet.set_cell(row, column, None, style)
-    else:
-        cell.set("s", str(style))
-        sheet.block(row).touch()
 
 
 def _last_column(sheet: xml.SheetXml) -> int:
@@ -144,14 +145,6 @@ def _widen(sheet: xml.SheetXml, column: int) -> None:
         else:
             holder.remove(run)
     sheet.touch()
-
-
-def _add_list(package: PackageEdit, findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> None:
-    names = package.book.names
-    *_, title = sheet_titles([*names, TITLE if TITLE not in names else f"{TITLE} of the check"]).values()
-    part = next(part for n in count(1) if (part := f"{_PART}{n}.xml") not in package.book)
-    package.added[part] = _list_xml(findings, styles, language)
-    listed.put_sheet(package, part, title)
 
 
 def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> bytes:
@@ -206,21 +199,17 @@ class StyleSheet:
         self._known: dict[str, list[bytes]] = {}
         self._made: dict[tuple[int, str, bool], int] = {}
 
-    def marked(self, style: int, fill: str, edge: str) -> int:
-        """A style like another one, with this fill and this border (`RRGGBB`); a conditional format may hide a fill."""
-        return self._make(style, fill, edge, False)
-
     def note(self, fill: str, *, bold: bool = False) -> int:
         """The style of a text of ours: small and wrapped."""
-        return self._make(-1, fill, "", bold)
+        return self.marked(-1, fill, "", bold)
 
-    def _make(self, base: int, fill: str, edge: str, bold: bool) -> int:
+    def marked(self, style: int, fill: str, edge: str, bold: bool = False) -> int:
+        """A style like another one, with this fill and this border (`RRGGBB`); a conditional format may hide a fill."""
         if self._part is None:
-            return max(base, 0)  # a workbook without styles: told by its texts only
-        made = self._made.get((base, fill, bold))
-        if made is None:
-            made = self._made[base, fill, bold] = self._style(self._part, base, fill, edge, bold)
-        return made
+            return max(style, 0)  # a workbook without styles: told by its texts only
+        if (style, fill, bold) not in self._made:
+            self._made[style, fill, bold] = self._style(self._part, style, fill, edge, bold)
+        return self._made[style, fill, bold]
 
     def _style(self, part: xml.XmlPart, base: int, fill: str, edge: str, bold: bool) -> int:
         def placed(group: str, text: str) -> str:

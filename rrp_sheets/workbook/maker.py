@@ -61,7 +61,11 @@ def make_workbook(
     for name, rows in sheets.items():
         SheetMaker(book.create_sheet(titles[name]), rows, recognised[name], lists).make()
     if offers is not None:
-        _make_lists(book, offers, titles[lists_name])
+        entries = offers.lists()
+        sheet = book.create_sheet(titles[lists_name])
+        maker = SheetMaker(sheet, [list(entries), *zip_longest(*entries.values(), fillvalue="")], Recognised(), {})
+        maker.last = len(maker.rows)
+        maker.make()
     book.properties.language = language
     book.properties.creator = "RRP Sheets"
     write_atomically(path, packed(book), replace=replace)
@@ -110,14 +114,6 @@ def _name_lists(book: Any, title: str, offers: Offers | None, streams: str) -> d
     for name, place in places.items():
         book.defined_names[list_name(name)] = DefinedName(list_name(name), attr_text=place)
     return {name: list_name(name) for name in places}
-
-
-def _make_lists(book: Any, offers: Offers, title: str) -> None:
-    lists = offers.lists()
-    rows = [list(lists), *zip_longest(*lists.values(), fillvalue="")]
-    sheet = SheetMaker(book.create_sheet(title), rows, Recognised(), {})
-    sheet.last = len(rows)
-    sheet.make()
 
 
 @dataclass(frozen=True, slots=True)

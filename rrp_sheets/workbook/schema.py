@@ -341,20 +341,19 @@ class Recognised:
 
 def recognise(sheet: RawSheet) -> Recognised:
     """Find the header row among the first 20 rows."""
-    rows = [(n, cells) for n, cells in _head(sheet).items() if n <= limits.HEADER_ROWS]
-    found: list[Recognised] = []
-    for number, cells in rows:
+    rows = _head(sheet)
+    for number, cells in rows.items():
         headers = {c: clean_name(cell.text) for c, cell in cells.items()}
         keys = {key(h) for h in headers.values()}
-        found.extend(_match(kind, number, headers) for kind in _KINDS if all(_has(c, keys) for c in kind.required))
+        found = [kind for kind in _KINDS if all(_has(c, keys) for c in kind.required)]
         if found:
-            named = [f for f in found if f.kind and f.kind.name == key(sheet.name)]
-            return (named or found)[0]
-    misses = [m for number, cells in rows for m in _near_misses(sheet.name, number, cells)]
+            named = [kind for kind in found if kind.name == key(sheet.name)]
+            return _match((named or found)[0], number, headers)
+    misses = [m for number, cells in rows.items() for m in _near_misses(sheet.name, number, cells)]
     best = min(misses, key=lambda m: (not m.certain, not m.column, m.row), default=None)
     if best is None or not best.certain or not best.column:
         return Recognised(near=best)
-    meant = {c: clean_name(cell.text) for c, cell in dict(rows)[best.row].items()}
+    meant = {c: clean_name(cell.text) for c, cell in rows[best.row].items()}
     return replace(_match(best.kind, best.row, {**meant, best.column: best.wanted}), near=best)
 
 

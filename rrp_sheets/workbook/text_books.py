@@ -12,6 +12,7 @@ import csv
 import io
 import re
 from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.model.workbook import Address
@@ -149,33 +150,27 @@ def read_markdown(data: bytes, name: str) -> TextBook:
     """A workbook from a Markdown text: `## Name of the sheet`, below it a table."""
     sheets: list[RawSheet] = []
     findings: list[Diagnostic] = []
-    heading, rows, done, ruled = "", list[list[str]](), "", False
-
-    def close() -> None:
-        if heading and rows:
+    lines = [line.strip() for line in decode(data, name).split("\n")]
+    heads = [(i, match[1]) for i, line in enumerate(lines) if (match := HEADING.fullmatch(line))]
+    for (begin, heading), (end, _) in pairwise([*heads, (len(lines), "")]):
+        _, table, after = first_table(lines[begin:end])
+        if heading and table:
+            if any(line.startswith("|") for line in after):
+                findings.append(Diagnostic("SHEET018", Address(heading), {"sheet": heading}))
+            if len(table) > 1 and RULE.fullmatch(table[1]):
+                del table[1]
+            rows = [[from_markdown(piece) for piece in markdown_pieces(line)] for line in table]
             sheets.append(text_sheet(heading, rows))
             findings.extend(_overlong(heading, rows))
-
-    for line in decode(data, name).split("\n"):
-        line = line.strip()  # noqa: PLW2901 – the line without its edges
-        match = HEADING.fullmatch(line)
-        if match:
-            close()
-            heading, rows, done, ruled = match[1], [], "", False
-        elif line.startswith("|") and heading:
-            if done == "told":
-                continue
-            if done:
-                done = "told"
-                findings.append(Diagnostic("SHEET018", Address(heading), {"sheet": heading}))
-            elif len(rows) == 1 and not ruled and RULE.fullmatch(line):
-                ruled = True
-            else:
-                rows.append([from_markdown(piece) for piece in markdown_pieces(line)])
-        else:
-            done = done or ("ended" if rows else "")
-    close()
     return TextBook("markdown", sheets, findings, name)
+
+
+def first_table(lines: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
+    """The lines before the first table, those of the table, and those after it."""
+    is_row = [line.strip().startswith("|") for line in lines]
+    first = is_row.index(True) if True in is_row else len(lines)
+    last = is_row.index(False, first) if False in is_row[first:] else len(lines)
+    return list(lines[:first]), list(lines[first:last]), list(lines[last:])
 
 
 def markdown_pieces(line: str) -> list[str]:
@@ -199,18 +194,16 @@ def csv_delimiter(text: str, name: str) -> str:
         return hint.lstrip()[4]
     if name.casefold().endswith(TAB_SUFFIX):
         return "\t"
-    best: tuple[tuple[bool, int], str] | None = None
     bare = _QUOTED.sub('""', text)  # what stands in quotes is a text, whatever the delimiter
-    for delimiter in DELIMITERS:
-        if delimiter not in text and best is not None:
-            continue
+
+    def fitness(delimiter: str) -> tuple[bool, int]:
         rows = _parsed(text, delimiter, name)
         ours = recognise(text_sheet(name, rows[: limits.HEADER_ROWS])).kind is not None
         fields = rows if bare == text else _parsed(bare, delimiter, name)
-        width = max((len(r) for r in fields[: limits.HEADER_ROWS]), default=0)
-        if best is None or (ours, width) > best[0]:
-            best = ((ours, width), delimiter)
-    return best[1] if best else DELIMITERS[0]
+        return ours, max((len(r) for r in fields[: limits.HEADER_ROWS]), default=0)
+
+    usual, others = DELIMITERS[0], DELIMITERS[1:]
+    return max((usual, *(d for d in others if d in text)), key=fitness)
 
 
 def _parsed(text: str, delimiter: str, name: str) -> list[list[str]]:

@@ -9,7 +9,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from itertools import takewhile
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
@@ -197,11 +196,9 @@ class MarkdownTable(TextTable):
         lines = _LINE.findall(text)
         heads = ((i, text_books.HEADING.fullmatch(line.strip())) for i, line in enumerate(lines))
         begin = next(i for i, head in heads if head and head[1] == name)
-        first = next((i for i in range(begin + 1, len(lines)) if lines[i].strip().startswith("|")), len(lines))
-        rows = list(takewhile(lambda line: line.strip().startswith("|"), lines[first:]))
-        last = first + len(rows)
+        before, rows, after = text_books.first_table(lines[begin:])
         self._rule = rows.pop(1) if len(rows) > 1 and text_books.RULE.fullmatch(rows[1].strip()) else ""
-        self.head, self.lines, self.tail = "".join(lines[:first]), rows, "".join(lines[last:])
+        self.head, self.lines, self.tail = "".join([*lines[:begin], *before]), rows, "".join(after)
 
     def cells(self, line: str) -> list[str]:
         """The texts of a row's cells."""

@@ -11,8 +11,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
 from rrp_sheets.workbook.package import block_of, number
+from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
-from rrp_sheets.workbook.patch.xml_parts import add, block_text, local, may_refer, set_text, text_of
 from rrp_sheets.workbook.schema import LIST_PREFIX
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
@@ -142,10 +142,7 @@ def grow(package: PackageEdit, index: int) -> None:
     _grow_rules(package, index, longer)
     for book, e in package.workbook.find("definedName"):  # the lists behind the drop-downs
         if e.get("name", "").startswith(LIST_PREFIX):
-            new = _referring(text_of(e), package.book.names[index], "", longer)
-            if new != text_of(e):
-                set_text(e, new)
-                book.touch()
+            xml.change_text(book, e, _referring(xml.text_of(e), package.book.names[index], "", longer))
 
 
 def follows(package: PackageEdit, index: int, ref: Reference, edit: RowEdit) -> bool:
@@ -164,18 +161,14 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
             e.set("sqref", new)
             sheet.touch()
     for e in sheet.elements("sqref"):  # of the rules that newer programs keep elsewhere
-        if (new := _grown(text_of(e), longer)) != text_of(e):
-            set_text(e, new)
-            sheet.touch()
+        xml.change_text(sheet, e, _grown(xml.text_of(e), longer))
     for i, own in enumerate(package.book.names):
         if i != index and not package.mentions(i, name):
             continue
         other = package.sheet(i)
         for e in other.elements(*_OF_RULES):
-            inside = next(e.iterancestors("{*}sparkline"), None) is not None
-            if not inside and (new := _referring(text_of(e), name, own, longer)) != text_of(e):
-                set_text(e, new)
-                other.touch()
+            if next(e.iterancestors("{*}sparkline"), None) is None:
+                xml.change_text(other, e, _referring(xml.text_of(e), name, own, longer))
 
 
 def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
@@ -183,7 +176,7 @@ def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
     for text in blocks.split():
         block = block_of(text)
         bottom = longer(block.top, block.bottom) if block else 0
-        found.append(block_text(replace(block, bottom=bottom)) if block and bottom != block.bottom else text)
+        found.append(xml.block_text(replace(block, bottom=bottom)) if block and bottom != block.bottom else text)
     return " ".join(found)
 
 
@@ -268,23 +261,21 @@ def rewrite(package: PackageEdit, part: str, change: Change) -> dict[str, str]:
     spelt = part.casefold()
     if "/drawings/" in spelt or "/ctrlprops/" in spelt:
         return _rewrite_links(package, part, package.read(part), change)
-    if not may_refer(package.read(part)):
+    if not xml.may_refer(package.read(part)):
         return {}
     old: dict[str, str] = {}
     for holder, e in package.part(part).find(*_FORMULAS, "hyperlink"):
-        if local(e) == "hyperlink":
+        if xml.local(e) == "hyperlink":
             location = e.get("location", "")
             if location and (new := change(location)) != location and not new.startswith(GONE):
                 e.set("location", new)
                 holder.touch()
             continue
-        text = text_of(e)
-        if "!" not in text or (new := change(text)) == text:
-            continue
-        written = GONE if "/charts/" in spelt and GONE in new else new
-        old.setdefault(written, text)
-        set_text(e, written)
-        holder.touch()
+        text = xml.text_of(e)
+        new = change(text) if "!" in text else text
+        written = GONE if "/charts/" in spelt and GONE in new and new != text else new
+        if xml.change_text(holder, e, written):
+            old.setdefault(written, text)
     return old
 
 
@@ -317,9 +308,7 @@ def put_back(package: PackageEdit, part: str, old: dict[str, str]) -> None:
         package.write(part, data)
         return
     for holder, e in package.part(part).find(*_FORMULAS):
-        if (before := old.get(text_of(e))) is not None:
-            set_text(e, before)
-            holder.touch()
+        xml.change_text(holder, e, old.get(xml.text_of(e), xml.text_of(e)))
 
 
 def formula_parts(package: PackageEdit) -> Iterator[str]:
@@ -348,22 +337,22 @@ def keep_titles(
     part = package.part(name) if name else None
     container = part.container(*_TITLES) if part else None
     titles = list(container.iterchildren("*")) if container is not None else []
-    texts = [text_of(e) for e in titles]
+    texts = [xml.text_of(e) for e in titles]
     before = package.book.names
     counts = [e for pair in part.children(*_PAIRS) for e in pair.iterchildren("{*}i4")] if part else []
-    unknown = any(number(text_of(e), -1) < 0 for e in counts)
+    unknown = any(number(xml.text_of(e), -1) < 0 for e in counts)
     if not part or container is None or not titles or texts[: len(before)] != before or unknown:
         return
     rest = [new for text in texts[len(before) :] if (new := named(text))]
     rest += added if len(counts) > 1 else ()
     more = len(rest) - (len(texts) - len(before))
     container.set("size", str(len(sheets) + len(rest)))
-    at, like = container.index(titles[0]), local(titles[0])
+    at, like = container.index(titles[0]), xml.local(titles[0])
     for e in titles:
         container.remove(e)
     for i, text in enumerate((*sheets, *rest)):
-        add(container, like, {}, text, at + i)
+        xml.add(container, like, {}, text, at + i)
     for count, by in ((counts[:1], len(sheets) - len(before)), (counts[1:][-1:], more)):
         for e in count if by else ():
-            set_text(e, str(number(text_of(e)) + by))
+            xml.set_text(e, str(number(xml.text_of(e)) + by))
     part.touch()

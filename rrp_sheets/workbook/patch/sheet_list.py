@@ -183,9 +183,8 @@ def rewrite_names(package: PackageEdit, changed: Callable[[str], str]) -> dict[s
     old = {}
     for e in package.workbook.children(*NAMES):
         text = xml.text_of(e)
-        if text and (new := changed(text)) != text:
-            xml.set_text(e, new)
-            package.workbook.touch()
+        new = changed(text) if text else ""
+        if xml.change_text(package.workbook, e, new):
             old[e.get("name", "")] = [new, text]
     return old
 
@@ -195,8 +194,7 @@ def put_names_back(package: PackageEdit, old: Mapping[str, list[str]]) -> None:
     for e in package.workbook.children(*NAMES):
         new, was = old.get(e.get("name", ""), ("", ""))
         if new and xml.text_of(e) == new:
-            xml.set_text(e, was)
-            package.workbook.touch()
+            xml.change_text(package.workbook, e, was)
 
 
 def put_new(

@@ -148,6 +148,15 @@ def set_text(element: etree._Element, text: str) -> None:
     element.text = text or None
 
 
+def change_text(holder: Touchable, element: etree._Element, text: str) -> bool:
+    """Give an element another text; False when it has it already."""
+    if text == text_of(element):
+        return False
+    set_text(element, text)
+    holder.touch()
+    return True
+
+
 def set_attributes(element: etree._Element, changes: Mapping[str, str | None]) -> bool:
     """Change attributes, add them at the end, or (None) take them out; False when they were so already.
 
