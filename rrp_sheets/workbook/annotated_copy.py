@@ -66,7 +66,8 @@ def is_marked_copy(path: Path) -> bool:
 
 def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styles: StyleSheet, language: str) -> None:
     sheet = package.sheet(index)
-    beside = _last_column(sheet) + 1
+    filled = (at for block in sheet.walk() for row in block.rows.values() for at, cell in xml.cells(row) if len(cell))
+    beside = 1 + max([*filled, *(b.right for b in sheet.merged())], default=1)  # blank cells with a format do not count
     header = max(package.recognised(index).row, 1)
     worst: dict[tuple[int, int], str] = {}
     texts: dict[int, list[Diagnostic]] = {}
@@ -103,13 +104,6 @@ def _told(finding: Diagnostic, language: str) -> str:
     word = f"{translate(_WORDS[finding.severity.value], language)} {finding.code}"
     message, remedy = translate(finding.message, language), translate(finding.remedy, language)
     return f"{cell}: {word}: {message} → {remedy}" if cell else f"{word}: {message}"
-
-
-def _last_column(sheet: xml.SheetXml) -> int:
-    """The last column with a content; formatted blank ones do not count."""
-    filled = (at for block in sheet.walk() for row in block.rows.values() for at, cell in xml.cells(row) if len(cell))
-    merged = (b.right for b in sheet.merged())
-    return max([*filled, *merged], default=1)
 
 
 def _make_room(sheet: xml.SheetXml, row: int, text: str) -> None:

@@ -100,7 +100,7 @@ def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple
     from rrp_sheets.workbook.patch.sheets import change_sheets
 
     def finished() -> bytes:
-        for index in package.lengthened():
+        for index in package.ends:
             grow(package, index)
         return package.to_bytes()
 

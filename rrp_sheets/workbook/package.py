@@ -400,17 +400,13 @@ class Package:
             raise unreadable("FILE004", name=self.name)
         for part in self.parts:
             if part.endswith(".rels"):
-                self._check_relations(part)
-
-    def _check_relations(self, part: str) -> None:
-        relations = Relations()
-        self.parse(part, relations)
-        for kind, _ in relations.found.values():
-            if kind in _RELATIONS:
-                code, what = _RELATIONS[kind]
-                raise unreadable(code, name=self.name, what=what)
-        if outside := set(relations.outside) - {"hyperlink"}:
-            raise unreadable("FILE010", name=self.name, what=min(outside))
+                relations = Relations()
+                self.parse(part, relations)
+                if refused := [_RELATIONS[kind] for kind, _ in relations.found.values() if kind in _RELATIONS]:
+                    code, what = refused[0]
+                    raise unreadable(code, name=self.name, what=what)
+                if outside := set(relations.outside) - {"hyperlink"}:
+                    raise unreadable("FILE010", name=self.name, what=min(outside))
 
     def _swollen(self, what: str) -> Exception:
         return unreadable("FILE007", name=self.name, what=what)

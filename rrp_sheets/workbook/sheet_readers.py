@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count, groupby, takewhile
+from itertools import count, groupby, product, takewhile
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
@@ -16,7 +16,7 @@ from rrp_sheets.model.workbook import Address, Cell
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
-from rrp_sheets.workbook.raw import Kind, Range, RawCell, RawSheet
+from rrp_sheets.workbook.raw import Kind, RawCell, RawSheet
 from rrp_sheets.workbook.schema import PLAIN, Recognised, SheetKind
 
 _SEPARATORS = re.compile(r"[,、，\n]")
@@ -146,16 +146,15 @@ class OwnTable:
         """Warn of merged cells that reach into the table."""
         last = max((row for row, _ in self.sheet.cells), default=0)
         reaching = [r for r in self.sheet.merged if r.bottom >= self.header_row and r.top <= last and r.area > 1]
-        found = [(block, second) for block in reaching if (second := self._second(block))]
-        for block, second in found[:_MOST_MERGES]:
+        found = []
+        for block in reaching:
+            columns = sorted(c for c in self.ours if block.left <= c <= block.right)
+            places = product(range(block.top, min(block.top + 1, block.bottom) + 1), columns)
+            # the first cell that is one of ours and not the one with the content
+            found += [(block, at) for at in places if at != (block.top, block.left)][:1]
+        for block, at in found[:_MOST_MERGES]:
             first, end = self.address(block.top, block.left), self.address(block.bottom, block.right)
-            self.add("SHEET008", second, range=f"{first.cell}:{end.cell}", first=first.cell)
-
-    def _second(self, block: Range) -> Address | None:
-        """The first cell of a merged range that is one of ours and not the one with the content."""
-        columns = sorted(c for c in self.ours if block.left <= c <= block.right)
-        places = ((row, column) for row in range(block.top, min(block.top + 1, block.bottom) + 1) for column in columns)
-        return next((self.address(*at) for at in places if at != (block.top, block.left)), None)
+            self.add("SHEET008", self.address(*at), range=f"{first.cell}:{end.cell}", first=first.cell)
 
 
 def is_error_value(text: str) -> bool:

@@ -235,18 +235,16 @@ def markdown_text(sheets: Mapping[str, Rows]) -> str:
     | a\|b |    |
     <BLANKLINE>
     """
-    return "\n".join(_markdown_table(name, rows) for name, rows in sheets.items())
-
-
-def _markdown_table(name: str, rows: Rows) -> str:
-    rows = rows or [[]]
-    width = max(1, *(len(row) for row in rows), 0)
-    cells = [[text_books.to_markdown(text) for text in row] + [""] * (width - len(row)) for row in rows]
-    widths = [min(max(2, *(len(row[c]) for row in cells)), 60) for c in range(width)]
-    lines = ["| " + " | ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in cells]
-    lines.insert(1, "|" + "|".join("-" * (w + 2) for w in widths) + "|")
-    heading = " ".join(name.split()) + (" #" if name.rstrip().endswith("#") else "")
-    return f"## {heading}\n\n" + "\n".join(lines) + "\n"
+    tables = []
+    for name, rows in sheets.items():
+        width = max((len(row) for row in rows), default=1) or 1
+        cells = [[text_books.to_markdown(text) for text in row] + [""] * (width - len(row)) for row in rows or [[]]]
+        widths = [min(max(2, *(len(row[c]) for row in cells)), 60) for c in range(width)]
+        lines = ["| " + " | ".join(t.ljust(w) for t, w in zip(row, widths, strict=True)) + " |" for row in cells]
+        lines.insert(1, "|" + "|".join("-" * (w + 2) for w in widths) + "|")
+        heading = " ".join(name.split()) + (" #" if name.rstrip().endswith("#") else "")
+        tables.append(f"## {heading}\n\n" + "\n".join(lines) + "\n")
+    return "\n".join(tables)
 
 
 def csv_text(rows: Rows, delimiter: str = ",") -> str:

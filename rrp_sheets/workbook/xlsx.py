@@ -220,8 +220,16 @@ class SheetHandler(Handler):
             parsed = math.nan
         if not math.isfinite(parsed):
             return value, Kind.TEXT
-        style = self._book.styles.kind(number(self._style))
-        return _date_text(parsed, style, self._book.mac_epoch) if style else (number_text(parsed), Kind.NUMBER)
+        kind = self._book.styles.kind(number(self._style))
+        if kind is None:
+            return number_text(parsed), Kind.NUMBER
+        from openpyxl.utils.datetime import MAC_EPOCH, WINDOWS_EPOCH, from_excel
+
+        try:
+            moment = from_excel(parsed, MAC_EPOCH if self._book.mac_epoch else WINDOWS_EPOCH, timedelta=False)
+        except (OverflowError, ValueError):
+            return number_text(parsed), Kind.NUMBER
+        return str(moment).removesuffix(" 00:00:00") if kind is Kind.DATE else str(moment).rpartition(" ")[2], kind
 
     def _stop_after(self, row: int) -> None:
         if self._extent is Extent.HEAD and row > limits.HEADER_ROWS:
@@ -245,17 +253,6 @@ class SheetHandler(Handler):
 _LAST_TABLE_COLUMN = limits.TABLE_COLUMNS + limits.COLUMNS
 """A table may begin further right; what is beyond its own 30 columns is found out later."""
 _TABLE_ROWS_READ = limits.TABLE_ROWS + limits.HEADER_ROWS + 2
-
-
-def _date_text(value: float, kind: Kind, mac_epoch: bool) -> tuple[str, Kind]:
-    from openpyxl.utils.datetime import MAC_EPOCH, WINDOWS_EPOCH, from_excel
-
-    try:
-        moment = from_excel(value, MAC_EPOCH if mac_epoch else WINDOWS_EPOCH, timedelta=False)
-    except (OverflowError, ValueError):
-        return number_text(value), Kind.NUMBER
-    text = str(moment).removesuffix(" 00:00:00") if kind is Kind.DATE else str(moment).rpartition(" ")[2]
-    return text, kind
 
 
 class XlsxBook(Package):

@@ -47,10 +47,6 @@ class PackageEdit:
         if index not in self.ends:
             self.ends[index] = self.sheet(index).last_filled
 
-    def lengthened(self) -> list[int]:
-        """The sheets whose filled rows end further down than was noted."""
-        return [index for index, end in self.ends.items() if self.sheet(index).last_filled > end]
-
     def index(self, sheet: str) -> int:
         """The number of the sheet of that name; raises SheetsError when there is none."""
         return self.book.names.index(sheet_named(self.book.names, sheet))

@@ -537,18 +537,14 @@ class SheetXml(XmlPart):
         self.touched = True
         self._columns = self._columns or set()
 
-    def _set_dimension(self, columns: set[int]) -> None:
-        element = child(self.root, "dimension")
-        used = [_used(self.blocks, 1), _used(reversed(self.blocks), -1)]
-        if element is None or not all(used):
-            return
-        old = block_of(element.get("ref", ""))
-        columns = columns | ({old.left, old.right} if old else {1})
-        element.set("ref", block_text(Range(used[0], min(columns), used[1], max(columns))))
-
     def _body(self) -> bytes:
-        if self._columns is not None:
-            self._set_dimension(self._columns)
+        dimension = child(self.root, "dimension")
+        if self._columns is not None and dimension is not None:
+            first, last = _used(self.blocks, 1), _used(reversed(self.blocks), -1)
+            old = block_of(dimension.get("ref", ""))
+            columns = self._columns | ({old.left, old.right} if old else {1})
+            if first and last:
+                dimension.set("ref", block_text(Range(first, min(columns), last, max(columns))))
         rows = b"".join(block.close() for block in self.blocks)
         if not rows:
             return super()._body()
