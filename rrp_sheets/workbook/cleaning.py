@@ -7,10 +7,7 @@ import re
 from collections.abc import Mapping
 
 _DROPPED = dict.fromkeys(map(ord, "\u200b\u200c\u200d\u2060\ufeff\u200e\u200f\u00ad"))
-_SPACES = {
-    ord(c): " "
-    for c in "\u00a0\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2007\u2008\u2009\u200a\u202f\u205f\u3000\t"
-}
+_SPACES = dict.fromkeys((0x09, 0xA0, 0x1680, *range(0x2000, 0x200B), 0x202F, 0x205F, 0x3000), " ")
 _LINES = {ord(c): "\n" for c in "\u2028\u2029\u0085\v\f"}
 _ALWAYS = {**_DROPPED, **_SPACES, **_LINES}
 _FULL_WIDTH = {code: chr(code - 0xFEE0) for code in range(0xFF01, 0xFF5F)}
@@ -30,13 +27,8 @@ _ALWAYS_ONE, _NAME_ONE, _FULL_WIDTH_ONE = (
 _EXCEL_TOKENS = re.compile(r'"(?:[^"]|"")*"|_xlfn\.SINGLE\(|_xl(?:fn|ws|pm|udf)\.|[()]', re.IGNORECASE)
 _FIELDS = re.compile(r"\w[\w -]*[=＝]")
 
-ERROR_VALUES = frozenset(
-    f"#{name}"
-    for name in (
-        *("NAME?", "REF!", "VALUE!", "DIV/0!", "N/A", "NUM!", "NULL!", "SPILL!", "CALC!", "FIELD!", "BLOCKED!"),
-        *("CONNECT!", "BUSY!", "UNKNOWN!", "GETTING_DATA"),
-    )
-)
+_ERRORS = "NAME? REF! VALUE! DIV/0! N/A NUM! NULL! SPILL! CALC! FIELD! BLOCKED! CONNECT! BUSY! UNKNOWN! GETTING_DATA"
+ERROR_VALUES = frozenset(f"#{name}" for name in _ERRORS.split())
 
 
 def _changed(text: str, by: Mapping[int, str | None], one: re.Pattern[str]) -> str:

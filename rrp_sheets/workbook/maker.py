@@ -41,10 +41,8 @@ def make_workbook(
     """Write rows of texts as a workbook that opens, looks right and prints well; the same rows give the same bytes.
 
     Which row is the header is found as in reading. A Lists sheet that the program has made is made again. The language
-    of the texts is for the file's properties.
-
-    Raises:
-        SheetsError: when a text is too long for a cell, or the file cannot be written.
+    of the texts is for the file's properties. Raises SheetsError when a text is too long for a cell, or the file cannot
+    be written.
     """
     from openpyxl import Workbook
 

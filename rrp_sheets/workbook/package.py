@@ -89,6 +89,12 @@ class Stop(Exception):
     """Raised by a handler that has seen enough."""
 
 
+class Budget:
+    """Number of elements that may still be read from one file, over all its parts."""
+
+    left = limits.XML_ELEMENTS
+
+
 class Handler(ContentHandler):
     """A SAX handler whose element names come without namespace prefix.
 
@@ -117,15 +123,15 @@ class Handler(ContentHandler):
         self._text.clear()
         return text
 
-    def guard(self, package: Package, refuse: UnreadableFile) -> None:
+    def guard(self, budget: Budget, refuse: UnreadableFile) -> None:
         """Count elements and depth from now on; `refuse` is raised when there are too many."""
-        self._package, self._refuse = package, refuse
+        self._budget, self._refuse = budget, refuse
 
     # The names below are those of xml.sax.
     def startElement(self, name: str, attrs: Any) -> None:  # noqa: N802, D102
         self._depth += 1
-        self._package.elements_left -= 1
-        if self._depth > limits.XML_DEPTH or self._package.elements_left < 0:
+        self._budget.left -= 1
+        if self._depth > limits.XML_DEPTH or self._budget.left < 0:
             raise self._refuse
         self.start(name.rpartition(":")[2] if ":" in name else name, attrs)
 
@@ -147,7 +153,7 @@ class XmlReader:
         self._stream, self._handler, self._name, self._part = package.open(part), handler, package.name, part
         self._swollen = unreadable("FILE007", name=package.name, what=N_("{part} is too long or too deep", part=part))
         self._parser = DefusedExpatParser(forbid_dtd=True)
-        handler.guard(package, self._swollen)
+        handler.guard(package.budget, self._swollen)
         self._parser.setContentHandler(handler)
         # Straight to the handler: what SAX makes of every element's attributes takes longer than to read them.
         self._parser.start_element, self._parser.end_element = handler.startElement, handler.endElement
@@ -318,12 +324,12 @@ class Package:
     """The checked zip of one file, and the list of its sheets; raises UnreadableFile for what is broken or suspicious.
 
     `part` is the workbook part; `by_kind` has the parts that it refers to, of several of one kind the last. With
-    `mac_epoch` dates count from 1904. `elements_left` may still be read, over all parts.
+    `mac_epoch` dates count from 1904.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
         self.name = name
-        self.elements_left = limits.XML_ELEMENTS
+        self.budget = Budget()
         if not data:
             raise unreadable("FILE015", name=name)
         if data.startswith(_OLE):

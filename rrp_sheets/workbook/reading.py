@@ -49,10 +49,7 @@ def read(path: Path | str, suffix: str = "") -> Reading:
     """Read a workbook: an .xlsx file, a folder of .csv or .tsv files (or one), or a Markdown file.
 
     `suffix` is the ending that tells its format, if its own does not (git's temporary files). What is wrong inside the
-    sheets is in the reading's report.
-
-    Raises:
-        UnreadableFile: when it cannot be read at all, or is refused.
+    sheets is in the reading's report. Raises UnreadableFile when it cannot be read at all, or is refused.
     """
     path = Path(path)
     try:

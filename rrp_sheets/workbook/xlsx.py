@@ -41,28 +41,15 @@ def escape_literal(text: str) -> str:
     return _LITERAL.sub("_x005F_", text) if "_x" in text else text
 
 
-class SharedStrings(Handler):
-    """The shared texts, read only as far as a sheet asks for them.
+class _StringsHandler(Handler):
+    """Collects the shared texts. Phonetic readings of Japanese texts (`rPh`) are no part of the text."""
 
-    Phonetic readings of Japanese texts (`rPh`) are no part of the text.
-    """
-
-    def __init__(self, package: Package) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__()
-        self._name, self._texts, self._phonetic = package.name, list[str](), False
-        part = package.by_kind.get("sharedstrings")
-        self._reader = XmlReader(package, part, self) if part else None
-
-    def get(self, index: int) -> str:
-        """The text of that number; raises UnreadableFile when there is none."""
-        while len(self._texts) <= index and self._reader and self._reader.step():
-            pass
-        if len(self._texts) <= index:
-            raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
-        return self._texts[index]
+        self.texts: list[str] = []
+        self._name, self._phonetic = name, False
 
     def start(self, name: str, attributes: Any) -> None:
-        """A text, or a part of one, begins."""
         if name == "t":
             self.wanted = not self._phonetic
         elif name == "rPh":
@@ -71,16 +58,33 @@ class SharedStrings(Handler):
             self.take_text()
 
     def end(self, name: str) -> None:
-        """A text, or a part of one, ends."""
         if name == "t":
             self.wanted = False
         elif name == "rPh":
             self._phonetic = False
         elif name == "si":
-            self._texts.append(unescape(self.take_text()))
-            if len(self._texts) > limits.SHARED_STRINGS:
+            self.texts.append(unescape(self.take_text()))
+            if len(self.texts) > limits.SHARED_STRINGS:
                 what = N_("more than {n} texts", n=f"{limits.SHARED_STRINGS:,}")
                 raise unreadable("FILE007", name=self._name, what=what)
+
+
+class SharedStrings:
+    """The shared texts, read only as far as a sheet asks for them."""
+
+    def __init__(self, package: Package) -> None:
+        self._name, self._handler = package.name, _StringsHandler(package.name)
+        part = package.by_kind.get("sharedstrings")
+        self._reader = XmlReader(package, part, self._handler) if part else None
+
+    def get(self, index: int) -> str:
+        """The text of that number; raises UnreadableFile when there is none."""
+        texts = self._handler.texts
+        while len(texts) <= index and self._reader and self._reader.step():
+            pass
+        if len(texts) <= index:
+            raise unreadable("FILE008", name=self._name, what=N_("a cell refers to a text that is missing"))
+        return texts[index]
 
 
 # Cells that have only a colour, before a cell that says where it stands or at a row's end. A comment or a text that
@@ -115,7 +119,7 @@ class SheetHandler(Handler):
         if len(thinned) != len(piece):
             left_out = piece.count(b"<c ") - thinned.count(b"<c ")
             self._elements += left_out
-            self._package.elements_left -= left_out
+            self._budget.left -= left_out
             self._refuse_too_many()
         return thinned
 

@@ -143,8 +143,7 @@ def text_of(element: etree._Element) -> str:
 
 def set_text(element: etree._Element, text: str) -> None:
     """Have a text alone inside of an element."""
-    for inside in list(element):
-        element.remove(inside)
+    del element[:]
     element.text = text or None
 
 
