@@ -45,15 +45,16 @@ def unwritable(path: Path, error: OSError, remedy: str = N_("Name another file."
 
 def refuse_workbook(target: Path, source: Path) -> None:
     """Raise SheetsError when what is written about a workbook would take the place of a workbook or a run's record."""
-    same = os.path.exists(target) and os.path.exists(source) and target.samefile(source)
-    if same or target.suffix.casefold() in (".xlsx", ".xlsm", ".csv", ".tsv", ".jsonl"):
-        if same:
-            message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
-        elif target.suffix.casefold() == ".jsonl":
-            message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
-        else:
-            message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
-        raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))
+    suffix = target.suffix.casefold()
+    if os.path.exists(target) and os.path.exists(source) and target.samefile(source):
+        message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
+    elif suffix == ".jsonl":
+        message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
+    elif suffix in (".xlsx", ".xlsm", ".csv", ".tsv"):
+        message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
+    else:
+        return
+    raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))
 
 
 Stamp = tuple[int, int, int]

@@ -215,13 +215,10 @@ _PARTS = (
     (re.compile(r"/activex/"), "FILE011", N_("an ActiveX control")),
 )
 _RELATIONS = {
-    "vbaproject": ("FILE004", ""),
-    "xlmacrosheet": ("FILE004", ""),
-    "externallink": ("FILE010", N_("another workbook")),
-    "externallinkpath": ("FILE010", N_("another workbook")),
+    **dict.fromkeys(("vbaproject", "xlmacrosheet"), ("FILE004", "")),
+    **dict.fromkeys(("externallink", "externallinkpath"), ("FILE010", N_("another workbook"))),
     "connections": ("FILE010", N_("a data connection")),
-    "oleobject": ("FILE011", N_("a document")),
-    "package": ("FILE011", N_("a document")),
+    **dict.fromkeys(("oleobject", "package"), ("FILE011", N_("a document"))),
     "control": ("FILE011", N_("an ActiveX control")),
 }
 

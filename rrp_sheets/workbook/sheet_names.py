@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from itertools import count
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
@@ -27,8 +28,8 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
     if found := FORBIDDEN.search(name):
         message = N_("“{mark}” cannot stand in the name of a sheet.", mark=found[0])
         raise SheetsError(message, N_(r"Leave out [ ] : * ? / and \, which Excel refuses."))
-    if (count := len(name.encode("utf-16-le")) // 2) > LONGEST:
-        message = N_("This name has {n} letters; Excel takes {most}.", n=count, most=LONGEST)
+    if (n := len(name.encode("utf-16-le")) // 2) > LONGEST:
+        message = N_("This name has {n} letters; Excel takes {most}.", n=n, most=LONGEST)
         raise SheetsError(message, N_("Shorten it."))
     if name[0] == "'" or name[-1] == "'":
         raise SheetsError(N_("A sheet's name cannot begin or end with an apostrophe."), N_("Leave it out."))
@@ -74,9 +75,6 @@ def free_name(stem: str, others: Iterable[str], number: int = 1) -> str:
     ('Devices', 'Behaviour 2', 'Tests 3')
     """
     taken = {key(other) for other in others}
-    while True:
-        end = f" {number}" if number > 1 else ""
-        name = f"{stem[: LONGEST - len(end)].rstrip()}{end}"
-        if key(name) not in taken:
-            return name
-        number += 1
+    ends = (f" {n}" if n > 1 else "" for n in count(number))
+    names = (f"{stem[: LONGEST - len(end)].rstrip()}{end}" for end in ends)
+    return next(name for name in names if key(name) not in taken)

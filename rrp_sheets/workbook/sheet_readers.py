@@ -273,11 +273,11 @@ def read_scene(table: OwnTable) -> tuple[model.SceneRow, ...]:
 
 def read_test(table: OwnTable) -> model.TestSheet:
     """The rows of a test sheet. Send and Expect are written like formulas (`zone="Head"`) or as plain texts."""
-    rows = (
-        model.TestRow(table.needed(line, "Time (ms)", N_("time")), table.needed(line, "Stream", N_("stream")),
-                table.cell(line, "Send"), table.cell(line, "Expect"), table.remarks(line))
-        for line in table.shown_lines()
-    )  # fmt: skip
+    rows = []
+    for line in table.shown_lines():
+        time, stream = table.needed(line, "Time (ms)", N_("time")), table.needed(line, "Stream", N_("stream"))
+        send, expect = table.cell(line, "Send"), table.cell(line, "Expect")
+        rows.append(model.TestRow(time, stream, send, expect, table.remarks(line)))
     return model.TestSheet(table.sheet.name, tuple(rows))
 
 
@@ -338,7 +338,15 @@ def read_table(sheet: RawSheet, report: Report) -> tuple[tuple[str, ...], ...]:
         right = left + limits.TABLE_COLUMNS - 1
         limit, beyond = f"{limits.TABLE_COLUMNS:,}", Address(sheet.name, top, right + 1)
         report.add("SHEET019", beyond, sheet=sheet.name, limit=limit, what=N_("columns"))
-    _check_header(sheet, report, {c: filled.get((top, c), "") for c in range(left, right + 1)}, top, filled)
+    seen: set[str] = set()
+    used = {column for row, column in filled if row == top + 1}
+    for column in range(left, right + 1):  # formulas cannot reach one without a name, or with the name of another
+        title = filled.get((top, column), "")
+        if key(title) in seen:
+            report.add("FORM023", Address(sheet.name, top, column), table=sheet.name, title=title)
+        elif not key(title) and column in used:
+            report.add("FORM024", Address(sheet.name, top, column), table=sheet.name)
+        seen |= {key(title)} - {""}
     rows = []
     present = {row for row, column in filled if left <= column <= right}
     for row in takewhile(present.__contains__, count(top)):
@@ -357,17 +365,3 @@ def _text(sheet: RawSheet, at: tuple[int, int], filled: dict[tuple[int, int], st
     if len(text) > limits.TABLE_TEXT:
         report.add("SHEET016", Address(sheet.name, *at), count=f"{len(text):,}", limit=f"{limits.TABLE_TEXT:,}")
     return text[: limits.TABLE_TEXT]
-
-
-def _check_header(
-    sheet: RawSheet, report: Report, titles: dict[int, str], top: int, filled: dict[tuple[int, int], str]
-) -> None:
-    """Columns that formulas cannot reach: without a name, or with the name of another."""
-    seen: set[str] = set()
-    used = {column for row, column in filled if row == top + 1}
-    for column, title in titles.items():
-        if key(title) in seen:
-            report.add("FORM023", Address(sheet.name, top, column), table=sheet.name, title=title)
-        elif not key(title) and column in used:
-            report.add("FORM024", Address(sheet.name, top, column), table=sheet.name)
-        seen |= {key(title)} - {""}

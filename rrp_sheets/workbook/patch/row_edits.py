@@ -59,12 +59,8 @@ def change_rows(package: PackageEdit, edit: RowEdit) -> None:
             raise SheetsError(message, _ELSEWHERE)
     sheet.write_out()
     package.note_end(index)
-    moves = [
-        (n, new)
-        for block in sheet.walk(edit.start)
-        for n, row in block.rows.items()
-        if (new := edit.mapped(n)) != n and xml.is_filled(row)
-    ]
+    filled = (n for block in sheet.walk(edit.start) for n, row in block.rows.items() if xml.is_filled(row))
+    moves = [(n, new) for n in filled if (new := edit.mapped(n)) != n]
     guard_references(package, index, edit, moves)
     _rebuild(package, index, edit, moves)
     for table in tables:
