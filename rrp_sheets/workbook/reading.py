@@ -16,7 +16,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook import sheet_readers as readers
 from rrp_sheets.workbook.atomic import file_bytes
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
-from rrp_sheets.workbook.schema import BEHAVIOUR, NearMiss, Recognised, recognise
+from rrp_sheets.workbook.schema import BEHAVIOUR, PROTOCOL, NearMiss, recognise
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
 
 MARKDOWN = (".md", ".markdown")
@@ -152,12 +152,7 @@ class Reader:
         self.report.order_by(book.names)
         self._book = book
         self._characters = 0
-        self._behaviours: list[model.Behaviour] = []
-        self._devices: list[model.Device] = []
-        self._helpers: list[model.Helper] = []
-        self._scene: list[model.SceneRow] | None = None
-        self._gestures: list[model.GestureRow] = []
-        self._tests: list[model.TestSheet] = []
+        self._found: dict[str, list[Any]] = {}  # what the sheets say, by the name of their kind
         self._fields: dict[str, model.Cell] = {}
         self._names: dict[str, str] = {}
         self._nearly = False  # whether a sheet is a behaviour but for a missing header, which is told
@@ -169,13 +164,15 @@ class Reader:
             if key(name) in first:
                 self.report.add("SHEET014", model.Address(name), first=first[key(name)], sheet=name)
             first.setdefault(key(name), name)
-        if not self._behaviours and not self._nearly:
+        kinds = ("behaviour", "devices", "helpers", "gestures", "test")
+        behaviours, devices, helpers, gestures, tests = (tuple(self._found.get(kind, ())) for kind in kinds)
+        scene = tuple(self._found["scene"]) if "scene" in self._found else None
+        if not behaviours and not self._nearly:
             self.report.add("SHEET001", None)
+        protocol = model.Protocol(self._fields, self._names)
         self.workbook = model.Workbook(
-            source, tuple(self._behaviours), tuple(self._devices), tuple(self._helpers),
-            model.Protocol(self._fields, self._names), None if self._scene is None else tuple(self._scene),
-            tuple(self._gestures), tuple(self._tests), tables, tuple(book.names),
-        )  # fmt: skip
+            source, behaviours, devices, helpers, protocol, scene, gestures, tests, tables, tuple(book.names)
+        )
 
     def _read(self, index: int) -> bool:
         """Read a sheet of ours; False for one of the user's own."""
@@ -196,29 +193,16 @@ class Reader:
         table = readers.OwnTable(sheet, recognised, recognised.kind, self.report)
         self._report_findings(sheet.name)
         table.report_merged()
-        self._add(recognised, table)
+        if recognised.kind is PROTOCOL:
+            readers.read_protocol(table, self._fields, self._names)
+        else:
+            kind = recognised.kind.name
+            self._found.setdefault(kind, []).extend(readers.READERS[kind](table))
         return True
 
     def _report_findings(self, sheet: str) -> None:
         """Take over what the backend noticed about a sheet that is used."""
         self.report.extend(f for f in self._book.findings if f.address and f.address.sheet == sheet)
-
-    def _add(self, recognised: Recognised, table: readers.OwnTable) -> None:
-        match recognised.kind.name if recognised.kind else "":
-            case "behaviour":
-                self._behaviours.append(readers.read_behaviour(table))
-            case "devices":
-                self._devices.extend(readers.read_devices(table))
-            case "helpers":
-                self._helpers.extend(readers.read_helpers(table))
-            case "scene":
-                self._scene = [*(self._scene or ()), *readers.read_scene(table)]
-            case "gestures":
-                self._gestures.extend(readers.read_gestures(table))
-            case "test":
-                self._tests.append(readers.read_test(table))
-            case "protocol":
-                readers.read_protocol(table, self._fields, self._names)
 
     def _report_near(self, sheet: str, near: NearMiss) -> None:
         self._nearly = self._nearly or near.kind is BEHAVIOUR
@@ -231,8 +215,8 @@ class Reader:
             self.report.add("SHEET004", address, **told, row=near.row)
 
     def _tables(self, own: list[int]) -> Mapping[str, tuple[tuple[str, ...], ...]]:
-        formulas = [row.formula.text for b in self._behaviours for row in b.rows]
-        named = readers.words([*formulas, *(h.formula.text for h in self._helpers)])
+        rows = [row for behaviour in self._found.get("behaviour", ()) for row in behaviour.rows]
+        named = readers.words(row.formula.text for row in [*rows, *self._found.get("helpers", ())])
         tables = {}
         for index in own:
             name = self._book.names[index]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count, groupby, product, takewhile
 
@@ -303,6 +303,13 @@ def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         elif name:
             fields[k], names[k] = value, name.text
+
+
+READERS: Mapping[str, Callable[[OwnTable], Iterable[object]]] = {
+    "behaviour": lambda table: [read_behaviour(table)], "devices": read_devices, "helpers": read_helpers,
+    "scene": read_scene, "gestures": read_gestures, "test": lambda table: [read_test(table)],
+}  # fmt: skip
+"""Readers of what the sheets of a kind say, by its name; a Protocol sheet adds to what another one says."""
 
 
 def words(texts: Iterable[str]) -> set[str]:
