@@ -30,7 +30,6 @@ class Reading:
     r"""A workbook that was read.
 
     Attributes:
-        workbook: what it says.
         report: what was noticed while reading; checks add to it.
         digest: SHA-256 (hexadecimal) of the .xlsx file's bytes; of CSV and Markdown of the texts with `\n` as line
             break and without byte order mark, so that a copy made by another program keeps it.

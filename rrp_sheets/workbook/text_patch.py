@@ -82,10 +82,10 @@ class TextTable(ABC):
             return
         rows, columns = limits.ROWS, limits.COLUMNS
         if not (1 <= edit.row <= rows and 1 <= edit.column <= columns):
-            told = N_(
+            how = N_(
                 "A sheet in a text file has at most {rows:,} rows and {columns} columns.", rows=rows, columns=columns
             )
-            raise SheetsError(N_("There is no cell {cell}.", cell=edit.place), told)
+            raise SheetsError(N_("There is no cell {cell}.", cell=edit.place), how)
         text = edits.shown(edit.checked_value())
         if "\0" in text:
             message = N_("The text for {cell} contains a zero byte.", cell=edit.place)
