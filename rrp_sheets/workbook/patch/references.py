@@ -23,15 +23,11 @@ Moves = Sequence[tuple[int, int | None]]
 """Filled rows that go elsewhere: from where, to where (None: away)."""
 SPARE = 50
 """Blank rows below the last filled one that are covered too when something grows."""
-_OF_RULES = ("formula", "formula1", "formula2", "f")
 _PIECE = re.compile(
     r""""(?:[^"]|"")*"|(?P<quoted>'(?:[^']|'')+')!|(?<![\w.\])#'])(?P<plain>[^\W\d][\w.]*(?::[^\W\d][\w.]*)?)!"""
 )
 _PLAIN = re.compile(r"(?!(?:[A-Z]{1,3}\d+|R\d*C\d*|TRUE|FALSE)\Z)[A-Z_]\w*\Z", re.IGNORECASE | re.ASCII)
 _FORMULAS = ("f", "formula", "formula1", "formula2", "calculatedColumnFormula", "totalsRowFormula")
-_LINKED = re.compile(
-    rb"""(\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*")([^"]*)(")|(<x:Fmla\w*>)([^<]*)(</x:Fmla\w*>)"""
-)
 GONE = "#REF!"
 Change = Callable[[str], str]
 _TITLES = ("Properties", "TitlesOfParts", "vector")
@@ -166,9 +162,8 @@ def _grow_rules(package: PackageEdit, index: int, longer: Callable[[int, int], i
         if i != index and not package.mentions(i, name):
             continue
         other = package.sheet(i)
-        for e in other.elements(*_OF_RULES):
-            if next(e.iterancestors("{*}sparkline"), None) is None:
-                xml.change_text(other, e, _referring(xml.text_of(e), name, own, longer))
+        for e in other.rules():
+            xml.change_text(other, e, _referring(xml.text_of(e), name, own, longer))
 
 
 def _grown(blocks: str, longer: Callable[[int, int], int]) -> str:
@@ -292,7 +287,7 @@ def _rewrite_links(package: PackageEdit, part: str, data: bytes, change: Change)
         old.setdefault(written.decode(), text.decode("utf-8", "replace"))
         return bytes(begin + written + end)
 
-    new = _LINKED.sub(put, data)
+    new = xml.LINKED.sub(put, data)
     if new != data:
         package.write(part, new)
     return old

@@ -29,7 +29,6 @@ _NOTE = re.compile(rb"""ObjectType\s*=\s*["']Note["']""")
 _ROW = re.compile(rb"(<x:Row>\s*)(\d+)(\s*</x:Row>)")
 _ANCHOR = re.compile(rb"(<x:Anchor>)([^<]*)(</x:Anchor>)")
 _STAYING = ("_xlnm.print_area", "_xlnm.print_titles", "_xlnm._filterdatabase")
-_LINKED = re.compile(rb"""\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*"([^"]*)"|<x:Fmla\w*>([^<]*)</x:Fmla""")
 
 
 def change_rows(package: PackageEdit, edit: RowEdit) -> None:
@@ -258,9 +257,7 @@ def _outside(package: PackageEdit, index: int) -> Iterator[tuple[str, str, str, 
         if i != index and not xml.may_refer(package.book.read(package.book.entries[i].part)):
             continue
         sheet, where = package.sheet(i), N_("a drop-down list or a conditional format in “{sheet}”", sheet=name)
-        for e in sheet.elements("formula", "formula1", "formula2", "f"):
-            if next(e.iterancestors("{*}sparkline"), None) is None:
-                yield xml.text_of(e), name, where, True, True
+        yield from ((xml.text_of(e), name, where, True, True) for e in sheet.rules())
         if i != index:
             ignored = ignored_columns(package, i)
             for f in sheet.formulas():
@@ -285,6 +282,6 @@ def _in_parts(package: PackageEdit) -> Iterator[tuple[str, str]]:
                     quoted = sheet.replace("'", "''")
                     yield f"'{quoted}'!A{block.top}:A{block.bottom}", N_("a pivot table")
         elif "/drawings/" in part or "/ctrlprops/" in part:
-            for match in _LINKED.finditer(package.read(part)):
-                text = html.unescape((match[1] or match[2]).decode("utf-8", "replace"))
+            for match in xml.LINKED.finditer(package.read(part)):
+                text = html.unescape((match[2] or match[5] or b"").decode("utf-8", "replace"))
                 yield text, N_("a shape or a button")

@@ -210,6 +210,10 @@ _PLACES = re.compile(
 _NUMBER = re.compile(rb"""(?:\A|\s)r\s*=\s*["'](\d{1,7})["']""")
 _FORMULA = re.compile(rb"<(?:[\w.-]+:)?f[\s/>]")
 _REFERENCE = re.compile(rb"<(?:[\w.-]+:)?(?:f|formula[12]?|calculatedColumnFormula|totalsRowFormula|hyperlink)[\s/>]")
+LINKED = re.compile(
+    rb"""(\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*")([^"]*)(")|(<x:Fmla\w*>)([^<]*)(</x:Fmla)"""
+)
+"""Matches a formula of a shape or a button, with what is around it."""
 _MANY_CELLS = [quote + word + quote for word in (b"shared", b"array", b"dataTable") for quote in (b'"', b"'")]
 _ROWS_HERE = b"<?rows here?>"
 
@@ -407,6 +411,11 @@ class SheetXml(XmlPart):
     def elements(self, *names: str) -> list[etree._Element]:
         """The elements of these local names outside of the rows."""
         return list(self.root.iter(*(f"{{*}}{name}" for name in names)))
+
+    def rules(self) -> list[etree._Element]:
+        """The formulas of drop-down lists and conditional formats."""
+        found = self.elements("formula", "formula1", "formula2", "f")
+        return [e for e in found if next(e.iterancestors("{*}sparkline"), None) is None]
 
     def merged(self) -> list[Range]:
         """The merged blocks."""
