@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from rrp_sheets import page_texts
-from rrp_sheets.compare.as_text import cautions, one_line, place, shorten, shown_source, value, verdict
+from rrp_sheets.compare.as_text import cautions, one_line, place, shorten, value, verdict
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison
 from rrp_sheets.model.changed import ADDED, REMOVED
 from rrp_sheets.resources import bundled
@@ -23,7 +22,6 @@ _KINDS = {
     "moved": ("↕", N_("moved")), "on": ("●", N_("switched on")), "off": ("○", N_("switched off")),
     "notes": ("✎", N_("notes")), "written": ("≈", N_("written differently")),
 }  # fmt: skip
-_LONGEST = 160  # letters of a cell
 Runs = Sequence[tuple[str, str]]  # texts, each with the tag of its mark
 
 
@@ -43,12 +41,8 @@ def _templates() -> Environment:
         lstrip_blocks=True,
     )
     page_texts.install(made, lambda context: str(context["language"]))
-    made.filters |= {"one_line": one_line, "brief": _brief}
+    made.filters |= {"one_line": one_line, "brief": shorten}
     return made
-
-
-def _brief(text: str) -> str:
-    return shorten(text) if len(text) > _LONGEST else one_line(text)
 
 
 def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
@@ -57,31 +51,6 @@ def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
     title = N_("{first} and {second} compared", first=names[0], second=names[1])
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))
     return render("page.html", title=title, style=Markup(style), comparison=as_part(comparison, drawn))
-
-
-@dataclass(frozen=True)
-class _ChangeLine:
-    """A change as a line of a table; `was` is the row where it stood before, else 0."""
-
-    kind: str
-    where: str
-    was: int
-    sign: str
-    what: str
-    before: Runs
-    after: Runs
-    note: str
-
-
-@dataclass(frozen=True)
-class _ChangeTable:
-    """Changes under a title; `left` are not shown."""
-
-    title: str
-    count: str
-    lines: Sequence[_ChangeLine]
-    noted: bool
-    left: str
 
 
 def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = "", language: str = "en") -> Markup:
@@ -93,44 +62,44 @@ def as_part(comparison: Comparison, drawn: Markup | None = None, later: str = ""
         later: the address from which the page fetches them instead.
         language: of the texts around what is compared.
     """
-    versions = [
-        (which, shown_source(v), one_line(v.digest[:16]))
-        for which, v in ((N_("Before"), comparison.first), (N_("After"), comparison.second))
-    ]
+    compared = ((N_("Before"), comparison.first), (N_("After"), comparison.second))
+    versions = [(which, one_line(v.source), one_line(v.digest[:16])) for which, v in compared]
     tables = [
-        _table(title, changes)
-        for title, changes in (
-            (N_("What changes the behaviour"), comparison.effects),
-            (N_("Differences without effect on the behaviour"), comparison.others),
-        )
-        if changes
+        _table(N_("What changes the behaviour"), comparison.effects),
+        _table(N_("Differences without effect on the behaviour"), comparison.others),
     ]
+    sections = [table for table in tables if table["lines"]]
     kinds = {c.kind for c in comparison.changes} - {"notes"}
     return render(
         "comparison.html", language=language, same=comparison.same, verdict=one_line(verdict(comparison)),
-        cautions=cautions(comparison), versions=versions, later=later, drawn=drawn, sections=tables,
+        cautions=cautions(comparison), versions=versions, later=later, drawn=drawn, sections=sections,
         signs=[_KINDS[kind] for kind in _KINDS if kind in kinds], footed=bool(comparison.changes),
     )  # fmt: skip
 
 
 def file_name(version: ComparedWorkbook) -> str:
     """Return the name of a workbook's file, for a title."""
-    return shown_source(version).replace("\\", "/").rstrip("/").rsplit("/", 1)[-1] or "nothing"
+    return one_line(version.source).replace("\\", "/").rstrip("/").rsplit("/", 1)[-1] or "nothing"
 
 
-def _table(title: str, changes: Sequence[Change]) -> _ChangeTable:
+def _table(title: str, changes: Sequence[Change]) -> dict[str, object]:
     shown = changes[:MOST]
-    count = N_("{n:,} entry" if len(changes) == 1 else "{n:,} entries", n=len(changes))
-    left = f"{len(changes) - MOST:,}" if len(changes) > MOST else ""
-    return _ChangeTable(title, count, [_line(c) for c in shown], any(c.note for c in shown), left)
+    return {
+        "title": title, "count": N_("{n:,} entry" if len(changes) == 1 else "{n:,} entries", n=len(changes)),
+        "lines": [_line(c) for c in shown], "noted": any(c.note for c in shown),
+        "left": f"{len(changes) - MOST:,}" if len(changes) > MOST else "",  # that are not shown
+    }  # fmt: skip
 
 
-def _line(change: Change) -> _ChangeLine:
+def _line(change: Change) -> dict[str, object]:
     sign, word = _KINDS[change.kind]
     what = N_("{what} {change}", what=change.what, change=word) if change.what and change.what != word else word
     first, second = change.rows
-    was = first if first and second and first != second else 0
-    return _ChangeLine(change.kind, place(change), was, sign, what, *_sides(change), change.note)
+    before, after = _sides(change)
+    return {
+        "kind": change.kind, "where": place(change), "was": first if first and second and first != second else 0,
+        "sign": sign, "what": what, "before": before, "after": after, "note": change.note,
+    }  # fmt: skip
 
 
 def _sides(change: Change) -> tuple[Runs, Runs]:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison, single
+from rrp_sheets.compare.changes import Change, Comparison, single
 from rrp_sheets.texts import N_
 
 SCHEMA = 1  # of the data; grows when an entry changes its meaning or goes
@@ -15,11 +15,7 @@ MOST = 200  # lines of each kind; the JSON has all
 Style = Callable[[str, str], str]
 
 
-def _plain(text: str, role: str) -> str:
-    return text
-
-
-def as_text(comparison: Comparison, *, brief: bool = False, style: Style = _plain) -> str:
+def as_text(comparison: Comparison, *, brief: bool = False, style: Style = lambda text, role: text) -> str:
     """Return the comparison for people to read.
 
     Args:
@@ -27,18 +23,13 @@ def as_text(comparison: Comparison, *, brief: bool = False, style: Style = _plai
         brief: leave out what has no effect on the behaviour.
         style: colours a text by its role: `added`, `removed`, `changed`, `quiet`, `verdict`.
     """
-    effects, others = comparison.effects, comparison.others
-    lines = [style(verdict(comparison), "verdict")]
-    lines += [style(text, "quiet") for text in cautions(comparison)]
-    lines += _list(effects, style)
+    others = comparison.others
+    lines = [style(verdict(comparison), "verdict"), *(style(text, "quiet") for text in cautions(comparison))]
+    lines += _list(comparison.effects, style)
     if others and not brief:
-        heading = (
-            N_("{n:,} difference without effect on the behaviour:", n=len(others))
-            if len(others) == 1
-            else N_("{n:,} differences without effect on the behaviour:", n=len(others))
-        )
-        lines += ["", style(heading, "quiet")]
-        lines += _list(others, style)
+        one = N_("{n:,} difference without effect on the behaviour:")
+        many = N_("{n:,} differences without effect on the behaviour:")
+        lines += ["", style(N_(one if len(others) == 1 else many, n=len(others)), "quiet"), *_list(others, style)]
     return "\n".join(lines)
 
 
@@ -75,16 +66,11 @@ def cautions(comparison: Comparison) -> list[str]:
     first = N_("The first workbook ({source}) has {errors}: what could not be understood is compared by its text.")
     second = N_("The second workbook ({source}) has {errors}: what could not be understood is compared by its text.")
     return [
-        N_(text, source=shown_source(version),
+        N_(text, source=one_line(version.source),
            errors=N_("{n} error" if version.errors == 1 else "{n} errors", n=f"{version.errors:,}"))
         for text, version in ((first, comparison.first), (second, comparison.second))
         if version.errors
     ]  # fmt: skip
-
-
-def shown_source(version: ComparedWorkbook) -> str:
-    """Return the workbook's source on one line, safe to print."""
-    return one_line(version.source)
 
 
 def _list(changes: Sequence[Change], style: Style) -> list[str]:

@@ -25,7 +25,6 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.texts import N_, LazyMessage, listed
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_readers import words
 
@@ -109,13 +108,9 @@ def _untold(side: Side) -> dict[str, str]:
         what = recognise(sheet)
         if what.kind is None and key(sheet.name) not in {*side.workbook.tables, *_LISTS} and sheet.cells:
             found[sheet.name] = OWN
-        elif what.kind is not None and what.kind.name in _OURS and not _filled(sheet, what.row):
+        elif what.kind is not None and what.kind.name in _OURS and not any(row > what.row for row, _ in sheet.cells):
             found[sheet.name] = EMPTY
     return found
-
-
-def _filled(sheet: RawSheet, header: int) -> bool:
-    return any(row > header for row, _ in sheet.cells)
 
 
 # What the fields that have an effect mean, their defaults filled in.
@@ -145,7 +140,7 @@ def protocol_changes(first: Side, second: Side, found: Match) -> list[Change]:
         base = Change("changed", "protocol", place, name, rows, "", before, after)
         out += _field(base, k, first, second, found)
         for column, was, now in different(first.remarks_of(place, rows[0]), second.remarks_of(place, rows[1])):
-            out.append(Change("notes", "protocol", place, name, rows, column, was, now, effect=False))
+            out.append(replace(base, kind="notes", what=column, before=was, after=now, effect=False))
     return out
 
 
@@ -156,8 +151,8 @@ def _field(base: Change, k: str, first: Side, second: Side, found: Match) -> lis
     if meaning is None:
         return [base.harmless(FOR_PEOPLE)]
     mine, other = meaning(first), meaning(second)
-    if k == "run":
-        mine, other = _run(first, found), second.checked.run.behaviours
+    if k == "run":  # by the keys that the behaviours have in the second workbook
+        mine = frozenset(found.streams.sheets.get(b, b) for b in first.checked.run.behaviours)
     errors = base.before and base.after and _refused(first, k) and _refused(second, k)
     if mine != other or errors:
         return [base]
@@ -165,13 +160,7 @@ def _field(base: Change, k: str, first: Side, second: Side, found: Match) -> lis
     return [replace(base, kind="written", effect=False, note=note)]
 
 
-def _run(side: Side, found: Match) -> frozenset[str]:
-    """Return the behaviours that the first workbook runs, by their keys in the second."""
-    return frozenset(found.streams.sheets.get(k, k) for k in side.checked.run.behaviours)
-
-
 def _refused(side: Side, k: str) -> bool:
-    """Return whether the check reported an error in the cell of a field."""
     cell = side.workbook.protocol.fields.get(k)
     return cell is not None and any(d.address == cell.address for d in side.checked.report.errors)
 
@@ -181,27 +170,21 @@ def _refused(side: Side, k: str) -> bool:
 
 def device_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the device streams, in the order of the second workbook, then the removed ones."""
-    out: list[Change] = []
-    partner = {}
-    for k in first.devices:
-        partner[found.streams.of(k)] = k
+    partner = {found.streams.of(k): k for k in first.devices}
+    pairs: list[tuple[DeviceView | None, DeviceView | None, bool]] = []
     for k, new in second.devices.items():
-        old_key = partner.get(k)
-        old = first.devices.get(old_key) if old_key is not None else None
-        used = k in second.used or (old_key is not None and old_key in first.used)
-        out += _device(old, new, used, found)
-    for k, old in first.devices.items():
-        if found.streams.of(k) not in second.devices:
-            out += _device(old, None, k in first.used, found)
+        was = partner.get(k)
+        pairs.append((None if was is None else first.devices[was], new, k in second.used or was in first.used))
+    gone = [k for k in first.devices if found.streams.of(k) not in second.devices]
+    pairs += [(first.devices[k], None, k in first.used) for k in gone]
+    out: list[Change] = []
+    for old, now, used in pairs:
+        if old is None or now is None:
+            changes = _one_sided(old, now)
+        else:
+            changes = [*_device_name(old, now), *_device_type(old, now, found), *_settings(old, now, found)]
+        out += changes if used else [c.harmless(UNUSED) for c in changes]
     return out
-
-
-def _device(old: DeviceView | None, new: DeviceView | None, used: bool, found: Match) -> list[Change]:
-    if old is None or new is None:
-        out = _one_sided(old, new)
-    else:
-        out = [*_device_name(old, new), *_device_type(old, new, found), *_settings(old, new, found)]
-    return out if used else [c.harmless(UNUSED) for c in out]
 
 
 def _change(old: DeviceView | None, new: DeviceView | None, kind: str, what: str = "", before: str = "",
@@ -220,34 +203,27 @@ def _one_sided(old: DeviceView | None, new: DeviceView | None) -> list[Change]:
         return []
     settings = (N_("{name} {value}", name=_name(view, k), value=text) for k, text in view.texts.items())
     said = listed([view.device, *settings])
-    if new is not None:
-        return [_change(None, new, "added", after=said)]
-    return [_change(old, None, "removed", before=said)]
+    return [_change(None, new, "added", after=said) if new else _change(old, None, "removed", before=said)]
 
 
 def _device_name(old: DeviceView, new: DeviceView) -> list[Change]:
     if old.name == new.name:
         return []
     if key(old.name) == key(new.name):
-        same_sheet = old.row and new.row
-        return [_change(old, new, "written", N_("stream"), old.name, new.name, False, WRITTEN)] if same_sheet else []
-    rows = (old.row, new.row)
-    return [Change("renamed", "stream", new.sheet, rows=rows, before=old.name, after=new.name, effect=False,
-                   note=RENAMED)]  # fmt: skip
+        declared = old.row and new.row
+        return [_change(old, new, "written", N_("stream"), old.name, new.name, False, WRITTEN)] if declared else []
+    return [Change("renamed", "stream", new.sheet, "", (old.row, new.row), "", old.name, new.name, False, RENAMED)]
 
 
 def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
-    mine = old.found.type.name if old.found else key(old.device)
-    other = new.found.type.name if new.found else key(new.device)
-    if mine != other:
-        return [_change(old, new, "changed", N_("device"), old.device, new.device)]
-    if bool(old.row) != bool(new.row):
+    mine, other = (view.found.type.name if view.found else key(view.device) for view in (old, new))
+    if mine == other and bool(old.row) != bool(new.row):
         if old.meaning(found.streams.sheets) != new.meaning({}) or key(old.name) != key(new.name):
             return []
         before, after = (N_("declared"), "") if old.row else ("", N_("declared"))
         return [_change(old, new, "written", N_("declaration"), before, after, False, _BY_NAME)]
     presets = [view.found.preset if view.found else {} for view in (old, new)]
-    if presets[0] != presets[1] and old.row:
+    if mine != other or (presets[0] != presets[1] and old.row):
         return [_change(old, new, "changed", N_("device"), old.device, new.device)]
     if old.device != new.device and old.row:
         return [_change(old, new, "written", N_("device"), old.device, new.device, False, WRITTEN)]
@@ -267,14 +243,13 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
         if not same:
             was, now = texts[0] or _default(before), texts[1] or _default(after)
             out.append(_change(old, new, "changed", name, was, now))
-        elif same and texts[0] != texts[1]:
+        elif texts[0] != texts[1]:
             note = WRITTEN if texts[0] and texts[1] else N_("this is what a blank cell means")
             out.append(_change(old, new, "written", name, texts[0], texts[1], False, note))
     return out
 
 
 def _name(view: DeviceView, k: str) -> str:
-    """Return the name of a setting, in words."""
     setting = view.found.type.settings.get(k) if view.found is not None else None
     return LazyMessage(setting.name, msgctxt="setting") if setting is not None else k
 
@@ -293,15 +268,15 @@ def helper_changes(first: Side, second: Side, found: Match) -> list[Change]:
     old, new = _helpers(first), _helpers(second)
     back = {b: a for a, b in found.helpers.items()}
     called = _called(first) | _called(second)
-    out: list[Change] = []
+    pairs: list[tuple[Helper | None, Helper | None, set[str]]] = []
     for k, helper in new.items():
         was = back.get(k, k)
-        changes = _helper(first, second, old.get(was), helper, found)
-        out += changes if {k, was} & called else [c.harmless(UNUSED) for c in changes]
-    for k, helper in old.items():
-        if found.helpers.get(k, k) not in new:
-            changes = _helper(first, second, helper, None, found)
-            out += changes if k in called else [c.harmless(UNUSED) for c in changes]
+        pairs.append((old.get(was), helper, {k, was}))
+    pairs += [(helper, None, {k}) for k, helper in old.items() if found.helpers.get(k, k) not in new]
+    out: list[Change] = []
+    for a, b, names in pairs:
+        changes = _helper(first, second, a, b, found)
+        out += changes if names & called else [c.harmless(UNUSED) for c in changes]
     return out
 
 
@@ -314,7 +289,7 @@ def _helpers(side: Side) -> dict[str, Helper]:
 
 def _called(side: Side) -> set[str]:
     """Return the names in the formulas of rows that are on and of helpers."""
-    rows = [row.row.formula.text for b in side.behaviours for row in b.rows if row.on]
+    rows = [view.row.formula.text for b in side.behaviours for view in b.rows if view.row.on]
     return words([*rows, *(h.formula.text for h in side.workbook.helpers)])
 
 
@@ -324,14 +299,15 @@ def _helper(first: Side, second: Side, old: Helper | None, new: Helper | None, f
     place = view.name.address
     rows = (old.name.address.row if old else 0, new.name.address.row if new else 0)
     change = Change("changed", "helper", place.sheet, view.name.text, rows)
-    if old is None or new is None:
-        kind, text = ("added" if old is None else "removed"), view.formula.text
-        return [replace(change, kind=kind, before="" if old is None else text, after=text if old is None else "")]
+    if old is None:
+        return [replace(change, kind="added", after=view.formula.text)]
+    if new is None:
+        return [replace(change, kind="removed", before=view.formula.text)]
     out: list[Change] = []
     k, now = key(old.name.text), key(new.name.text)
     if k != now:
-        out.append(replace(change, kind="renamed", before=old.name.text, after=new.name.text, effect=False,
-                           note=N_("the same helper under another name")))  # fmt: skip
+        renamed = replace(change, kind="renamed", before=old.name.text, after=new.name.text)
+        out.append(renamed.harmless(N_("the same helper under another name")))
     meanings_known = helper_meaning(first, k, found.helpers), helper_meaning(second, now, {})
     inputs = tuple(", ".join(c.text for c in h.inputs) for h in (old, new))
     before, after = old.formula.text, new.formula.text

@@ -10,7 +10,7 @@ from functools import partial
 
 from rrp_sheets.compare.changes import Change, as_typed, helpers_in, one_sided
 from rrp_sheets.compare.match import Match, Pairs
-from rrp_sheets.compare.rows import WRITTEN
+from rrp_sheets.compare.rows import WRITTEN, in_sheet_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different
 from rrp_sheets.formulas import HelperDef
 from rrp_sheets.formulas.tables import value_of
@@ -66,21 +66,16 @@ class _BehaviourBuilder:
     def both(self, a: int, b: int) -> ChangedBehaviour:
         """Return the changed behaviour for two that are paired."""
         old, new, pairs = self.first.behaviours[a], self.second.behaviours[b], self.found.rows[a, b]
-        placed = []
-        for j, view in enumerate(new.rows):
-            i = pairs.back.get(j)
-            row = self._one_sided(view, c.ADDED) if i is None else self._pair(old.rows[i], view)
-            placed.append((view.row.number, 0, row))
-        below = 0
-        for i, view in enumerate(old.rows):
-            if i in pairs.to:
-                below = new.rows[pairs.to[i]].row.number
-            else:
-                placed.append((below, 1, self._one_sided(view, c.REMOVED)))
-        placed.sort(key=lambda entry: entry[:2])
-        rows = tuple(row for *_, row in placed)
+        rows: list[ChangedRow] = []
+        for mine, now in in_sheet_order(old.rows, new.rows, pairs):
+            if mine is not None and now is not None:
+                rows.append(self._pair(mine, now))
+            elif now is not None:
+                rows.append(self._one_sided(now, c.ADDED))
+            elif mine is not None:
+                rows.append(self._one_sided(mine, c.REMOVED))
         views = {("", v.row.number): v for v in new.rows} | {(c.REMOVED, v.row.number): v for v in old.rows}
-        return ChangedBehaviour(new.name, c.SAME, rows, self._streams(rows, views, self.first, self.second))
+        return ChangedBehaviour(new.name, c.SAME, tuple(rows), self._streams(rows, views, self.first, self.second))
 
     # ---- rows
     def _one_sided(self, view: RowView, sign: str) -> ChangedRow:
@@ -93,22 +88,21 @@ class _BehaviourBuilder:
         return ChangedRow(
             sign, number, number if sign == c.REMOVED else 0, words(row.inputs_cell.text), words(row.connector.text),
             words(row.formula.text), words(row.output.text), takes, (Link(ident(view.output), sign),),
-            () if view.on else (N_("switched off"),), off=not view.on,
+            () if row.on else (N_("switched off"),), off=not row.on,
         )  # fmt: skip
 
     def _pair(self, a: RowView, b: RowView) -> ChangedRow:
         found = self.rows.get((key(b.sheet), a.row.number, b.row.number), [])
         cells = {change.field: change for change in found if change.kind == "changed"}
-        remarks = [*self._remarks(a, b, found, cells), *self._helper_remarks(b)]
+        remarks = tuple(self._remarks(a, b, found, cells))
         moved = any(change.kind == "moved" and change.effect for change in found)
         sign = c.CHANGED if remarks or moved or any(change.kind in _SHOWN for change in found) else c.SAME
-        row, inputs = b.row, cells.get("inputs")
+        row = b.row
         return ChangedRow(
-            sign, row.number, a.row.number,
-            ComparableText(inputs.before, inputs.after) if inputs else same(row.inputs_cell.text),
+            sign, row.number, a.row.number, _words(cells.get("inputs"), row.inputs_cell.text),
             _words(cells.get("connector"), row.connector.text), _words(cells.get("formula"), row.formula.text),
             _words(cells.get("output"), row.output.text), _links([self._old(i) for i in a.inputs], b.inputs),
-            _links([self._old(a.output)], [b.output]), tuple(remarks), off=not b.on,
+            _links([self._old(a.output)], [b.output]), remarks, off=not row.on,
         )  # fmt: skip
 
     def _remarks(self, a: RowView, b: RowView, found: Iterable[Change], cells: Mapping[str, Change]) -> Iterable[str]:
@@ -119,14 +113,11 @@ class _BehaviourBuilder:
                 yield N_("moved, was row {n}", n=a.row.number)
         if priority := cells.get("priority"):
             yield N_("priority {before} → {after}", before=priority.before, after=priority.after)
-        if cells and not (a.on or b.on):
+        if cells and not (a.row.on or b.row.on):
             yield N_("off in both")
-
-    def _helper_remarks(self, b: RowView) -> Iterable[str]:
-        if b.formula is None or not self.helpers:
-            return
         called: dict[str, HelperDef] = {}
-        helpers_in(b.formula.tree, called)
+        if b.formula is not None and self.helpers:
+            helpers_in(b.formula.tree, called)
         for name in sorted(self.helpers & called.keys()):
             yield N_("helper {name} changed", name=called[name].shown)
 
@@ -413,8 +404,8 @@ def list_changes(
     pairs = _pair(new, old, kind).inverse() if turned else _pair(old, new, kind)
     moved = pairs.moved(turned) if kind.ordered else set()
     placed = [(new[j].row, 1, _line(kind, old[i], new[j], i in moved)) for i, j in pairs.to.items()]
-    placed += [(new[j].row, 1, [_change(kind, "added", None, new[j])]) for j in pairs.right]
-    placed += [(old[i].row, 2, [_change(kind, "removed", old[i], None)]) for i in pairs.left]
+    placed += [(new[j].row, 1, [_one_sided(kind, "added", new[j])]) for j in pairs.right]
+    placed += [(old[i].row, 2, [_one_sided(kind, "removed", old[i])]) for i in pairs.left]
     placed.sort(key=lambda entry: entry[:2])
     return [change for _, _, found in placed for change in found], pairs
 
@@ -453,14 +444,12 @@ def _line(kind: ListKind, a: ListRow, b: ListRow, moved: bool) -> list[Change]:
     return out
 
 
-def _change(kind: ListKind, word: str, a: ListRow | None, b: ListRow | None, what: str = "", before: str = "",
-            after: str = "", note: str = "") -> Change:  # fmt: skip
-    view = b or a
-    assert view is not None
-    if a is None or b is None:
-        text = " | ".join(view.said.values())
-        before, after = ("", text) if a is None else (text, "")
-    rows = (a.row if a else 0, b.row if b else 0)
+def _change(kind: ListKind, word: str, a: ListRow, b: ListRow, what: str = "", before: str = "", after: str = "",
+            note: str = "") -> Change:  # fmt: skip
     effect = kind.effect and word not in ("written", "notes")
-    note = note or ("" if effect or word == "notes" else kind.note)
-    return Change(word, kind.part, view.sheet, "", rows, what, before, after, effect, note)
+    note = note or ("" if word == "notes" else kind.note)
+    return Change(word, kind.part, b.sheet, "", (a.row, b.row), what, before, after, effect, note)
+
+
+def _one_sided(kind: ListKind, word: str, row: ListRow) -> Change:
+    return one_sided(word, kind.part, row.sheet, " | ".join(row.said.values()), row.row, kind.effect, kind.note)

@@ -307,7 +307,10 @@ class Pairs:
             here = place * len(right) // len(left)
             near = set(range(max(0, here - _NEAR), min(len(right), here + _NEAR + 1)))
             for feature in features(first[i]):
-                near.update(_nearest(places.get(feature, ()), here))
+                found_at = places.get(feature, ())
+                middle = bisect.bisect_left(found_at, here)
+                start = max(0, min(middle - _CANDIDATES // 2, len(found_at) - _CANDIDATES))
+                near.update(found_at[start : start + _CANDIDATES])
             for other in near:
                 alike = score(first[i], second[right[other]])
                 if alike >= least:
@@ -325,12 +328,6 @@ class Pairs:
         pairs = sorted((j, i) for i, j in self.to.items()) if turned else sorted(self.to.items())
         names = out_of_order([a for a, _ in pairs], [b for _, b in pairs])
         return {self.back[j] for j in names} if turned else names
-
-
-def _nearest(places: Sequence[int], here: int) -> Sequence[int]:
-    middle = bisect.bisect_left(places, here)
-    start = max(0, min(middle - _CANDIDATES // 2, len(places) - _CANDIDATES))
-    return places[start : start + _CANDIDATES]
 
 
 def out_of_order(names: Sequence[A], places: Sequence[int]) -> set[A]:

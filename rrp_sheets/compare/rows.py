@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
-from rrp_sheets.compare.changes import Change, meanings, pieces, shape
-from rrp_sheets.compare.match import Match, out_of_order
+from rrp_sheets.compare.changes import Change, meanings, one_sided, pieces, shape
+from rrp_sheets.compare.match import Match, Pairs, out_of_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
-from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_, listed
 
 OFF = N_("the row is switched off in both")
@@ -27,20 +27,19 @@ _PLACE = N_("the row stands elsewhere, which changes nothing")
 def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of all behaviours, in the order of the second workbook's sheets and rows."""
     out: list[Change] = []
-    late = reordered(first, second, found)
+    rows = _RowComparison(first, second, found)
     for b, behaviour in enumerate(second.behaviours):
         a = found.behaviours.back.get(b)
         if a is None:
             out += _whole("added", behaviour)
             continue
         old = first.behaviours[a]
+        named = Change("renamed", "behaviour", behaviour.name, before=old.name, after=behaviour.name, effect=False)
         if old.key != behaviour.key:
-            out.append(Change("renamed", "behaviour", behaviour.name, before=old.name, after=behaviour.name,
-                              effect=False, note=N_("the same rows under another name")))  # fmt: skip
+            out.append(replace(named, note=N_("the same rows under another name")))
         elif old.name != behaviour.name:
-            out.append(Change("written", "behaviour", behaviour.name, what=N_("name"), before=old.name,
-                              after=behaviour.name, effect=False, note=WRITTEN))  # fmt: skip
-        out += _Pair(first, second, found, a, b, late).changes()
+            out.append(replace(named, kind="written", what=N_("name"), note=WRITTEN))
+        out += rows.changes(old, behaviour, found.rows[a, b])
     for a in found.behaviours.left:
         out += _whole("removed", first.behaviours[a])
     if found.behaviours.moved(found.turned):
@@ -53,72 +52,70 @@ def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
 def _whole(kind: str, behaviour: BehaviourView) -> Iterator[Change]:
     """Yield the changes for a behaviour that only one workbook has, and for its rows."""
     n = len(behaviour.rows)
-    count = N_("{n} row" if n == 1 else "{n} rows", n=n)
-    before, after = ("", count) if kind == "added" else (count, "")
-    on = any(row.on for row in behaviour.rows)
+    on = any(view.row.on for view in behaviour.rows)
     note = "" if on else N_("none of its rows is switched on")
-    yield Change(kind, "behaviour", behaviour.name, before=before, after=after, effect=on, note=note)
-    for row in behaviour.rows:
-        yield _one_sided(kind, row)
+    yield one_sided(kind, "behaviour", behaviour.name, N_("{n} row" if n == 1 else "{n} rows", n=n), 0, on, note)
+    yield from (_one_sided(kind, view) for view in behaviour.rows)
 
 
 def _one_sided(kind: str, view: RowView) -> Change:
-    number, text = view.row.number, row_text(view)
-    rows, before, after = ((0, number), "", text) if kind == "added" else ((number, 0), text, "")
-    note = "" if view.on else N_("the row is switched off")
-    return Change(kind, "row", view.sheet, rows=rows, before=before, after=after, effect=view.on, note=note)
-
-
-def row_text(view: RowView) -> str:
-    """Return the cells of a row on one line, as in the sheet."""
     row = view.row
-    return " | ".join(c.text for c in (row.inputs_cell, row.connector, row.formula, row.output))
+    text = " | ".join(c.text for c in (row.inputs_cell, row.connector, row.formula, row.output))
+    return one_sided(kind, "row", view.sheet, text, row.number, row.on, "" if row.on else N_("the row is switched off"))
 
 
-class _Pair:
-    """Comparison of two behaviours that are paired."""
+def in_sheet_order(
+    old: Sequence[RowView], new: Sequence[RowView], pairs: Pairs
+) -> list[tuple[RowView | None, RowView | None]]:
+    """Return the paired rows, and those of one workbook only; a removed row stands below the last kept one above it."""
+    placed: list[tuple[int, int, RowView | None, RowView | None]] = []
+    for j, view in enumerate(new):
+        placed.append((view.row.number, 1, old[pairs.back[j]] if j in pairs.back else None, view))
+    below = 0
+    for i, view in enumerate(old):
+        if i in pairs.to:
+            below = new[pairs.to[i]].row.number
+        else:
+            placed.append((below, 2, view, None))
+    placed.sort(key=lambda entry: entry[:2])
+    return [(a, b) for _, _, a, b in placed]
 
-    def __init__(
-        self, first: Side, second: Side, found: Match, a: int, b: int, late: dict[tuple[str, int], str]
-    ) -> None:
-        self.first, self.second, self.found, self.late = first, second, found, late
-        self.old, self.new = first.behaviours[a], second.behaviours[b]
-        self.pairs = found.rows[a, b]
 
-    def changes(self) -> list[Change]:
-        placed: list[tuple[int, int, list[Change]]] = []
-        moved = self.pairs.moved(self.found.turned)
-        for a, b in self.pairs.to.items():
-            found = self._row(self.old.rows[a], self.new.rows[b], a in moved)
-            if found:
-                placed.append((self.new.rows[b].row.number, 1, found))
-        for b in self.pairs.right:
-            placed.append((self.new.rows[b].row.number, 1, [_one_sided("added", self.new.rows[b])]))
-        below = 0  # a removed row is listed where it stood: after the row above it that is still there
-        for a, view in enumerate(self.old.rows):
-            if a in self.pairs.to:
-                below = self.new.rows[self.pairs.to[a]].row.number
-            else:
-                placed.append((below, 2, [_one_sided("removed", view)]))
-        placed.sort(key=lambda entry: entry[:2])
-        return [change for _, _, found in placed for change in found]
+class _RowComparison:
+    """Comparison of paired behaviours and rows."""
+
+    def __init__(self, first: Side, second: Side, found: Match) -> None:
+        self.first, self.second, self.found = first, second, found
+        self.late = reordered(first, second, found)
+
+    def changes(self, old: BehaviourView, new: BehaviourView, pairs: Pairs) -> Iterator[Change]:
+        moved = {old.rows[a].row.number for a in pairs.moved(self.found.turned)}
+        for a, b in in_sheet_order(old.rows, new.rows, pairs):
+            if a is not None and b is not None:
+                yield from self._row(a, b, a.row.number in moved)
+            elif b is not None:
+                yield _one_sided("added", b)
+            elif a is not None:
+                yield _one_sided("removed", a)
 
     def _row(self, a: RowView, b: RowView, moved: bool) -> list[Change]:
-        out: list[Change] = []
-        if a.on != b.on:
-            out.append(self._change(a, b, "on" if b.on else "off"))
-        out += self._connector(a, b)
-        inputs = self._inputs(a, b)
-        formula = self._formula(a, b)
-        out += [*inputs, *formula, *self._output(a, b), *self._priority(a, b)]
-        late = self.late.get((self.new.key, b.row.number), "")
-        if late or (moved and (a.row.number, a.sheet) != (b.row.number, b.sheet)):
+        out = [self._change(a, b, "on" if b.row.on else "off")] if a.row.on != b.row.on else []
+        connectors = a.row.connector.text, b.row.connector.text
+        out += self._cell(a, b, "connector", *connectors, same=a.connector == b.connector)
+        out += [*self._inputs(a, b), *self._formula(a, b), *self._output(a, b)]
+        if a.row.priority != b.row.priority:
+            change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
+            used = a.drives or b.drives
+            out.append(change if used else change.harmless(N_("only rows that drive an actuator use it")))
+        late = self.late.get((key(b.sheet), b.row.number), "")
+        elsewhere = (a.row.number, a.sheet) != (b.row.number, b.sheet)
+        if late or (moved and elsewhere):
             out.append(self._change(a, b, "moved", effect=bool(late), note=late or _PLACE))
-        elif _draws(a) and _draws(b) and (a.row.number, a.sheet) != (b.row.number, b.sheet):
+        elif elsewhere and "pick" in a.tokens and "pick" in b.tokens:
             out.append(self._change(a, b, "moved", effect=False, note=_DRAWS))
         for column, before, after in different(a.row.remarks, b.row.remarks):
             out.append(self._change(a, b, "notes", "", before, after, effect=False, what=column))
-        return out if a.on or b.on else [c.harmless(OFF) for c in out]
+        return out if a.row.on or b.row.on else [c.harmless(OFF) for c in out]
 
     def _change(self, a: RowView, b: RowView, kind: str, field: str = "", before: str = "", after: str = "",
                 effect: bool = True, note: str = "", what: str = "") -> Change:  # fmt: skip
@@ -127,38 +124,33 @@ class _Pair:
             after=after, effect=effect, note=note, field=field,
         )  # fmt: skip
 
-    def _written(self, a: RowView, b: RowView, field: str, before: str, after: str) -> list[Change]:
+    def _cell(self, a: RowView, b: RowView, field: str, before: str, after: str, *, same: bool) -> list[Change]:
+        """Return the change of a cell that means the same, or does not."""
+        if not same:
+            return [self._change(a, b, "changed", field, before, after)]
         if before == after:
             return []
         return [self._change(a, b, "written", field, before, after, effect=False, note=WRITTEN)]
 
-    def _connector(self, a: RowView, b: RowView) -> list[Change]:
-        before, after = a.row.connector.text, b.row.connector.text
-        if a.connector != b.connector:
-            return [self._change(a, b, "changed", "connector", before, after)]
-        return self._written(a, b, "connector", before, after)
-
     def _inputs(self, a: RowView, b: RowView) -> list[Change]:
         before, after = _said(a, self.first), _said(b, self.second)
-        mine = self.found.inputs(a)
-        if mine != b.inputs:
+        if self.found.inputs(a) != b.inputs:
             change = self._change(a, b, "changed", "inputs", before, after)
-            if self._same_by_names(a, b):
-                return [change.harmless(N_("the order of these inputs changes nothing"))]
-            return [change]
-        if [key(c.text) for c in a.row.inputs] == [key(c.text) for c in b.row.inputs] or not self._renames(a, b):
-            return self._written(a, b, "inputs", before, after)
-        return []
+            harmless = self._same_by_names(a, b)
+            return [change.harmless(N_("the order of these inputs changes nothing")) if harmless else change]
+        if [key(c.text) for c in a.row.inputs] != [key(c.text) for c in b.row.inputs] and self._renames(a, b):
+            return []
+        return self._cell(a, b, "inputs", before, after, same=True)
 
     def _same_by_names(self, a: RowView, b: RowView) -> bool:
         """Return whether two `combineLatest` rows differ in the order of their inputs only."""
         if a.formula is None or b.formula is None or not a.connector == b.connector == "combineLatest":
             return False
-        if sorted(self.found.inputs(a)) != sorted(b.inputs):
-            return False
-        mine = dict(zip(a.formula.names[-len(a.inputs) :], self.found.inputs(a), strict=False))
+        inputs = self.found.inputs(a)
+        mine = dict(zip(a.formula.names[-len(a.inputs) :], inputs, strict=False))
         other = dict(zip(b.formula.names[-len(b.inputs) :], b.inputs, strict=False))
-        return shape(a.formula.tree, mine, self.found.helpers) == shape(b.formula.tree, other)
+        same_shape = shape(a.formula.tree, mine, self.found.helpers) == shape(b.formula.tree, other)
+        return same_shape and sorted(inputs) == sorted(b.inputs)
 
     def _renames(self, a: RowView, b: RowView) -> dict[str, str]:
         """Return the new keys of a row's input streams in its formula by the old ones, where they differ."""
@@ -178,53 +170,36 @@ class _Pair:
             return []
         explained = meanings(before, names) == meanings(after)
         if explained or self.found.shape(a) == b.shape or self._same_by_names(a, b):
-            return [] if explained and names else self._written(a, b, "formula", before, after)
-        if self._same_by_fields(a, b):
-            return []  # the stream's new name is told
+            return [] if explained and names else self._cell(a, b, "formula", before, after, same=True)
+        if a.formula is not None and b.formula is not None and self.fields:
+            places = {name: str(i) for i, name in enumerate(a.formula.names[-len(a.inputs) :])}
+            if shape(a.formula.tree, places, self.found.helpers, self.fields) == b.shape:
+                return []  # only fields that a combineLatest without formula names after its streams: these are told
         found = pieces(before, after, names) if before and after else ()
         return [replace(self._change(a, b, "changed", "formula", before, after), pieces=found)]
-
-    def _same_by_fields(self, a: RowView, b: RowView) -> bool:
-        """Return whether only fields differ that a combineLatest without formula names after its streams."""
-        if a.formula is None or b.formula is None or not self.fields:
-            return False
-        fields = self.fields
-        mine = {name: str(i) for i, name in enumerate(a.formula.names[-len(a.inputs) :])}
-        return shape(a.formula.tree, mine, self.found.helpers, fields) == b.shape
 
     @cached_property
     def fields(self) -> dict[str, str]:
         """New keys of fields that are named after streams, by the old ones, where they differ."""
         if not self.first.field_names:
             return {}
-        names = {
-            key(argument_name(self.first.shown(i))): key(argument_name(self.second.shown(j)))
-            for i, j in self.found.streams.to.items()
-        }
+        streams = self.found.streams.to.items()
+        names = {formula_name(self.first.shown(i)): formula_name(self.second.shown(j)) for i, j in streams}
         return {old: new for old, new in names.items() if old != new}
 
     def _output(self, a: RowView, b: RowView) -> list[Change]:
         before, after = a.row.output.text, b.row.output.text
+        alike = key(before) == key(after)
         if a.drives != b.drives:
-            return [self._change(a, b, "changed", "output", before, after)] if key(before) != key(after) else []
+            return [] if alike else self._cell(a, b, "output", before, after, same=False)
+        if a.drives and self.found.streams.of(a.output) != b.output:
+            return self._cell(a, b, "output", before, after, same=False)
+        if alike:
+            return self._cell(a, b, "output", before, after, same=True)
         if a.drives:
-            if self.found.streams.of(a.output) != b.output:
-                return [self._change(a, b, "changed", "output", before, after)]
-            return self._written(a, b, "output", before, after) if key(before) == key(after) else []
-        if key(before) == key(after):
-            return self._written(a, b, "output", before, after)
+            return []
         return [Change("renamed", "stream", b.sheet, rows=(a.row.number, b.row.number), before=before, after=after,
                        effect=False, note=RENAMED)]  # fmt: skip
-
-    def _priority(self, a: RowView, b: RowView) -> list[Change]:
-        if a.row.priority == b.row.priority:
-            return []
-        change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
-        return [change if a.drives or b.drives else change.harmless(N_("only rows that drive an actuator use it"))]
-
-
-def _draws(view: RowView) -> bool:
-    return "pick" in view.tokens
 
 
 def _said(view: RowView, side: Side) -> str:
@@ -236,21 +211,22 @@ def _said(view: RowView, side: Side) -> str:
 
 
 _Place = tuple[str, int]  # a behaviour's key and a row's number, in the second workbook
-_Both = tuple[RowView, RowView, _Place]
+_Ranked = list[tuple[int, int, _Place]]  # ranks of rows in the first and in the second workbook
 
 
 def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
     """Return the rows whose changed order has an effect, with a description of the effect."""
-    rows: list[_Both] = []
+    rows: _Ranked = []
+    groups: dict[tuple[str, float], _Ranked] = defaultdict(list)
     for (i, j), pairs in found.rows.items():
         old, new = first.behaviours[i], second.behaviours[j]
-        both = ((old.rows[a], new.rows[b]) for a, b in pairs.to.items())
-        rows += [(a, b, (new.key, b.row.number)) for a, b in both if _takes_part(a) and _takes_part(b)]
-    groups: dict[tuple[str, float], list[_Both]] = defaultdict(list)
-    for a, b, place in rows:
-        if a.drives and b.drives and a.row.priority == b.row.priority:
-            for use in _uses(second, b.output):
-                groups[use, b.row.priority].append((a, b, place))
+        for a, b in ((old.rows[x], new.rows[y]) for x, y in pairs.to.items()):
+            if not (a.row.on and b.row.on) or a.step is None or b.step is None:
+                continue
+            rows.append((a.step.rank, b.step.rank, (new.key, b.row.number)))
+            if a.drives and b.drives and a.row.priority == b.row.priority:
+                for use in _uses(second, b.output):
+                    groups[use, b.row.priority].append(rows[-1])
     out: dict[_Place, str] = {}
     for (use, _), members in groups.items():
         for place in _late(members, found.turned):
@@ -262,21 +238,10 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
     return out
 
 
-def _late(rows: list[_Both], turned: bool) -> set[_Place]:
+def _late(rows: _Ranked, turned: bool) -> set[_Place]:
     """Return the places of the fewest rows without which all others act in the same order as before."""
-    ranks = [(_rank(a), _rank(b), place) for a, b, place in rows]
-    if turned:
-        ranks = [(new, old, place) for old, new, place in ranks]
-    ranks.sort()
-    return out_of_order([place for _, _, place in ranks], [new for _, new, _ in ranks])
-
-
-def _rank(view: RowView) -> int:
-    return view.step.rank if view.step is not None else 0
-
-
-def _takes_part(view: RowView) -> bool:
-    return view.on and view.step is not None
+    ranks = sorted((new, old, place) if turned else (old, new, place) for old, new, place in rows)
+    return out_of_order([place for *_, place in ranks], [new for _, new, _ in ranks])
 
 
 def _uses(side: Side, stream: str) -> set[str]:

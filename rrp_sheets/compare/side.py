@@ -47,11 +47,6 @@ class RowView:
     formula: Formula | None
     deep: int = 0
 
-    @property
-    def on(self) -> bool:
-        """True if the row is switched on."""
-        return self.row.on
-
     @cached_property
     def shape(self) -> str | tuple[str, ...]:
         """Shape of the formula, whatever its spelling; its tokens where it does not compile."""
@@ -119,11 +114,10 @@ class Side:
         self.reading, self.checked = reading, checked
         self.workbook = checked.workbook
         self.streams: Mapping[str, Stream] = checked.graph.streams
-        self._names = {key(n) for n in connectors().names()}
         steps = {s.ref: s for b in checked.graph.behaviours for s in b.steps}
         self.behaviours = [self._behaviour(b, steps) for b in self.workbook.behaviours]
-        rows = [row for b in self.behaviours for row in b.rows if row.on]
-        self.used = {i for row in rows for i in (*row.inputs, row.output)}
+        views = [view for b in self.behaviours for view in b.rows if view.row.on]
+        self.used = {i for view in views for i in (*view.inputs, view.output)}
         self.used |= {s.done_of for i in self.used if (s := self.streams.get(i)) is not None and s.done_of}
         self.devices = self._devices()
         self.helpers: dict[str, HelperDef] = {}
@@ -140,18 +134,17 @@ class Side:
     def _behaviour(self, behaviour: Behaviour, steps: Mapping[str, Step]) -> BehaviourView:
         sheet = key(behaviour.name)
         made = {key(r.output.text) for r in behaviour.rows if r.output and not self._drives(r)}
+        home = sheet + "!"  # left out, so that a sheet that is only called otherwise has the same rows
         deep: dict[str, int] = {}
         above: tuple[str, ...] = ()
         views = []
         for row in behaviour.rows:
             step = steps.get(f"{behaviour.name}!{row.number}")
             view = self._view(row, behaviour.name, step, made, above)
-            home = sheet + "!"  # left out, so that a sheet that is only called otherwise has the same rows
-            inputs = tuple(
-                deep.get(i, i.removeprefix(home)) if "!#" in i else i.removeprefix(home) for i in view.inputs
-            )
-            named = view.output.removeprefix(home) if row.output else ""
-            texts = (row.on, row.priority, view.connector, row.formula.text, named)
+            named = [i.removeprefix(home) for i in view.inputs]
+            inputs = tuple(deep.get(i, name) if "!#" in i else name for i, name in zip(view.inputs, named, strict=True))
+            output = view.output.removeprefix(home) if row.output else ""
+            texts = (row.on, row.priority, view.connector, row.formula.text, output)
             view.deep = deep[view.output] = hash((inputs, *texts))
             views.append(view)
             if row.on:
@@ -185,10 +178,8 @@ class Side:
             declared = table.declared.get(k)
             texts = {n: c.text for n, c in device.settings.items() if c}
             found, settings = (declared.found, declared.settings) if declared else (None, texts)
-            address = device.stream.address
-            views[k] = DeviceView(
-                device.stream.text, found, device.device.text, settings, texts, address.row, address.sheet
-            )
+            at = device.stream.address
+            views[k] = DeviceView(device.stream.text, found, device.device.text, settings, texts, at.row, at.sheet)
         for stream in self.streams.values():
             if stream.device is not None and stream.id not in views and not stream.done_of:
                 views[stream.id] = DeviceView(stream.name, stream.device, stream.device.name, stream.settings)

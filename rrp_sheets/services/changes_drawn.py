@@ -73,21 +73,11 @@ def compared(first: Path, second: Path) -> Compared:
     return Compared(*compare_in_detail(open_checked(first), open_checked(second)))
 
 
-@dataclass(frozen=True)
-class _ShownBehaviour:
-    """A changed behaviour with its pictures (each with a caption), and its rows or which are left out."""
-
-    title: str
-    pictures: Sequence[tuple[Markup, str]]
-    trouble: str
-    lines: Sequence[tuple[ChangedRow | None, str]]
-
-
-def _shown(behaviour: ChangedBehaviour, pages: Sequence[Page], trouble: str) -> _ShownBehaviour:
+def _shown(behaviour: ChangedBehaviour, pages: Sequence[Page], trouble: str) -> dict[str, object]:
     words = {ADDED: N_("{name} is new"), REMOVED: N_("{name} is gone")}
     title = N_(words.get(behaviour.sign, N_("{name}: what changed")), name=behaviour.name)
     pictures = [(Markup(page.svg), page.caption) for page in pages]  # of our own drawing, with all texts escaped
-    return _ShownBehaviour(title, pictures, trouble, list(_lines(behaviour.rows)))
+    return {"title": title, "pictures": pictures, "trouble": trouble, "lines": list(_lines(behaviour.rows))}
 
 
 MOST = 1_000  # rows of one table
