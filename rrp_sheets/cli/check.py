@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 import signal
 import sys
-import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from types import FrameType
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE
+from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE, handle_signals
 from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, speak, translated
 from rrp_sheets.texts import LANGUAGES, N_, counted
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from rrp_sheets.checks.fixing import CellChange
     from rrp_sheets.diagnostics import Diagnostic
     from rrp_sheets.testing import CaseResult, TestReport
-
 
 _COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
 _SEVERITIES = {"error": N_("error"), "warning": N_("warning"), "info": N_("info")}
@@ -162,12 +162,13 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
     expect nothing, 130 stopped with Ctrl-C.
     """
     from rrp_sheets import api
+    from rrp_sheets.testing import case_output
     from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
 
     if junit is not None:
         refuse_workbook(junit, file)
-    with _StopOnInterrupt() as stop:
-        checked, report = api.test(file, stop.asked)
+    with _interrupted() as stopped:
+        checked, report = api.test(file, stopped)
     speak(checked.run.language)
     if report is None:
         print_findings(checked.report.errors, err=True)
@@ -176,15 +177,11 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
             click.echo(json.dumps({"findings": [d.as_dict() for d in checked.report]}, ensure_ascii=False))
         sys.exit(UNREADABLE)
     if as_json:
-        from rrp_sheets.testing.case_output import as_dict
-
-        click.echo(json.dumps(as_dict(report), ensure_ascii=False, indent=2))
+        click.echo(json.dumps(case_output.as_dict(report), ensure_ascii=False, indent=2))
     else:
         _show(report)
     if junit is not None:
-        from rrp_sheets.testing.case_output import junit as as_junit
-
-        write_atomically(junit, as_junit(report))
+        write_atomically(junit, case_output.junit(report))
     if marbles is not None and report.cases:
         print_notes(api.draw_tests(report, marbles))
         say(N_("Drawn: {path}", path=marbles), err=True)
@@ -227,44 +224,30 @@ def _show_case(report: TestReport, result: CaseResult) -> None:
 
     sign, colour = ("–", "yellow") if result.idle else ("✓", "green") if result.passed else ("✗", "red")
     click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {translated(counted(result))}")
-    faults = fault_lines(result)
     if not result.passed:
         for line in failure_lines(result):
             click.echo(f"  {translated(line)}")
-        for line in marble_text(around_failures(report.checked, result), width=_columns()):
+        width = max(60, min(160, shutil.get_terminal_size((110, 24)).columns - 4))
+        for line in marble_text(around_failures(report.checked, result), width=width):
             click.echo(f"    {line}")
-    for line in faults[:10]:
+    for line in fault_lines(result)[:10]:
         click.echo(f"  {click.style('formula', fg='yellow')} {translated(line)}")
 
 
-def _columns() -> int:
-    import shutil
+@contextmanager
+def _interrupted() -> Iterator[Callable[[], bool]]:
+    """Let Ctrl-C stop the tests and show those that are over; a second one ends everything at once."""
+    asked = False
 
-    return max(60, min(160, shutil.get_terminal_size((110, 24)).columns - 4))
-
-
-class _StopOnInterrupt:
-    """Lets Ctrl-C stop the tests and show those that are over; a second one ends everything at once."""
-
-    def __init__(self) -> None:
-        self._asked = False
-        self._main = threading.current_thread() is threading.main_thread()
-        self._before: Any = None
-
-    def __enter__(self) -> _StopOnInterrupt:
-        if self._main:
-            self._before = signal.signal(signal.SIGINT, self._ask)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if self._main:
-            signal.signal(signal.SIGINT, self._before)
-
-    def _ask(self, number: int, frame: FrameType | None) -> None:
-        if self._asked:
+    def ask(number: int, frame: FrameType | None) -> None:
+        nonlocal asked
+        if asked:
             raise KeyboardInterrupt
-        self._asked = True
+        asked = True
 
-    def asked(self) -> bool:
-        """Return whether Ctrl-C was pressed."""
-        return self._asked
+    before = signal.getsignal(signal.SIGINT)
+    handle_signals(ask, "SIGINT")
+    try:
+        yield lambda: asked
+    finally:
+        handle_signals(before, "SIGINT")

@@ -71,12 +71,10 @@ def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     """
     from rrp_sheets import api
 
-    if (out is None) == (output is None):
+    targets = [target for target in (out, output) if target is not None]
+    if len(targets) != 1:
         raise click.UsageError("Name one file or folder to write: OUT, or -o OUT.")
-    target = out or output
-    assert target is not None
-    made = api.convert(file, target, replace=False)
-    click.echo(f"Made {made}.")
+    click.echo(f"Made {api.convert(file, targets[0], replace=False)}.")
 
 
 @click.command(name="pose", context_settings={"ignore_unknown_options": True})

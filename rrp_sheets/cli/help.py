@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import click
 
 from rrp_sheets.errors import SheetsError
@@ -21,29 +19,17 @@ def help_command(topic: tuple[str, ...]) -> None:
     from rrp_sheets.help.topics import text_on
 
     name = " ".join(topic)
-    command_help = _command(name)
+    here = click.get_current_context()
+    above = here.parent or here
+    commands = above.command if isinstance(above.command, click.Group) else click.Group()
+    command = commands.get_command(above, name)
+    context = None if command is None else click.Context(command, info_name=name, parent=above)
     try:
-        told = "\n\n".join(text_on(name, _names()))
-        if command_help is not None and name != "help":
+        told = "\n\n".join(text_on(name, commands.list_commands(above)))
+        if context is not None and name != "help":
             told += f"\n\nThere is a command {name} too: rrp-sheets {name} --help"
     except SheetsError:
-        if command_help is None:
+        if context is None:
             raise
-        told = command_help
+        told = context.get_help()
     click.echo(told)
-    sys.exit(0)
-
-
-def _names() -> list[str]:
-    """All commands."""
-    above = click.get_current_context().parent
-    return above.command.list_commands(above) if above and isinstance(above.command, click.Group) else []
-
-
-def _command(name: str) -> str | None:
-    """Return the help text of a command; None when there is no such command."""
-    above = click.get_current_context().parent
-    if name not in _names() or above is None or not isinstance(above.command, click.Group):
-        return None
-    command = above.command.get_command(above, name)
-    return None if command is None else command.get_help(click.Context(command, info_name=name, parent=above))

@@ -6,14 +6,18 @@ import errno
 import importlib
 import os
 import platform
+import signal
 import sys
+import threading
+from collections.abc import Callable
+from types import FrameType
 from typing import Any
 
 import click
 
 from rrp_sheets import __version__
 from rrp_sheets.cli.terminal import fail, plain_output, speak
-from rrp_sheets.errors import RunBroken, SheetsError, UnreadableFile
+from rrp_sheets.errors import RunBroken, SheetsError
 from rrp_sheets.texts import N_
 
 _COMMANDS = {
@@ -73,7 +77,6 @@ class _Lazy(click.Group):
 
 
 def _say_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
-    """The answer to --version."""
     if not wanted or ctx.resilient_parsing:
         return
     from rrp_sheets.sim.process import about
@@ -111,12 +114,8 @@ def main() -> None:
         sys.exit(error.exit_code)
     except (click.Abort, KeyboardInterrupt):
         sys.exit(INTERRUPTED)
-    except RunBroken as error:
-        fail(error, BROKEN)
-    except UnreadableFile as error:
-        fail(error, UNREADABLE)
     except SheetsError as error:
-        fail(error, 2)
+        fail(error, BROKEN if isinstance(error, RunBroken) else UNREADABLE)
     except BrokenPipeError:
         mute()
         sys.exit(0)
@@ -131,3 +130,11 @@ def main() -> None:
 def mute() -> None:
     """Discard all further output, since its reader has gone, as with `| head`; closing it at the exit does not fail."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+def handle_signals(handler: Callable[[int, FrameType | None], Any] | int | None, *names: str) -> None:
+    """Handle those signals of these names that this system has; only the main thread of a process can."""
+    if threading.current_thread() is threading.main_thread():
+        for name in names:
+            if hasattr(signal, name):
+                signal.signal(getattr(signal, name), handler)

@@ -23,13 +23,13 @@ from rrp_sheets.cli.terminal import (
     speak,
     speak_as_run,
 )
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_, listed
 
 if TYPE_CHECKING:
     from rrp_sheets.recording.deleting import Deletion
     from rrp_sheets.recording.metadata import RunMetadata
     from rrp_sheets.replay import Replayed
-
 
 _HEADS = ("When", "Workbook", "Participant", "Condition", "Mode", "Length", "How it ended", "Run")
 _MOST_NAMED = 12
@@ -132,15 +132,10 @@ def delete(
 
 
 def _require_here(planned: Deletion, below: bool) -> None:
-    from rrp_sheets.errors import SheetsError
-
     if not planned.runs and not below:
+        who, folders = planned.participant, _listed([d.within for d in planned.below])
         raise SheetsError(
-            N_(
-                "The runs of “{participant}” are in folders below: {folders}.",
-                participant=planned.participant,
-                folders=_listed([d.within for d in planned.below]),
-            ),
+            N_("The runs of “{participant}” are in folders below: {folders}.", participant=who, folders=folders),
             N_("Delete them with --below, or name one of those folders."),
         )
 

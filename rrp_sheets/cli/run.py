@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import signal
 import sys
-import threading
 import time
 from pathlib import Path
 from types import FrameType
@@ -13,7 +11,7 @@ from types import FrameType
 import click
 
 from rrp_sheets.cli.check import print_findings
-from rrp_sheets.cli.main import BROKEN, INTERRUPTED, mute
+from rrp_sheets.cli.main import BROKEN, INTERRUPTED, handle_signals, mute
 from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text, say, seconds_of, speak, translated
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import DONE, Notice
@@ -62,7 +60,7 @@ def run_command(
         condition=condition, operator=operator, camera=not no_camera,
     )  # fmt: skip
     watch = Watch()
-    _stop_on_interrupt(watch)
+    handle_signals(watch.interrupt, "SIGINT", "SIGTERM", "SIGHUP")  # the last: the terminal was closed
     ended = api.run_apart(file, settings, watch)
     result = ended.result
     if result is None and watch.interrupted:
@@ -83,20 +81,6 @@ def run_command(
     if result.broken is not None:
         sys.exit(BROKEN)
     sys.exit(INTERRUPTED if watch.interrupted else 0)
-
-
-def _stop_on_interrupt(watch: Watch) -> None:
-    """Let Ctrl-C, SIGTERM and SIGHUP stop the run: the robot halts at once, and everything is written."""
-    if threading.current_thread() is not threading.main_thread():
-        return
-
-    def ask(number: int, frame: FrameType | None) -> None:
-        watch.interrupted = True
-
-    signal.signal(signal.SIGINT, ask)
-    signal.signal(signal.SIGTERM, ask)
-    if hasattr(signal, "SIGHUP"):  # the terminal's window was closed
-        signal.signal(signal.SIGHUP, ask)
 
 
 _TICK_US = 5_000_000  # progress at least this often
@@ -128,6 +112,10 @@ class Watch(RunObserver):
             click.echo(plain_text(click.style(text, fg=colour) if colour else text), err=err)
         except OSError:  # the reader has gone, or the disk is full
             mute()
+
+    def interrupt(self, number: int, frame: FrameType | None) -> None:
+        """Stop the run, as the handler of a signal: the robot halts at once, and everything is written."""
+        self.interrupted = True
 
     def stopped(self) -> bool:
         """Return whether Ctrl-C was pressed."""

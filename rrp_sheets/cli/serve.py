@@ -10,19 +10,20 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 import click
 
+from rrp_sheets.cli.main import handle_signals
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.web.password import Password
     from rrp_sheets.web.security import Lan
-
 
 _HOST = "127.0.0.1"
 _EVERYWHERE = ("0.0.0.0", "::")
@@ -58,11 +59,12 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     folder, page = _place(folder)
     door = _ask_password() if lan else None
     links = OneTimeTokens()
+    tell = partial(click.echo, err=True)
     secret, why_not = folder_secret(folder, renew=sign_out)
     if why_not:
-        _tell(f"After a restart of the server, open a new link: {why_not}.")
+        tell(f"After a restart of the server, open a new link: {why_not}.")
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
-    _end_politely()
+    handle_signals(signal.default_int_handler, "SIGTERM", "SIGHUP")  # they end the server as Ctrl-C does
     with own_temp_folder():
         sockets = bind(_EVERYWHERE if door else (_HOST,), port)
         used = int(sockets[0].getsockname()[1])
@@ -76,7 +78,7 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
         else:
             password, made = door
             reached = _reached(password, both=len(sockets) > 1)
-            server = make_server(create_app(folder, secret, reached, links=links, tell=_tell), sockets)
+            server = make_server(create_app(folder, secret, reached, links=links, tell=tell), sockets)
             _print_lan(folder, link(), used, page, reached, made)
         enter = " Press Enter for another link." if _offer_links(link) else ""
         click.echo(f"The link opens one browser on this computer.{enter} Ctrl-C ends it.")
@@ -89,15 +91,6 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     click.echo()
 
 
-def _end_politely() -> None:
-    """Let SIGTERM and SIGHUP end the server as Ctrl-C does, so that nothing is left behind."""
-    if threading.current_thread() is not threading.main_thread():
-        return
-    for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.default_int_handler)
-
-
 def _offer_links(link: Callable[[], str]) -> bool:
     """Print a new link whenever Enter is pressed; False where there is no terminal."""
     try:
@@ -106,8 +99,7 @@ def _offer_links(link: Callable[[], str]) -> bool:
             return False
     except (AttributeError, OSError, ValueError):  # closed, or not there at all
         return False
-    if hasattr(signal, "SIGTTIN") and threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGTTIN, signal.SIG_IGN)  # else the server would stand still in the background of a shell
+    handle_signals(signal.SIG_IGN, "SIGTTIN")  # else the server would stand still in the background of a shell
 
     def listen() -> None:
         while True:
@@ -201,10 +193,6 @@ def _print_lan(folder: Path, url: str, port: int, page: str, lan: Lan, made: str
         "network whose people you trust, never an open one such as a guest or café network. When the server ends, "
         "everyone has to log in again.\n"
     )
-
-
-def _tell(line: str) -> None:
-    click.echo(line, err=True)
 
 
 def _has_screen() -> bool:

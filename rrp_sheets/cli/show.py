@@ -280,11 +280,16 @@ def _text(path: Path) -> str:
 
 
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
+    from rrp_sheets.compare.as_html import as_html
     from rrp_sheets.compare.as_text import as_dict, as_text, verdict
     from rrp_sheets.workbook.atomic import write_atomically
+    from rrp_sheets.workers.worker_loop import lift_limit
 
     comparison = found.comparison
-    made = _made(found, form) if output is not None or (form and not as_json) else ""
+    made = ""
+    if output is not None or (form and not as_json):
+        lift_limit()  # no formula is looked at any more, and drawing may take what memory it needs
+        made = found.svg() if form == "svg" else as_html(comparison, found.html())
     if output is not None:
         write_atomically(output, made.encode())
     if as_json:
@@ -297,15 +302,6 @@ def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet:
         click.echo(as_text(comparison, brief=quiet, style=lambda text, role: click.style(text, **_STYLES[role])))
 
 
-def _made(found: Compared, form: str) -> str:
-    """The page, or the picture."""
-    from rrp_sheets.compare.as_html import as_html
-    from rrp_sheets.workers.worker_loop import lift_limit
-
-    lift_limit()  # no formula is looked at any more, and drawing may take what memory it needs
-    return found.svg() if form == "svg" else as_html(found.comparison, found.html())
-
-
 def text_form(reading: Reading) -> str:
     """The workbook as Markdown text."""
     parts = []
@@ -313,21 +309,15 @@ def text_form(reading: Reading) -> str:
     for sheet in reading.sheets:
         table = _lines(tables[key(sheet.name)]) if key(sheet.name) in tables else _table(sheet)
         if table:
-            parts.append(f"## {_heading(sheet.name)}\n" + "\n".join(table) + "\n")
+            parts.append("\n".join([f"## {' '.join(sheet.name.split())}", *table, ""]))
     return "\n".join(parts)
 
 
 def unreadable_text(path: Path, error: UnreadableFile) -> str:
     """Return the line shown for a file that is no readable workbook; it differs for different contents."""
-    digest = hashlib.sha256()
     with path.open("rb") as file:
-        while block := file.read(1 << 20):
-            digest.update(block)
-    return f"Not a workbook that can be read ({error.code}). SHA-256 {digest.hexdigest()}\n"
-
-
-def _heading(name: str) -> str:
-    return " ".join(name.split())
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return f"Not a workbook that can be read ({error.code}). SHA-256 {digest}\n"
 
 
 def _table(sheet: RawSheet) -> list[str]:
