@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
+from io import BytesIO
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 from rrp_sheets.checks import Checked, check_workbook
@@ -83,8 +84,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
     for folder in folders:
         content |= _run(folder, notes)
     _refuse_names(content)
-    if checked.report.errors:
-        count = len(checked.report.errors)
+    if count := len(checked.report.errors):
         one = N_("The workbook has {n} error; it cannot run before they are mended.")
         more = N_("The workbook has {n} errors; it cannot run before they are mended.")
         notes.append(N_(more if count > 1 else one, n=count))
@@ -145,12 +145,12 @@ def _refuse_bundle(path: Path) -> None:
         return
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
         if bundles.LIST in packed.namelist():
+            remedy = N_(
+                "Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it again."
+            )
             raise SheetsError(
                 N_("“{name}” is a bundle already: it can be passed on as it is.", name=path.name),
-                N_(
-                    "Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it again.",
-                    name=path.name,
-                ),
+                N_(remedy, name=path.name),
             )
 
 
@@ -217,15 +217,11 @@ def _run_folder(path: Path, run: str) -> Path:
     for folder in (Path(run), beside / run) if run not in ("", ".", "..") else ():
         if (folder / TRACE).is_file():
             return folder.resolve()
-    names = _names(beside)
+    names: list[str] = []
+    with suppress(OSError):
+        names = sorted(p.name for p in beside.iterdir() if (p / TRACE).is_file())
     here = N_("The runs of this folder: {names}.", names=", ".join(names[-5:]))
     raise SheetsError(N_("There is no run “{run}”.", run=run), here if names else N_("Run the workbook first."))
-
-
-def _names(beside: Path) -> list[str]:
-    with suppress(OSError):
-        return sorted(p.name for p in beside.iterdir() if (p / TRACE).is_file())
-    return []
 
 
 def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
@@ -241,13 +237,13 @@ def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
 
 def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, object]) -> dict[str, int]:
     """Write the zip, whole or not at all, with its files in the order of their names; return their sizes."""
-    files: dict[str, dict[str, object]] = {}
+    files: dict[str, dict[str, Any]] = {}
+    folder, made = target.absolute().parent, ""
+    mask = os.umask(0)  # it cannot be read in another way
+    os.umask(mask)
     try:
-        handle, made = tempfile.mkstemp(dir=target.absolute().parent, prefix=f".{target.stem[:40]}-", suffix=".tmp")
-    except OSError as error:
-        raise _unwritable(target, error) from None
-    try:
-        with os.fdopen(handle, "w+b") as file:
+        with NamedTemporaryFile(dir=folder, prefix=f".{target.stem[:40]}-", suffix=".tmp", delete=False) as file:
+            made = file.name
             with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=6, strict_timestamps=False) as archive:
                 for name in sorted(content, key=lambda n: (n != bundles.README, n)):
                     files[name] = _add(archive, name, content[name])
@@ -256,20 +252,14 @@ def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, obje
                 files[bundles.LIST] = _add(archive, bundles.LIST, text.encode())
             file.flush()
             os.fsync(file.fileno())
-        os.chmod(made, 0o666 & ~_umask())
+        os.chmod(made, 0o666 & ~mask)
         os.replace(made, target)
     except OSError as error:
         raise _unwritable(target, error) from None
     finally:
         with suppress(OSError):
             os.unlink(made)
-    return {name: int(str(about["bytes"])) for name, about in files.items()}
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    return {name: about["bytes"] for name, about in files.items()}
 
 
 def _unwritable(target: Path, error: OSError) -> SheetsError:
@@ -280,27 +270,18 @@ def _unwritable(target: Path, error: OSError) -> SheetsError:
     return SheetsError(message, N_("Make room, or name another file with -o."))
 
 
-def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, object]:
+def _add(archive: zipfile.ZipFile, name: str, content: Content) -> dict[str, Any]:
     """Add a file to the zip; return hash and size of the bytes that were written."""
     info = zipfile.ZipInfo(name, _FIXED)
     info.compress_type, info.external_attr, info.create_system = zipfile.ZIP_DEFLATED, _MODE, 3
     total, size = hashlib.sha256(), 0
-    with archive.open(info, "w", force_zip64=False) as into:
-        for piece in _pieces(content):
+    source = content.open("rb") if isinstance(content, Path) else BytesIO(content)
+    with source, archive.open(info, "w", force_zip64=False) as into:
+        while piece := source.read(_PIECE):
             into.write(piece)
             total.update(piece)
             size += len(piece)
     return {"sha256": total.hexdigest(), "bytes": size}
-
-
-def _pieces(content: Content) -> Iterator[bytes]:
-    """Yield the bytes of a file, piece by piece."""
-    if isinstance(content, bytes):
-        yield content
-        return
-    with content.open("rb") as file:
-        while piece := file.read(_PIECE):
-            yield piece
 
 
 _TEXT = """\
@@ -332,13 +313,7 @@ the simulator, and compare every event:
 
 
 def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
-    """Return the text of the file that explains the bundle.
-
-    Args:
-        workbook: its name in the bundle.
-        told: the content of the list of versions.
-        has_paper: whether the printed protocol is in it.
-    """
+    """Return the text of the file that explains the bundle; `told` is the content of its list of versions."""
     entries = [(workbook, "the workbook: what the robot does, and when")]
     if has_paper:
         entries.append((bundles.PAPER, "the same as a document for an ethics board"))

@@ -15,7 +15,7 @@ import tempfile
 import unicodedata
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import reduce
 from importlib import metadata
@@ -85,14 +85,7 @@ def _is_safe_part(part: str) -> bool:
 
 
 def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[Path]) -> dict[str, Any]:
-    """Return everything that the list of a bundle contains, except the files.
-
-    Args:
-        workbook: its name in the bundle.
-        reading: the workbook.
-        checked: the same, checked.
-        runs: the folders of the runs that go along.
-    """
+    """Return everything that the list of a bundle contains, except the files; `workbook` is its name in the bundle."""
     return {
         "kind": KIND, "schema": SCHEMA, "workbook": workbook, "workbook_sha256": reading.digest,
         "title": checked.workbook.protocol.text("Title"), "robot": checked.robot.name,
@@ -114,18 +107,14 @@ def here() -> dict[str, Any]:
 def dependencies() -> dict[str, str]:
     """Return the versions of what the program is built on, as installed here."""
     found: dict[str, str] = {}
-    try:
+    wanted: list[str] = []
+    with suppress(metadata.PackageNotFoundError):
         wanted = metadata.requires(_PROJECT) or []
-    except metadata.PackageNotFoundError:
-        return found
     for requirement in wanted:
         name = _NAME.match(requirement)
-        if name is None or "extra ==" in requirement:
-            continue
-        try:
-            found[name[0]] = metadata.version(name[0])
-        except metadata.PackageNotFoundError:  # for another system
-            continue
+        if name is not None and "extra ==" not in requirement:
+            with suppress(metadata.PackageNotFoundError):  # for another system
+                found[name[0]] = metadata.version(name[0])
     return dict(sorted(found.items()))
 
 
@@ -143,8 +132,8 @@ def differences(told: Mapping[str, Any]) -> list[str]:
     for part, name in (("program", "RRP Sheets"), ("python", "Python"), ("platform", N_("the system"))):
         there = _text(told.get(part))
         if there != mine[part]:
-            words = N_("{name}: {there} there, {here} here")
-            out.append(N_(words, name=name, there=there or N_("not known"), here=mine[part]))
+            there = there or N_("not known")
+            out.append(N_("{name}: {there} there, {here} here", name=name, there=there, here=mine[part]))
     others = told.get("dependencies")
     if isinstance(others, Mapping):
         changed = [
@@ -219,16 +208,15 @@ def unpack(path: Path, folder: Path, most_bytes: int = MOST_BYTES) -> Bundle:
     except _Refused as problem:
         why = problem.args[0]
     except BROKEN_ZIP as problem:
-        full = isinstance(problem, OSError) and problem.errno is not None
-        why = f"{problem.strerror}" if full and isinstance(problem, OSError) else N_("it is damaged, or cut off")
+        of_system = isinstance(problem, OSError) and problem.errno is not None
+        why = str(getattr(problem, "strerror", "")) if of_system else N_("it is damaged, or cut off")
     raise unreadable("FILE020", name=path.name, why=why)
 
 
 def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
     with zipfile.ZipFile(path) as archive:
         entries = {e.filename: e for e in _judged(archive, most_bytes)}
-        told = _list(archive, entries)
-        files = _files(told)
+        told, files = _list(archive, entries)
         notes: list[str] = []
         for name, entry in entries.items():
             if name == LIST:
@@ -271,25 +259,21 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     if unpacked_size > _WHOLE_FROM and unpacked_size > _WHOLE_RATIO * max(packed_size, 1):
         raise _Refused(N_("its files are compressed as no files of a bundle are"))
     for e in entries:
-        _judge(e)
+        if not is_safe(e.filename.removesuffix("/")):
+            raise _Refused(N_("a file in it has a name that is not taken, or would be written outside of its folder"))
+        if e.flag_bits & _ENCRYPTED:
+            raise _Refused(N_("it is protected by a password"))
+        if stat.S_IFMT(e.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
+            raise _Refused(N_("“{name}” is a link and no file", name=e.filename))
+        if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+            raise _Refused(N_("“{name}” is compressed in an unusual way", name=e.filename))
+        if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
+            raise _Refused(N_("“{name}” is compressed as no file of a bundle is", name=e.filename))
     return [e for e in entries if not e.is_dir()]
 
 
-def _judge(e: zipfile.ZipInfo) -> None:
-    if not is_safe(e.filename.removesuffix("/")):
-        raise _Refused(N_("a file in it has a name that is not taken, or would be written outside of its folder"))
-    if e.flag_bits & _ENCRYPTED:
-        raise _Refused(N_("it is protected by a password"))
-    kind = stat.S_IFMT(e.external_attr >> 16)
-    if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
-        raise _Refused(N_("“{name}” is a link and no file", name=e.filename))
-    if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise _Refused(N_("“{name}” is compressed in an unusual way", name=e.filename))
-    if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
-        raise _Refused(N_("“{name}” is compressed as no file of a bundle is", name=e.filename))
-
-
-def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> dict[str, Any]:
+def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the list of a bundle, and in it the hash of every file, by name."""
     if LIST not in entries or entries[LIST].file_size > _MOST_LIST:
         raise _Refused(N_("its {file} is no list", file=LIST))
     try:
@@ -300,17 +284,10 @@ def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> d
         raise _Refused(N_("its {file} is another program's", file=LIST))
     if told.get("schema") != SCHEMA:
         raise _Refused(N_("it was made by a newer version of this program; update it"))
-    return told
-
-
-def _files(told: Mapping[str, Any]) -> dict[str, str]:
-    """Return the hash of every file, by name."""
-    files = told.get("files")
-    if not isinstance(files, dict):
+    if not isinstance(told.get("files"), dict):
         raise _Refused(N_("its {file} names no files", file=LIST))
-    return {
-        name: str(about.get("sha256", "")) for name, about in files.items() if isinstance(about, dict) and is_safe(name)
-    }
+    files = [(name, about) for name, about in told["files"].items() if isinstance(about, dict) and is_safe(name)]
+    return told, {name: str(about.get("sha256", "")) for name, about in files}
 
 
 def _put(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rrp_sheets.checks import Checked, check_workbook
+from rrp_sheets.checks import Checked
 from rrp_sheets.checks.fixing import CellChange, Chosen, apply_fixes
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents.copies import as_xlsx, convert
@@ -17,7 +17,7 @@ from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
-from rrp_sheets.workbook.atomic import file_bytes, write_atomically
+from rrp_sheets.workbook.atomic import already_there, file_bytes, write_atomically
 from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import SetCell, parse_typed
 from rrp_sheets.workbook.maker import sheet_titles
@@ -61,8 +61,8 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     named, found, spot = cell.rpartition("!")
     named = named.strip("'").replace("''", "'") if found else sheet
     names = reading.workbook.sheets
-    behaviours = reading.workbook.behaviours
-    name = sheet_named(names, named) if named else behaviours[0].name if behaviours else names[0]
+    behaviours = [behaviour.name for behaviour in reading.workbook.behaviours]
+    name = sheet_named(names, named) if named else (behaviours or names)[0]
     at = place(spot.strip().upper())
     if at is None:
         raise SheetsError(
@@ -70,8 +70,7 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
         )
     before = _text(path, name, at)
     edit(path, [SetCell(name, *at, parse_typed(value))], expected_digest=reading.digest)
-    after = read(path)
-    checked = check_workbook(after.workbook, after.report)
+    _, checked = read_and_check(path)
     return CellSet(Address(name, *at), before, _text(path, name, at), checked.report, checked.run.language)
 
 
@@ -98,20 +97,14 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
             N_("Try “{name}.xlsx”.", name=target.stem),
         )
     if target.exists() and not is_marked_copy(target):
-        raise SheetsError(
-            N_("There is already a file “{name}”; it was left as it is.", name=target.name),
-            N_("Choose another name, or move that file."),
-        )
+        raise already_there(target)
     findings = list(report)
     if path.is_dir() or path.suffix.casefold() != ".xlsx":
         reading = read(path)
         titles = sheet_titles([s.name for s in reading.sheets])
-        findings = [
-            replace(f, address=replace(f.address, sheet=titles.get(f.address.sheet, f.address.sheet)))
-            if f.address
-            else f
-            for f in findings
-        ]
+        for n, finding in enumerate(findings):
+            if at := finding.address:
+                findings[n] = replace(finding, address=replace(at, sheet=titles.get(at.sheet, at.sheet)))
         with TemporaryDirectory() as folder:
             data = as_xlsx(reading, load_robot(), Path(folder) / "copy.xlsx").read_bytes()
     else:

@@ -19,6 +19,7 @@ from rrp_sheets.robots import Joint, Robot
 from rrp_sheets.robots.catalogue import SIDES, parse_angle
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.editing import edit
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.schema import GESTURES, recognise
 from rrp_sheets.workbook.template import beginning, place_of
@@ -76,13 +77,10 @@ def pose(
             N_("Nothing would be moved: no joint and no posture is named."),
             N_("Name joints, for example RShoulderPitch=-60°, or a posture with --posture."),
         )
-    time = at if at is not None else max((t for row in mine if (t := _seconds(row)) is not None), default=None)
-    if at is None:
-        time = FIRST if time is None else time + BETWEEN
-    assert time is not None
+    time = (
+        at if at is not None else max((t + BETWEEN for row in mine if (t := _seconds(row)) is not None), default=FIRST)
+    )
     edits, address, added = _edits(reading, robot, name, time, joints)
-    from rrp_sheets.workbook.editing import edit
-
     edit(path, edits, expected_digest=reading.digest)
     after = read(path)
     checked = check_workbook(after.workbook, after.report)
@@ -229,7 +227,6 @@ def _place(rows: Sequence[GestureRow], sheet: str, name: str, at: float, header:
 
 
 def shown(joints: Mapping[str, float]) -> Iterator[str]:
-    """Yield each joint with its angle as text, in rad and degrees."""
+    """Yield each joint with its angle as text, in rad and degrees; a hand has none of them."""
     for joint, angle in joints.items():
-        hand = joint.endswith("Hand")
-        yield f"{joint} {angle:g}" + ("" if hand else f" ({math.degrees(angle):.0f}°)")
+        yield f"{joint} {angle:g}" + ("" if joint.endswith("Hand") else f" ({math.degrees(angle):.0f}°)")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked, check_workbook
-from rrp_sheets.compare import Change, Comparison, compare
+from rrp_sheets.compare import Change, compare
 from rrp_sheets.compare.as_text import place, value
 from rrp_sheets.compare.side import open_checked
 from rrp_sheets.errors import SheetsError
@@ -64,30 +64,26 @@ def print_pack(
     path: Path, target: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "",
     draft: bool = False, today: date | None = None, gathered: Callable[[Checked], None] = lambda checked: None,
 ) -> Printed:  # fmt: skip
-    """Make the pack and write it; see `api.print_pack`. `gathered` is called with the checked workbook."""
+    """Make the pack and write it; see `api.print_pack` and `make`."""
     refuse_workbook(target, path)
     if against is not None:
         refuse_workbook(target, against)
-    found = gather(path, against=against, language=language, draft=draft, today=today)
-    gathered(found.checked)
-    made = _set(found, paper)
+    made = make(path, against=against, paper=paper, language=language, draft=draft, today=today, gathered=gathered)
     write_atomically(target, made.data)
     return made
 
 
 def make(
     path: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "", draft: bool = False,
-    today: date | None = None,
+    today: date | None = None, gathered: Callable[[Checked], None] = lambda checked: None,
 ) -> Printed:  # fmt: skip
-    """Make the pack of a workbook's file as a PDF.
+    """Make the pack of a workbook's file as a PDF; `gathered` is called with the checked workbook before it is set.
 
     Raises:
         SheetsError: see `gather`; or the PDF cannot be set.
     """
-    return _set(gather(path, against=against, language=language, draft=draft, today=today), paper)
-
-
-def _set(found: Gathered, paper: Paper) -> Printed:
+    found = gather(path, against=against, language=language, draft=draft, today=today)
+    gathered(found.checked)
     data, notes = set_pack(found.pack, found.pictures, paper)
     return Printed(found.checked, data, notes)
 
@@ -144,7 +140,7 @@ def _result(case: CaseResult, words: Texts) -> TestSheetResult:
 def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Changes:
     """Return the differences from the approved version, with the marks of changed rows."""
     approved = open_checked(against)
-    found: Comparison = compare(approved, mine)
+    found = compare(approved, mine)
     version = approved[1].workbook.protocol.text("Version")
     intro = "pack.changes.intro" if version else "pack.changes.intro_no_version"
     marks: dict[str, dict[int, str]] = {}
@@ -157,15 +153,11 @@ def _changes(mine: tuple[Reading, Checked], against: Path, words: Texts) -> Chan
         intro=words.get(intro, name=against.name, version=version),
         digest=found.first.digest,
         verdict=words.get(many, n=len(found.effects)),
-        effects=_told(found.effects, words),
-        others=_told(found.others, words),
+        effects=tuple(_one(change, words) for change in found.effects[:MOST_CHANGES]),
+        others=tuple(_one(change, words) for change in found.others[:MOST_CHANGES]),
         left_out=words.get("pack.more", n=f"{left:,}") if left > 0 else "",
         marks=marks,
     )
-
-
-def _told(changes: Sequence[Change], words: Texts) -> tuple[VersionDifference, ...]:
-    return tuple(_one(change, words) for change in changes[:MOST_CHANGES])
 
 
 def _one(change: Change, words: Texts) -> VersionDifference:
