@@ -34,31 +34,9 @@ if TYPE_CHECKING:
     from rrp_sheets.workbook.edits import Edit
 
 __all__ = [
-    "RunSettings",
-    "check",
-    "convert",
-    "diff",
-    "diff_in_detail",
-    "draw",
-    "draw_marbles",
-    "draw_tests",
-    "edit",
-    "explain",
-    "export",
-    "fix",
-    "formula",
-    "marbles",
-    "mark",
-    "new",
-    "pack",
-    "pose",
-    "print_pack",
-    "read",
-    "replay",
-    "run",
-    "run_apart",
-    "set_cell",
-    "test",
+    "RunSettings", "check", "convert", "diff", "diff_in_detail", "draw", "draw_marbles", "draw_tests", "edit",
+    "explain", "export", "fix", "formula", "marbles", "mark", "new", "pack", "pose", "print_pack", "read", "replay",
+    "run", "run_apart", "set_cell", "test",
 ]  # fmt: skip
 
 
@@ -126,10 +104,9 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
 def fix(
     path: Path | str, target: Path | str, chosen: Mapping[str, str] | None = None
 ) -> tuple[list[CellChange], Checked]:
-    """Write a copy of a workbook with all safe fixes in it; `chosen` names others: `{"LINT002": "throttle"}`.
+    """Write a copy of a workbook with all safe fixes in it; return what was changed, and the copy, checked.
 
-    Returns:
-        What was changed, and the copy, checked.
+    `chosen` names other fixes by the code of their findings: `{"LINT002": "throttle"}`.
 
     Raises:
         SheetsError: when no finding offers a chosen fix, or the copy would replace the workbook or cannot be written.
@@ -220,8 +197,7 @@ def formula(text: str, inputs: Mapping[str, Any] | None = None) -> Answer:
 def draw(path: Path | str, target: Path | str, behaviour: str = "", language: str = "") -> tuple[Checked, list[str]]:
     """Draw a workbook's behaviours (or one of them) into an .svg, .pdf, .png or .dot file.
 
-    Returns:
-        The checked workbook, and what the picture lacks (a font, say), in words.
+    Returns the checked workbook, and what the picture lacks (a font, say), in words.
     """
     from rrp_sheets.render.output import draw as draw_checked
 
@@ -269,12 +245,9 @@ def print_pack(
 
 
 def marbles(
-    path: Path | str,
-    *,
-    behaviour: str = "",
-    window: tuple[int | None, int | None] = (None, None),
+    path: Path | str, *, behaviour: str = "", window: tuple[int | None, int | None] = (None, None),
     streams: Sequence[str] = (),
-) -> tuple[Checked | None, list[MarbleDiagram] | None]:
+) -> tuple[Checked | None, list[MarbleDiagram] | None]:  # fmt: skip
     """Return marble diagrams of the streams of a recorded run, or of a workbook's tests.
 
     Args:
@@ -296,16 +269,14 @@ def marbles(
     from rrp_sheets.render.marble_diagram import chosen
     from rrp_sheets.testing.case_output import scores
 
-    checked, report = None, None
     if is_trace(Path(path)):
-        found = stamped_scores(Path(path))
-    else:
-        checked, report = test(path)
-        if report is None or not report.cases:
-            return checked, None
-        stamp = Stamp(Path(path).name, read(path).digest, __version__, language=checked.run.language)
-        found = stamped([score for case in report.cases for score in scores(checked, case)], stamp)
-    return checked, chosen(found, behaviour, window, streams)
+        return None, chosen(stamped_scores(Path(path)), behaviour, window, streams)
+    checked, report = test(path)
+    if report is None or not report.cases:
+        return checked, None
+    stamp = Stamp(Path(path).name, read(path).digest, __version__, language=checked.run.language)
+    found = [score for case in report.cases for score in scores(checked, case)]
+    return checked, chosen(stamped(found, stamp), behaviour, window, streams)
 
 
 def draw_marbles(scores: Sequence[MarbleDiagram], target: Path | str) -> list[str]:
@@ -360,11 +331,7 @@ def run_apart(path: Path | str, settings: RunSettings | None = None, view: RunOb
 
 
 def test(path: Path | str, stopped: Callable[[], bool] = lambda: False) -> tuple[Checked, TestReport | None]:
-    """Run a workbook's test sheets in virtual time; no report when the workbook has errors.
-
-    Args:
-        path: of the workbook.
-        stopped: polled; the tests stop when it returns True.
+    """Run a workbook's test sheets in virtual time, until `stopped` returns True; no report when it has errors.
 
     Raises:
         UnreadableFile: when it cannot be read.
@@ -381,15 +348,12 @@ test.__test__ = False  # type: ignore[attr-defined]  # no test of pytest's
 
 
 def export(runs: Sequence[Path | str], target: Path | str, *, streams: Sequence[str] = ()) -> list[str]:
-    """Write recorded runs as a table (.xlsx, .csv; several in one) or as plots (.svg, .pdf, .png).
+    """Write recorded runs as a table (.xlsx, .csv; several in one) or as plots (.svg, .pdf, .png); return notes on it.
 
     Args:
         runs: folders of runs, or their traces; several only for a table. What else `runs/*` names is left out.
         target: the file to write.
         streams: of plots, only these.
-
-    Returns:
-        Notes for the user.
 
     Raises:
         SheetsError: that cannot be made as such a file, or it cannot be written.

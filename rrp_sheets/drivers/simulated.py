@@ -43,25 +43,12 @@ class SimulatedWorld(World):
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        sensors: Sequence[DeviceUse],
-        actuators: Sequence[DeviceUse],
-        scene: Sequence[SceneAction] = (),
-        *,
-        dones: Mapping[str, str] | None = None,
-        seed: int = 0,
-        frame_rate: int = 30,
-        out: Path | None = None,
-        film: bool = False,
-        record: bool = False,
-        camera: bool = True,
-        title: str = "",
-        beside: Path | None = None,
-        faces: Path | None = None,
-        requests: socket.socket | None = None,
+        self, robot: Robot, sensors: Sequence[DeviceUse], actuators: Sequence[DeviceUse],
+        scene: Sequence[SceneAction] = (), *, dones: Mapping[str, str] | None = None, seed: int = 0,
+        frame_rate: int = 30, out: Path | None = None, film: bool = False, record: bool = False, camera: bool = True,
+        title: str = "", beside: Path | None = None, faces: Path | None = None, requests: socket.socket | None = None,
         ending: Callable[[], str] | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         if out is not None:
             try:
                 private_folder(out)
@@ -81,8 +68,7 @@ class SimulatedWorld(World):
             sensors=_specs(sensors, robot), actuators=_specs(actuators, robot),
             dones={of: done for done, of in (dones or {}).items()}, scene=tuple(scene), seed=seed,
             frame_rate=frame_rate, out=str(out.resolve()) if out is not None else "", film=film, record=record,
-            camera=camera, title=title,
-            beside=str(beside.resolve()) if beside is not None else "",
+            camera=camera, title=title, beside=str(beside.resolve()) if beside is not None else "",
             faces=str(faces.resolve()) if faces is not None else "",
         )  # fmt: skip
         self._awaited = frozenset((dones or {}).values())
