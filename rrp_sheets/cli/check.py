@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from rrp_sheets.diagnostics import Diagnostic
     from rrp_sheets.testing import CaseResult, TestReport
 
-_COLOURS = {"error": "red", "warning": "yellow", "info": "blue"}
-_SEVERITIES = {"error": N_("error"), "warning": N_("warning"), "info": N_("info")}
+_SEVERITIES = {"error": (N_("error"), "red"), "warning": (N_("warning"), "yellow"), "info": (N_("info"), "blue")}
 _FIX = re.compile(r"(?P<code>[A-Za-z]+\d{3})(:(?P<fix>[\w-]+))?")
 
 
@@ -37,7 +36,6 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
     name = "CODE:FIX"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        """The code and the fix's id."""
         match = _FIX.fullmatch(str(value))
         if not match:
             self.fail(f"“{value}” names no fix. Write a code and a fix, for example LINT002:throttle.", param, ctx)
@@ -129,7 +127,8 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
     """Print findings as people read them."""
     for d in findings:
         place = f"{d.address}: " if d.address else ""
-        kind = click.style(translated(_SEVERITIES[d.severity.value]), fg=_COLOURS[d.severity.value], bold=True)
+        word, colour = _SEVERITIES[d.severity.value]
+        kind = click.style(translated(word), fg=colour, bold=True)
         click.echo(f"{kind} {d.code} {place}{translated(d.message)}", err=err)
         click.echo(f"  → {translated(d.remedy)}", err=err)
         for fix in d.fixes if len(d.fixes) > 1 else (f for f in d.fixes if not f.safe):

@@ -177,7 +177,7 @@ def _table(found: Sequence[RunMetadata]) -> list[str]:
 def _words(planned: Deletion, below: bool) -> list[str]:
     """Return the lines that tell which recordings are deleted, and which stay."""
     parts = [d for d in _parts(planned, below) if d.runs]
-    said = [line for d in parts for line in _goes(d)]
+    goes = [line for d in parts for line in _goes(d)]
     stays = [line for d in parts for line in _stays(d)]
     if planned.below and not below:
         stays.append(f"Runs of {planned.participant} in folders below stay too. Are they of the same person?")
@@ -191,7 +191,7 @@ def _words(planned: Deletion, below: bool) -> list[str]:
         stays += [f"  {unsearched}" for unsearched in planned.unsearched]
     if not planned.whole:
         stays.append("The folder has too many files to search all of them. Search the folders below one by one.")
-    return [*said, *stays]
+    return [*goes, *stays]
 
 
 def _goes(planned: Deletion) -> list[str]:
@@ -221,9 +221,7 @@ def _stays(planned: Deletion) -> list[str]:
 
 
 def _command(planned: Deletion) -> str:
-    """The command that deletes the runs of a folder below."""
-    words = ["rrp-sheets", "runs", "delete", str(planned.folder), "--participant", planned.participant]
-    return " ".join(shlex.quote(word) for word in words)
+    return shlex.join(["rrp-sheets", "runs", "delete", str(planned.folder), "--participant", planned.participant])
 
 
 def _listed(things: Sequence[str]) -> str:
@@ -331,7 +329,6 @@ def replay_command(trace: Path, other: Path | None, as_json: bool, output: Path 
 
 
 def _replay_all(runs: Sequence[Path], other: Path | None, as_json: bool, output: Path | None) -> NoReturn:
-    """Replay the runs of a bundle, one after the other."""
     from rrp_sheets import api
 
     if output is not None:

@@ -24,11 +24,9 @@ from rrp_sheets.texts import N_
 @click.command(name="run")
 @click.argument("file", type=WorkbookArgument())
 @click.option(
-    "--for",
-    "duration",
-    default="",
+    "--for", "duration", default="",
     help="how long, for example 20s or 2 min  [default: the end of the scene and 5 s more; 30 s without]",
-)
+)  # fmt: skip
 @click.option("--fast", is_flag=True, help="as fast as the machine can, instead of in real time")
 @click.option("--out", type=click.Path(path_type=Path), help="the folder to leave everything in")
 @click.option("--json", "as_json", is_flag=True, help="print a summary as JSON on the last line")

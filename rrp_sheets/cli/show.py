@@ -32,6 +32,7 @@ from rrp_sheets.texts import LANGUAGES, N_, sentences
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import recognise
+from rrp_sheets.workbook.text_books import to_markdown
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -335,11 +336,6 @@ def _table(sheet: RawSheet) -> list[str]:
 
 
 def _lines(rows: Sequence[Sequence[str]]) -> list[str]:
-    lines = ["| " + " | ".join(_cell(text) for text in row) + " |" for row in rows]
+    texts = [[to_markdown(re.sub(r"\r\n?", "\n", text)) for text in row] for row in rows]
+    lines = [f"| {' | '.join(row)} |" for row in texts]
     return [*lines[:1], "|" + "---|" * len(rows[0]), *lines[1:]] if rows else []
-
-
-def _cell(text: str) -> str:
-    """A cell that reads back as the same text."""
-    text = re.sub(r"\r\n?", "\n", text.strip())
-    return text.replace("|", "\\|").replace("\n", "<br>")

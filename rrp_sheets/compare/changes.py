@@ -248,7 +248,10 @@ class _Shaper:
         if not isinstance(node, ast.AST):
             return repr(node)
         if isinstance(node, ast.Constant):
-            return self._constant(node.value, compared)
+            value: object = node.value
+            if compared and isinstance(value, int) and not isinstance(value, bool):
+                return repr(float(value))  # compared 1 and 1.0 are the same; elsewhere they may be said aloud
+            return f"table {key(value.name)}" if isinstance(value, Table) else repr(value)
         if isinstance(node, ast.Name):
             return "$" + (self.local.get(node.id) or self.names.get(node.id, node.id))
         if (found := _field(node)) is not None:
@@ -266,14 +269,6 @@ class _Shaper:
         inside = isinstance(node, ast.Compare)
         parts = " ".join(self.of(getattr(node, f, None), inside) for f in node._fields if f != "ctx")
         return f"({type(node).__name__} {parts})"
-
-    def _constant(self, value: object, compared: bool) -> str:
-        # where two numbers are compared, 1 and 1.0 are the same; elsewhere they may be said aloud
-        if compared and isinstance(value, int) and not isinstance(value, bool):
-            return repr(float(value))
-        if isinstance(value, Table):
-            return f"table {key(value.name)}"
-        return repr(value)
 
     def _text(self, values: Sequence[ast.expr]) -> list[str]:
         """Return the parts of a text joined by `&` or written as `f"…"`; adjacent constant texts become one."""

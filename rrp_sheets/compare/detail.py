@@ -19,6 +19,7 @@ from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Cell, TestRow
+from rrp_sheets.robots.catalogue import parse_angle
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_name
 
@@ -57,14 +58,12 @@ class _BehaviourBuilder:
 
     # ---- behaviours
     def alone(self, behaviour: BehaviourView, sign: str) -> ChangedBehaviour:
-        """Return the changed behaviour for one that only one workbook has."""
         side = self.second if sign == c.ADDED else self.first
         rows = tuple(self._one_sided(view, sign) for view in behaviour.rows)
         views = {(sign, view.row.number): view for view in behaviour.rows}
         return ChangedBehaviour(behaviour.name, sign, rows, self._streams(rows, views, side, side))
 
     def both(self, a: int, b: int) -> ChangedBehaviour:
-        """Return the changed behaviour for two that are paired."""
         old, new, pairs = self.first.behaviours[a], self.second.behaviours[b], self.found.rows[a, b]
         rows: list[ChangedRow] = []
         for mine, now in in_sheet_order(old.rows, new.rows, pairs):
@@ -307,14 +306,8 @@ def _duration(cell: Cell, bare: str) -> Hashable:
 
 
 def _angle(text: str) -> Hashable:
-    """Return a joint's value in radians; the text's key when it is no number."""
-    bare = text.strip().removesuffix("rad").strip()
-    degrees = bare.endswith("°")
-    try:
-        value = float(bare.removesuffix("°"))
-    except ValueError:
-        return key(text)
-    return round(math.radians(value) if degrees else value, 9)
+    angle = parse_angle(text)
+    return key(text) if angle is None else round(angle, 9)
 
 
 def test_changes(first: Side, second: Side, found: Match) -> list[Change]:

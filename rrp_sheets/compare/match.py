@@ -125,7 +125,6 @@ def _devices(first: Side, second: Side, streams: StreamMap) -> None:
 
 
 def _helpers(first: Side, second: Side) -> dict[str, str]:
-    """Return the new keys of renamed helpers by the old ones."""
     renamed: dict[str, str] = {}
     mine = {key(h.name.text) for h in first.workbook.helpers}
     other = {key(h.name.text) for h in second.workbook.helpers}

@@ -82,8 +82,6 @@ def in_sheet_order(
 
 
 class _RowComparison:
-    """Comparison of paired behaviours and rows."""
-
     def __init__(self, first: Side, second: Side, found: Match) -> None:
         self.first, self.second, self.found = first, second, found
         self.late = reordered(first, second, found)
@@ -125,7 +123,6 @@ class _RowComparison:
         )  # fmt: skip
 
     def _cell(self, a: RowView, b: RowView, field: str, before: str, after: str, *, same: bool) -> list[Change]:
-        """Return the change of a cell that means the same, or does not."""
         if not same:
             return [self._change(a, b, "changed", field, before, after)]
         if before == after:

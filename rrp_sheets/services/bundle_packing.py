@@ -42,13 +42,9 @@ Printer = Callable[[Path], tuple[bytes, Sequence[str]]]
 
 @dataclass(frozen=True)
 class Packed:
-    """A bundle that was made.
+    """A bundle that was made: its zip, the sizes in bytes of the files in it by name, and the workbook's language.
 
-    Attributes:
-        path: of the zip.
-        files: the bytes of everything in it, by name.
-        notes: what it lacks or what to think of before it is passed on, in words.
-        language: of the workbook.
+    `notes` tell what it lacks, or what to think of before it is passed on.
     """
 
     path: Path
@@ -58,13 +54,7 @@ class Packed:
 
 
 def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), printer: Printer | None = None) -> Packed:
-    """Make a bundle of a workbook.
-
-    Args:
-        path: of the workbook.
-        target: the zip; the workbook's name with .zip in the current folder by default.
-        runs: folders of runs to put in, or their names within `runs` beside the workbook.
-        printer: prints the protocol; without one it is left out.
+    """Make a bundle of a workbook; see `api.pack`. Without a printer the protocol is left out.
 
     Raises:
         UnreadableFile: when the workbook cannot be read.

@@ -160,13 +160,9 @@ _ENCRYPTED = 0x1
 
 @dataclass(frozen=True)
 class Bundle:
-    """An unpacked bundle.
+    """An unpacked bundle: its folder, the workbook in it (a file, or a folder of CSV files) and its runs' folders.
 
-    Attributes:
-        folder: where its files are.
-        workbook: the file, or the folder of CSV files.
-        runs: the folders of the recorded runs in it, by name.
-        notes: what differs from its list or from the program here, in words.
+    `notes` tell what differs from its list or from the program here.
     """
 
     folder: Path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 from markupsafe import Markup
@@ -60,11 +61,10 @@ class Compared:
         if not self.behaviours:
             return Markup("")
         drawn = self.drawn()
-        left = len(self.behaviours) - len(drawn)
         return render(
             "changed_rows.html", language=language,
             legend=Markup(legend_page("").svg if any(pages for _, pages, _ in drawn) else ""),
-            behaviours=[_shown(*entry) for entry in drawn], kinds=SIGN_NAMES, left=left if left > 0 else 0,
+            behaviours=[_shown(*entry) for entry in drawn], kinds=SIGN_NAMES, left=len(self.behaviours) - len(drawn),
         )  # fmt: skip
 
 
@@ -86,20 +86,15 @@ _AROUND = 1  # unchanged rows that are shown above and below a changed one
 
 def _lines(rows: Sequence[ChangedRow]) -> Iterator[tuple[ChangedRow | None, str]]:
     """Yield the changed rows and their neighbours, and between them in words which others there are."""
-    near = {
-        n + d for n, row in enumerate(rows) if row.sign for d in range(-_AROUND, _AROUND + 1)
-    }  # places that are shown
-    count, n = 0, 0
-    while n < len(rows):
-        if n in near and count < MOST:
-            count += 1
-            yield rows[n], ""
-            n += 1
-            continue
-        start = n
-        while n < len(rows) and (n not in near or count >= MOST):
-            n += 1
-        yield None, _left_out(rows[start:n])
+    changed = [n for n, row in enumerate(rows) if row.sign]
+    near = {n + d for n in changed for d in range(-_AROUND, _AROUND + 1)} & set(range(len(rows)))
+    shown = set(sorted(near)[:MOST])
+    for is_shown, places in groupby(range(len(rows)), shown.__contains__):
+        group = [rows[n] for n in places]
+        if is_shown:
+            yield from ((row, "") for row in group)
+        else:
+            yield None, _left_out(group)
 
 
 def _left_out(rows: Sequence[ChangedRow]) -> str:

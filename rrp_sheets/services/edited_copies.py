@@ -28,14 +28,7 @@ from rrp_sheets.workbook.sheet_names import sheet_named
 
 @dataclass(frozen=True)
 class CellSet:
-    """A cell that was set.
-
-    Attributes:
-        before: what stood there, as typed.
-        after: what stands there now.
-        report: what is wrong with the workbook now.
-        language: of the workbook.
-    """
+    """A cell that was set: its text as typed before and now; what is wrong with the workbook now, and its language."""
 
     address: Address
     before: str
@@ -45,13 +38,9 @@ class CellSet:
 
 
 def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
-    """Put a typed text into a cell, and check the workbook.
+    """Put a typed text into a cell (`Tracking!C5`, or `C5`), and check the workbook.
 
-    Args:
-        path: of the workbook.
-        cell: `Tracking!C5`, or `C5`.
-        value: what one would type; `=` begins no live formula.
-        sheet: where `cell` names none; the default is the first behaviour.
+    In `value` a `=` begins no live formula. `sheet` is for a cell that names none; the default is the first behaviour.
 
     Raises:
         SheetsError: there is no such cell, it cannot be changed, or the file cannot be written.
@@ -82,11 +71,7 @@ def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:
 def write_marked(path: Path, target: Path, report: Report, language: str = "en") -> Path:
     """Write a copy of a workbook in which its findings stand beside their rows and their cells are marked.
 
-    Args:
-        path: of the workbook, which stays as it is; CSV and Markdown are converted.
-        target: of the copy; an earlier such copy is replaced, no other file is.
-        report: the findings.
-        language: of their texts.
+    CSV and Markdown are converted. An earlier such copy is replaced, no other file is.
 
     Raises:
         SheetsError: the copy cannot be written, or its name is taken.
@@ -114,12 +99,9 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
 
 
 def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange], Checked]:
-    """Make a copy in which all safe fixes are applied, and the chosen ones.
+    """Make a copy in which all safe fixes are applied, and the chosen ones: by code, the id of the fix that is wanted.
 
-    Args:
-        path: the workbook.
-        target: the copy, an .xlsx or .md file; what has that name is replaced.
-        chosen: by code, the id of the fix that is wanted of those that need a choice.
+    The copy is an .xlsx or .md file; what has its name is replaced.
 
     Raises:
         SheetsError: when the copy would be the workbook itself, or cannot be written.

@@ -27,7 +27,7 @@ from rrp_sheets.workbook.template import beginning, place_of
 FIRST, BETWEEN = 1.0, 1.0  # s: the first keyframe's time, and between two, unless somebody says otherwise
 PATIENCE_US = 15_000_000  # for the robot to take the pose
 FRAME_US = 33_333
-DIGITS = 2  # of an angle in rad: half a degree
+DIGITS = 2  # that an angle in rad is rounded to, within the joint's limits: half a degree
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,6 @@ class Posed:
         joints: the angles that stand in the row now, by the joint's name.
         added: the columns that were added for them.
         notes: what the robot could not do as asked.
-        report: what is wrong with the workbook now.
-        language: of the workbook.
     """
 
     address: Address
@@ -137,7 +135,6 @@ def _written(robot: Robot, posture: str, before: Mapping[str, float], asked: Map
 
 
 def _rounded(angle: float, joint: Joint) -> float:
-    """Round an angle to two digits, within the joint's limits."""
     step = 10**-DIGITS
     low, high = math.ceil(joint.lower / step - 1e-6), math.floor(joint.upper / step + 1e-6)
     return float(min(max(round(angle / step), low), high) / round(1 / step))

@@ -117,7 +117,6 @@ def gather(
 
 
 def _tested(checked: Checked, words: Texts) -> tuple[list[TestSheetResult], str]:
-    """The results of the workbook's tests, and what there is to say about all of them."""
     if not checked.workbook.tests:
         return [], words.get("pack.open.tests_none")
     if checked.report.errors:
