@@ -134,10 +134,8 @@ def delete(
 def _require_here(planned: Deletion, below: bool) -> None:
     if not planned.runs and not below:
         who, folders = planned.participant, _listed([d.within for d in planned.below])
-        raise SheetsError(
-            N_("The runs of “{participant}” are in folders below: {folders}.", participant=who, folders=folders),
-            N_("Delete them with --below, or name one of those folders."),
-        )
+        message = N_("The runs of “{participant}” are in folders below: {folders}.", participant=who, folders=folders)
+        raise SheetsError(message, N_("Delete them with --below, or name one of those folders."))
 
 
 def _print_json(planned: Deletion, below: bool, *, deleted: bool, begun: Sequence[str] = ()) -> None:

@@ -116,14 +116,12 @@ def _offer_links(link: Callable[[], str]) -> bool:
 
 
 def _place(folder: Path) -> tuple[Path, str]:
-    """The folder to serve, and the page to open first."""
     if folder.is_dir():
         return folder, "/"
     if folder.is_file():
         return folder.parent, f"/book/{quote(folder.name, safe='', errors='replace')}"
-    raise SheetsError(
-        N_("There is no folder {folder}.", folder=folder), N_("Give a folder with workbooks, or one workbook.")
-    )
+    remedy = N_("Give a folder with workbooks, or one workbook.")
+    raise SheetsError(N_("There is no folder {folder}.", folder=folder), remedy)
 
 
 def _ask_password() -> tuple[Password, str]:
@@ -159,10 +157,8 @@ def _from_file() -> str:
             click.echo(f"Others on this computer may read {path}; only you should: chmod 600 {path}", err=True)
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or N_("it is no text")
-        raise SheetsError(
-            N_("The password cannot be read from {name}: {why}.", name=name, why=why),
-            N_("Look at {variable}, or unset it.", variable=_PASSWORD_FILE),
-        ) from error
+        message = N_("The password cannot be read from {name}: {why}.", name=name, why=why)
+        raise SheetsError(message, N_("Look at {variable}, or unset it.", variable=_PASSWORD_FILE)) from error
     if not text:
         raise SheetsError(N_("The first line of {name} is empty.", name=name), N_("Write the password there."))
     return text

@@ -32,14 +32,8 @@ def render(template: str, *, language: str = "en", **shown: object) -> Markup:
 
 @lru_cache(maxsize=1)
 def _templates() -> Environment:
-    folder = bundled("templates", "compare")
-    made = Environment(
-        loader=FileSystemLoader(folder),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    loader = FileSystemLoader(bundled("templates", "compare"))
+    made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     page_texts.install(made, lambda context: str(context["language"]))
     made.filters |= {"one_line": one_line, "brief": shorten}
     return made

@@ -40,13 +40,8 @@ def as_dict(comparison: Comparison) -> dict[str, Any]:
         entry = {**asdict(c), "row_before": c.rows[0] or None, "row_after": c.rows[1] or None, "text": say(c)}
         del entry["rows"], entry["field"]
         changes.append(entry)
-    return {
-        "schema": SCHEMA,
-        "same_behaviour": comparison.same,
-        "first": asdict(comparison.first),
-        "second": asdict(comparison.second),
-        "changes": changes,
-    }
+    first, second = asdict(comparison.first), asdict(comparison.second)
+    return {"schema": SCHEMA, "same_behaviour": comparison.same, "first": first, "second": second, "changes": changes}
 
 
 def verdict(comparison: Comparison) -> str:

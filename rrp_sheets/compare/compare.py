@@ -55,18 +55,12 @@ def compare_in_detail(
 
 def _compare(old: Side, new: Side) -> tuple[Comparison, Match]:
     found = match(old, new)
-    changes = [
-        *row_changes(old, new, found),
-        *device_changes(old, new, found),
-        *helper_changes(old, new, found),
-        *table_changes(old, new, found),
-        *gesture_changes(old, new, found),
-        *scene_changes(old, new, found),
-        *protocol_changes(old, new, found),
-        *test_changes(old, new, found),
-        *sheet_changes(old, new),
-        *_notes(old, new),
-    ]
+    makers = (
+        row_changes, device_changes, helper_changes, table_changes, gesture_changes, scene_changes, protocol_changes,
+        test_changes,
+    )  # fmt: skip
+    changes = [change for make in makers for change in make(old, new, found)]
+    changes += [*sheet_changes(old, new), *_notes(old, new)]
     return Comparison(_version(old), _version(new), tuple(changes)), found
 
 

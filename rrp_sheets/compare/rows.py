@@ -16,10 +16,7 @@ from rrp_sheets.texts import N_, listed
 OFF = N_("the row is switched off in both")
 RENAMED = N_("the same stream under another name")
 WRITTEN = N_("it means the same")
-_CELLS = {
-    "connector": N_("connector"), "inputs": N_("inputs"), "formula": N_("formula"), "output": N_("output"),
-    "priority": N_("priority"),
-}  # fmt: skip
+_CELLS: dict[str, str] = {n: n for n in (N_("connector"), N_("inputs"), N_("formula"), N_("output"), N_("priority"))}
 _DRAWS = N_("what PICK draws from one seed goes with the row's number")
 _PLACE = N_("the row stands elsewhere, which changes nothing")
 

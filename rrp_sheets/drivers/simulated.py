@@ -53,10 +53,8 @@ class SimulatedWorld(World):
             try:
                 private_folder(out)
             except OSError as error:
-                raise SheetsError(
-                    N_("The folder “{out}” cannot be made ({reason}).", out=str(out), reason=error.strerror),
-                    N_("Name another folder with --out."),
-                ) from None
+                message = N_("The folder “{out}” cannot be made ({reason}).", out=str(out), reason=error.strerror)
+                raise SheetsError(message, N_("Name another folder with --out.")) from None
         self._records: dict[str, RecordType] = {}
         for use in sensors:
             found = robot.find(use.device)
@@ -165,7 +163,9 @@ class SimulatedWorld(World):
                         return unpack(gives, answer)
         except OSError:
             self._broken = True
-            raise RunBroken(self._last_words(), REMEDY_DIED) from None
+            words = self._simulator.exit_words() if self._simulator is not None else self._ending()
+            unexpected = N_("The simulator has ended unexpectedly{how}.", how=words)
+            raise RunBroken(words if words.endswith(".") else unexpected, REMEDY_DIED) from None
 
     def _receive(self, link: socket.socket) -> list[list[Any]]:
         """Wait for answers; a simulator that does not work any more is ended by its supervisor, or here."""
@@ -180,10 +180,6 @@ class SimulatedWorld(World):
         if messages is None:
             raise ConnectionResetError
         return messages
-
-    def _last_words(self) -> str:
-        words = self._simulator.exit_words() if self._simulator is not None else self._ending()
-        return words if words.endswith(".") else N_("The simulator has ended unexpectedly{how}.", how=words)
 
     # ---- values
     def _arrivals(self, found: Arrivals) -> Arrivals:

@@ -138,25 +138,19 @@ def _refuse_bundle(path: Path) -> None:
             remedy = N_(
                 "Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it again."
             )
-            raise SheetsError(
-                N_("“{name}” is a bundle already: it can be passed on as it is.", name=path.name),
-                N_(remedy, name=path.name),
-            )
+            message = N_("“{name}” is a bundle already: it can be passed on as it is.", name=path.name)
+            raise SheetsError(message, N_(remedy, name=path.name))
 
 
 def _refuse_target(target: Path, path: Path) -> None:
     if target.suffix.casefold() != bundles.SUFFIX:
-        raise SheetsError(
-            N_("A bundle's name ends with {suffix}, not “{other}”.", suffix=bundles.SUFFIX, other=target.suffix),
-            N_("Name it so with -o."),
-        )
+        message = N_("A bundle's name ends with {suffix}, not “{other}”.", suffix=bundles.SUFFIX, other=target.suffix)
+        raise SheetsError(message, N_("Name it so with -o."))
     if target.is_dir() or (target.exists() and path.exists() and target.samefile(path)):
         raise SheetsError(N_("“{path}” cannot be the bundle.", path=target), N_("Name another file with -o."))
     if not target.absolute().parent.is_dir():
-        raise SheetsError(
-            N_("“{path}” cannot be written: there is no folder “{folder}”.", path=target, folder=target.parent),
-            N_("Make it first."),
-        )
+        words = N_("“{path}” cannot be written: there is no folder “{folder}”.")
+        raise SheetsError(N_(words, path=target, folder=target.parent), N_("Make it first."))
     refuse_open_file(target)
 
 
@@ -194,10 +188,8 @@ def _refuse_names(content: Mapping[str, Content]) -> None:
     """Raise SheetsError when the bundle could not be unpacked on another system."""
     for name in content:
         if not is_safe(name):
-            raise SheetsError(
-                N_("“{name}” is no name that every system can have.", name=name[:100]),
-                N_('Rename that file: shorter, and without \\ : * ? " < > |.'),
-            )
+            message = N_("“{name}” is no name that every system can have.", name=name[:100])
+            raise SheetsError(message, N_('Rename that file: shorter, and without \\ : * ? " < > |.'))
     if len({name.casefold() for name in content}) < len(content):
         raise SheetsError(N_("Two files have names that only differ in capital letters."), N_("Rename one of them."))
 

@@ -96,12 +96,8 @@ def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[P
 
 def here() -> dict[str, Any]:
     """Return the versions of the program, of Python, of what the program is built on, and the machine."""
-    return {
-        "program": __version__,
-        "python": platform.python_version(),
-        "platform": f"{platform.system()} {platform.machine()}",
-        "dependencies": dependencies(),
-    }
+    system, python = f"{platform.system()} {platform.machine()}", platform.python_version()
+    return {"program": __version__, "python": python, "platform": system, "dependencies": dependencies()}
 
 
 def dependencies() -> dict[str, str]:

@@ -54,9 +54,8 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     name = sheet_named(names, named) if named else (behaviours or names)[0]
     at = place(spot.strip().upper())
     if at is None:
-        raise SheetsError(
-            N_("“{cell}” is no cell.", cell=cell), N_("Write a cell as C5, or with its sheet as Tracking!C5.")
-        )
+        remedy = N_("Write a cell as C5, or with its sheet as Tracking!C5.")
+        raise SheetsError(N_("“{cell}” is no cell.", cell=cell), remedy)
     before = _text(path, name, at)
     edit(path, [SetCell(name, *at, parse_typed(value))], expected_digest=reading.digest)
     _, checked = read_and_check(path)
@@ -77,10 +76,8 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
         SheetsError: the copy cannot be written, or its name is taken.
     """
     if target.suffix.casefold() != ".xlsx":
-        raise SheetsError(
-            N_("The copy's name ends in .xlsx; “{name}” does not.", name=target.name),
-            N_("Try “{name}.xlsx”.", name=target.stem),
-        )
+        message = N_("The copy's name ends in .xlsx; “{name}” does not.", name=target.name)
+        raise SheetsError(message, N_("Try “{name}.xlsx”.", name=target.stem))
     if target.exists() and not is_marked_copy(target):
         raise already_there(target)
     findings = list(report)
@@ -110,9 +107,8 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
     read(path)  # whatever keeps it from being read is told about the file that the user named
     suffix = target.suffix.casefold()
     if suffix not in WORKBOOK_SUFFIXES:
-        raise SheetsError(
-            N_("“{name}” is no name for the copy.", name=target.name), N_("Name an .xlsx file, or an .md file.")
-        )
+        message = N_("“{name}” is no name for the copy.", name=target.name)
+        raise SheetsError(message, N_("Name an .xlsx file, or an .md file."))
     if target.exists() and target.resolve() == path.resolve():
         raise SheetsError(N_("The copy would replace the workbook itself."), N_("Give the copy another name."))
     with TemporaryDirectory(prefix="rrp-fix-") as folder:

@@ -71,10 +71,8 @@ def pose(
     taken, notes = _take(robot, posture, {**before, **asked}, picture)
     joints = {j: _rounded(taken[j], robot.joints[key(j)]) for j in _written(robot, posture, before, asked)}
     if not joints:
-        raise SheetsError(
-            N_("Nothing would be moved: no joint and no posture is named."),
-            N_("Name joints, for example RShoulderPitch=-60°, or a posture with --posture."),
-        )
+        remedy = N_("Name joints, for example RShoulderPitch=-60°, or a posture with --posture.")
+        raise SheetsError(N_("Nothing would be moved: no joint and no posture is named."), remedy)
     time = (
         at if at is not None else max((t + BETWEEN for row in mine if (t := _seconds(row)) is not None), default=FIRST)
     )
@@ -98,10 +96,8 @@ def _joint(text: str, robot: Robot) -> tuple[str, float]:
         raise SheetsError(N_("“{text}” names no joint and its angle.", text=text), remedy)
     angle = parse_angle(value)
     if angle is None or (not joint.unit and "°" in value):
-        raise SheetsError(
-            N_("“{value}” is no angle for {joint}.", value=value, joint=joint.name),
-            N_("Write rad or degrees: {joint}=0.5", joint=joint.name),
-        )
+        message = N_("“{value}” is no angle for {joint}.", value=value, joint=joint.name)
+        raise SheetsError(message, N_("Write rad or degrees: {joint}=0.5", joint=joint.name))
     return joint.name, angle
 
 
