@@ -55,10 +55,12 @@ class Change:
         return replace(self, effect=False, note=self.note or note) if self.effect else self
 
 
-def one_sided(kind: str, part: str, sheet: str, text: str, row: int = 0, effect: bool = True, note: str = "") -> Change:
+def one_sided(
+    kind: str, part: str, sheet: str, text: str, row: int = 0, effect: bool = True, note: str = "", name: str = ""
+) -> Change:
     """Return the change for what only one workbook has: the second one when `kind` is `added`, else the first."""
     (before, after), rows = (("", text), (0, row)) if kind == "added" else ((text, ""), (row, 0))
-    return Change(kind, part, sheet, "", rows, "", before, after, effect, note)
+    return Change(kind, part, sheet, name, rows, "", before, after, effect, note)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,11 +10,11 @@ behaviour. Such differences are reported all the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import replace
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison, meanings, pieces
+from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison, meanings, one_sided, pieces
 from rrp_sheets.compare.detail import detail, gesture_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import Match, helper_meaning, match
 from rrp_sheets.compare.rows import RENAMED, WRITTEN, row_changes
@@ -165,67 +165,48 @@ def _refused(side: Side, k: str) -> bool:
 def device_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the device streams, in the order of the second workbook, then the removed ones."""
     partner = {found.streams.of(k): k for k in first.devices}
-    pairs: list[tuple[DeviceView | None, DeviceView | None, bool]] = []
+    told: list[tuple[list[Change], bool]] = []
     for k, new in second.devices.items():
         was = partner.get(k)
-        pairs.append((None if was is None else first.devices[was], new, k in second.used or was in first.used))
-    gone = [k for k in first.devices if found.streams.of(k) not in second.devices]
-    pairs += [(first.devices[k], None, k in first.used) for k in gone]
-    out: list[Change] = []
-    for old, now, used in pairs:
-        if old is None or now is None:
-            changes = _one_sided(old, now)
-        else:
-            changes = [*_device_name(old, now), *_device_type(old, now, found), *_settings(old, now, found)]
-        out += changes if used else [c.harmless(UNUSED) for c in changes]
-    return out
+        changes = _only_device("added", new) if was is None else [*_device(first.devices[was], new, found)]
+        told.append((changes, k in second.used or was in first.used))
+    gone = ((k, old) for k, old in first.devices.items() if found.streams.of(k) not in second.devices)
+    told += [(_only_device("removed", old), k in first.used) for k, old in gone]
+    return [c if used else c.harmless(UNUSED) for changes, used in told for c in changes]
 
 
-def _change(old: DeviceView | None, new: DeviceView | None, kind: str, what: str = "", before: str = "",
-            after: str = "", effect: bool = True, note: str = "") -> Change:  # fmt: skip
-    view = new or old
-    assert view is not None
-    sheet = next((v.sheet for v in (new, old) if v is not None and v.row), "Devices")
-    rows = (old.row if old else 0, new.row if new else 0)
-    return Change(kind, "device", sheet, view.name, rows, what, before, after, effect, note)
-
-
-def _one_sided(old: DeviceView | None, new: DeviceView | None) -> list[Change]:
+def _only_device(kind: str, view: DeviceView) -> list[Change]:
     """Return the change for a declared device that only one workbook has; others show at the rows that name them."""
-    view = new or old
-    if view is None or not view.row:
-        return []
     settings = (N_("{name} {value}", name=_name(view, k), value=text) for k, text in view.texts.items())
     said = listed([view.device, *settings])
-    return [_change(None, new, "added", after=said) if new else _change(old, None, "removed", before=said)]
+    return [one_sided(kind, "device", view.sheet, said, view.row, name=view.name)] if view.row else []
 
 
-def _device_name(old: DeviceView, new: DeviceView) -> list[Change]:
-    if old.name == new.name:
-        return []
-    if key(old.name) == key(new.name):
-        declared = old.row and new.row
-        return [_change(old, new, "written", N_("stream"), old.name, new.name, False, WRITTEN)] if declared else []
-    return [Change("renamed", "stream", new.sheet, "", (old.row, new.row), "", old.name, new.name, False, RENAMED)]
+def _change(old: DeviceView, new: DeviceView, kind: str, what: str, before: str, after: str, note: str = "") -> Change:
+    """Return a change of a device: one with effect, unless there is a note why it has none."""
+    sheet = new.sheet if new.row or not old.row else old.sheet
+    return Change(kind, "device", sheet, new.name, (old.row, new.row), what, before, after, not note, note)
 
 
-def _device_type(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
+def _device(old: DeviceView, new: DeviceView, found: Match) -> Iterator[Change]:
+    if key(old.name) != key(new.name):
+        yield Change("renamed", "stream", new.sheet, "", (old.row, new.row), "", old.name, new.name, False, RENAMED)
+    elif old.name != new.name and old.row and new.row:
+        yield _change(old, new, "written", N_("stream"), old.name, new.name, WRITTEN)
     mine, other = (view.found.type.name if view.found else key(view.device) for view in (old, new))
-    if mine == other and bool(old.row) != bool(new.row):
-        if old.meaning(found.streams.sheets) != new.meaning({}) or key(old.name) != key(new.name):
-            return []
-        before, after = (N_("declared"), "") if old.row else ("", N_("declared"))
-        return [_change(old, new, "written", N_("declaration"), before, after, False, _BY_NAME)]
     presets = [view.found.preset if view.found else {} for view in (old, new)]
-    if mine != other or (presets[0] != presets[1] and old.row):
-        return [_change(old, new, "changed", N_("device"), old.device, new.device)]
-    if old.device != new.device and old.row:
-        return [_change(old, new, "written", N_("device"), old.device, new.device, False, WRITTEN)]
-    return []
+    if mine == other and bool(old.row) != bool(new.row):
+        if old.meaning(found.streams.sheets) == new.meaning({}) and key(old.name) == key(new.name):
+            before, after = (N_("declared"), "") if old.row else ("", N_("declared"))
+            yield _change(old, new, "written", N_("declaration"), before, after, _BY_NAME)
+    elif mine != other or (presets[0] != presets[1] and old.row):
+        yield _change(old, new, "changed", N_("device"), old.device, new.device)
+    elif old.device != new.device and old.row:
+        yield _change(old, new, "written", N_("device"), old.device, new.device, WRITTEN)
+    yield from _settings(old, new, found)
 
 
-def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
-    out = []
+def _settings(old: DeviceView, new: DeviceView, found: Match) -> Iterator[Change]:
     kept = old.found is None or new.found is None or old.found.type.name == new.found.type.name
     for k in dict.fromkeys([*old.settings, *new.settings, *old.texts, *new.texts]):
         view = new if new.found is not None and k in new.found.type.settings else old
@@ -236,11 +217,10 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> list[Change]:
         same = before == after if known and kept else texts[0] == texts[1]
         if not same:
             was, now = texts[0] or _default(before), texts[1] or _default(after)
-            out.append(_change(old, new, "changed", name, was, now))
+            yield _change(old, new, "changed", name, was, now)
         elif texts[0] != texts[1]:
             note = WRITTEN if texts[0] and texts[1] else N_("this is what a blank cell means")
-            out.append(_change(old, new, "written", name, texts[0], texts[1], False, note))
-    return out
+            yield _change(old, new, "written", name, texts[0], texts[1], note)
 
 
 def _name(view: DeviceView, k: str) -> str:
@@ -262,16 +242,14 @@ def helper_changes(first: Side, second: Side, found: Match) -> list[Change]:
     old, new = _helpers(first), _helpers(second)
     back = {b: a for a, b in found.helpers.items()}
     called = _called(first) | _called(second)
-    pairs: list[tuple[Helper | None, Helper | None, set[str]]] = []
+    told: list[tuple[list[Change], set[str]]] = []
     for k, helper in new.items():
         was = back.get(k, k)
-        pairs.append((old.get(was), helper, {k, was}))
-    pairs += [(helper, None, {k}) for k, helper in old.items() if found.helpers.get(k, k) not in new]
-    out: list[Change] = []
-    for a, b, names in pairs:
-        changes = _helper(first, second, a, b, found)
-        out += changes if names & called else [c.harmless(UNUSED) for c in changes]
-    return out
+        changes = [*_helper(first, second, old[was], helper, found)] if was in old else [_only_helper("added", helper)]
+        told.append((changes, {k, was}))
+    gone = ((k, helper) for k, helper in old.items() if found.helpers.get(k, k) not in new)
+    told += [([_only_helper("removed", helper)], {k}) for k, helper in gone]
+    return [c if names & called else c.harmless(UNUSED) for changes, names in told for c in changes]
 
 
 def _helpers(side: Side) -> dict[str, Helper]:
@@ -287,32 +265,27 @@ def _called(side: Side) -> set[str]:
     return words([*rows, *(h.formula.text for h in side.workbook.helpers)])
 
 
-def _helper(first: Side, second: Side, old: Helper | None, new: Helper | None, found: Match) -> list[Change]:
-    view = new or old
-    assert view is not None
-    place = view.name.address
-    rows = (old.name.address.row if old else 0, new.name.address.row if new else 0)
-    change = Change("changed", "helper", place.sheet, view.name.text, rows)
-    if old is None:
-        return [replace(change, kind="added", after=view.formula.text)]
-    if new is None:
-        return [replace(change, kind="removed", before=view.formula.text)]
-    out: list[Change] = []
-    k, now = key(old.name.text), key(new.name.text)
+def _only_helper(kind: str, helper: Helper) -> Change:
+    at = helper.name.address
+    return one_sided(kind, "helper", at.sheet, helper.formula.text, at.row, name=helper.name.text)
+
+
+def _helper(first: Side, second: Side, old: Helper, new: Helper, found: Match) -> Iterator[Change]:
+    at, k, now = new.name.address, key(old.name.text), key(new.name.text)
+    change = Change("changed", "helper", at.sheet, new.name.text, (old.name.address.row, at.row))
     if k != now:
         renamed = replace(change, kind="renamed", before=old.name.text, after=new.name.text)
-        out.append(renamed.harmless(N_("the same helper under another name")))
+        yield renamed.harmless(N_("the same helper under another name"))
     meanings_known = helper_meaning(first, k, found.helpers), helper_meaning(second, now, {})
-    inputs = tuple(", ".join(c.text for c in h.inputs) for h in (old, new))
+    inputs = ", ".join(c.text for c in old.inputs), ", ".join(c.text for c in new.inputs)
     before, after = old.formula.text, new.formula.text
     if None not in meanings_known:
         same_inputs = same = meanings_known[0] == meanings_known[1]
     else:
         same_inputs = [key(c.text) for c in old.inputs] == [key(c.text) for c in new.inputs]
         same = meanings(before, found.helpers) == meanings(after)
-    out += _cell(change, N_("inputs"), inputs[0], inputs[1], same_inputs or inputs[0] == inputs[1], {})
-    out += _cell(change, N_("formula"), before, after, same, found.helpers)
-    return out
+    yield from _cell(change, N_("inputs"), *inputs, same_inputs or inputs[0] == inputs[1], {})
+    yield from _cell(change, N_("formula"), before, after, same, found.helpers)
 
 
 def _cell(change: Change, what: str, before: str, after: str, same: bool, names: Mapping[str, str]) -> list[Change]:
