@@ -59,22 +59,21 @@ class _BehaviourBuilder:
     # ---- behaviours
     def alone(self, behaviour: BehaviourView, sign: str) -> ChangedBehaviour:
         side = self.second if sign == c.ADDED else self.first
-        rows = tuple(self._one_sided(view, sign) for view in behaviour.rows)
-        views = {(sign, view.row.number): view for view in behaviour.rows}
-        return ChangedBehaviour(behaviour.name, sign, rows, self._streams(rows, views, side, side))
+        rows = [(self._one_sided(view, sign), view.drives) for view in behaviour.rows]
+        return ChangedBehaviour(behaviour.name, sign, tuple(row for row, _ in rows), self._streams(rows, side, side))
 
     def both(self, a: int, b: int) -> ChangedBehaviour:
-        old, new, pairs = self.first.behaviours[a], self.second.behaviours[b], self.found.rows[a, b]
-        rows: list[ChangedRow] = []
-        for mine, now in in_sheet_order(old.rows, new.rows, pairs):
+        old, new = self.first.behaviours[a], self.second.behaviours[b]
+        rows: list[tuple[ChangedRow, bool]] = []
+        for mine, now in in_sheet_order(old.rows, new.rows, self.found.rows[a, b]):
             if mine is not None and now is not None:
-                rows.append(self._pair(mine, now))
+                rows.append((self._pair(mine, now), now.drives))
             elif now is not None:
-                rows.append(self._one_sided(now, c.ADDED))
+                rows.append((self._one_sided(now, c.ADDED), now.drives))
             elif mine is not None:
-                rows.append(self._one_sided(mine, c.REMOVED))
-        views = {("", v.row.number): v for v in new.rows} | {(c.REMOVED, v.row.number): v for v in old.rows}
-        return ChangedBehaviour(new.name, c.SAME, tuple(rows), self._streams(rows, views, self.first, self.second))
+                rows.append((self._one_sided(mine, c.REMOVED), mine.drives))
+        streams = self._streams(rows, self.first, self.second)
+        return ChangedBehaviour(new.name, c.SAME, tuple(row for row, _ in rows), streams)
 
     # ---- rows
     def _one_sided(self, view: RowView, sign: str) -> ChangedRow:
@@ -128,41 +127,33 @@ class _BehaviourBuilder:
             return f"{c.REMOVED}{stream}"
         return now
 
-    def _streams(
-        self, rows: Iterable[ChangedRow], views: Mapping[tuple[str, int], RowView], first: Side, second: Side
-    ) -> dict[str, ChangedStream]:
-        """Return every stream that a row reads or writes, now or before, by id."""
+    def _streams(self, rows: Iterable[tuple[ChangedRow, bool]], first: Side, second: Side) -> dict[str, ChangedStream]:
+        """Return every stream that a row reads or writes, now or before, by id; with each row whether it drives."""
         signs: dict[str, set[str]] = {}
         driven: set[str] = set()
-        for row in rows:
+        for row, drives in rows:
             for link in (*row.takes, *row.gives):
                 signs.setdefault(link.stream, set()).add(link.sign)
-            view = views.get((row.sign, row.number)) or views.get(("", row.number))
-            if view is not None and view.drives:
+            if drives:
                 driven |= {link.stream for link in row.gives}
-        back = self.found.streams.back
         out = {}
         for stream, met in signs.items():
             sign = next(iter(met)) if len(met) == 1 and met < {c.ADDED, c.REMOVED} else c.SAME
-            mine = back.get(stream, stream.removeprefix(c.REMOVED))
+            mine = self.found.streams.back.get(stream, stream.removeprefix(c.REMOVED))
             side, there = (first, mine) if sign == c.REMOVED and stream not in second.streams else (second, stream)
-            out[stream] = self._stream(stream, sign, _kind(side, there, stream in driven), (first, mine), (side, there))
+            kind = _kind(side, there, stream in driven)
+            name = same(side.shown(there) if kind != "anonymous" else "")
+            settings: tuple[tuple[str, ComparableText], ...] = ()
+            if sign == c.SAME:
+                was = first.streams.get(mine)
+                if stream in self.renamed:
+                    name = ComparableText(*self.renamed[stream])
+                elif was is not None and key(was.name) != key(name.after) and kind != "anonymous":
+                    name = ComparableText(was.name or N_("unnamed"), name.after)
+                settings = tuple(self.settings.get(key(name.after), ())) if kind in ("sensor", "actuator") else ()
+                sign = c.CHANGED if settings or name.changed else sign
+            out[stream] = ChangedStream(stream, kind, sign, name, settings)
         return out
-
-    def _stream(
-        self, stream: str, sign: str, kind: str, before: tuple[Side, str], now: tuple[Side, str]
-    ) -> ChangedStream:
-        name = same(now[0].shown(now[1]) if kind != "anonymous" else "")
-        settings: tuple[tuple[str, ComparableText], ...] = ()
-        if sign == c.SAME:
-            was = before[0].streams.get(before[1])
-            if stream in self.renamed:
-                name = ComparableText(*self.renamed[stream])
-            elif was is not None and key(was.name) != key(name.after) and kind != "anonymous":
-                name = ComparableText(was.name or N_("unnamed"), name.after)
-            settings = tuple(self.settings.get(key(name.after), ())) if kind in ("sensor", "actuator") else ()
-            sign = c.CHANGED if settings or name.changed else sign
-        return ChangedStream(stream, kind, sign, name, settings)
 
 
 def _links(old: Iterable[str], new: Iterable[str]) -> tuple[Link, ...]:
