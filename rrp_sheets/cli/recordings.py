@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 _HEADS = ("When", "Workbook", "Participant", "Condition", "Mode", "Length", "How it ended", "Run")
 _MOST_NAMED = 12
-_MEGA = 1e6
 
 
 class _Listing(click.Group):
@@ -108,26 +107,24 @@ def delete(
     with said_when_slow("Looking for everything that goes and everything that stays …"):
         planned = plan(folder, participant, names)
     _require_here(planned, below)
+    parts = [planned, *(planned.below if below else ())]
     if not as_json:
-        click.echo("\n".join(_words(planned, below)))
+        click.echo("\n".join(_words(planned, parts)))
     if not yes and (as_json or not _confirmed(participant)):
         if as_json:
             _print_json(planned, below, deleted=False)
         click.echo("Nothing was deleted.", err=True)
         sys.exit(1)
-    chosen = [d.within for d in planned.below] if below else []
     with said_when_slow("Deleting …"):
-        begun = delete_runs(planned, below=chosen)
+        begun = delete_runs(planned, below=[d.within for d in parts[1:]])
     if as_json:
         _print_json(planned, below, deleted=True, begun=begun)
     else:
-        parts = _parts(planned, below)
         count, wiped = sum(len(d.runs) for d in parts), sum(len(d.faces_gone) for d in parts)
         click.echo(f"Deleted: {counted(count, 'run')}, {counted(wiped, 'remembered face')}.")
     if begun:
-        click.echo(
-            f"Meanwhile there is another run: {_listed(begun)}. It stays; delete again when it has ended.", err=True
-        )
+        told = f"Meanwhile there is another run: {_listed(begun)}. It stays; delete again when it has ended."
+        click.echo(told, err=True)
         sys.exit(1)
 
 
@@ -142,11 +139,6 @@ def _print_json(planned: Deletion, below: bool, *, deleted: bool, begun: Sequenc
     more = {"below_deleted": deleted and below, "begun_meanwhile": list(begun)}
     entry = {"schema": 1, "deleted": deleted, **planned.as_dict(), **more}
     click.echo(json.dumps(entry, ensure_ascii=False, indent=2))
-
-
-def _parts(planned: Deletion, below: bool) -> list[Deletion]:
-    """Return the planned deletions, folder by folder; those of folders below only when they are asked for."""
-    return [planned, *(planned.below if below else ())]
 
 
 def _confirmed(participant: str) -> bool:
@@ -172,12 +164,11 @@ def _table(found: Sequence[RunMetadata]) -> list[str]:
     return ["  ".join(row[n] + " " * (wide[n] - columns(row[n])) for n in used).rstrip() for row in clear]
 
 
-def _words(planned: Deletion, below: bool) -> list[str]:
-    """Return the lines that tell which recordings are deleted, and which stay."""
-    parts = [d for d in _parts(planned, below) if d.runs]
-    goes = [line for d in parts for line in _goes(d)]
-    stays = [line for d in parts for line in _stays(d)]
-    if planned.below and not below:
+def _words(planned: Deletion, parts: Sequence[Deletion]) -> list[str]:
+    """Return the lines that tell which recordings are deleted, those of these parts, and which stay."""
+    goes = [line for d in parts if d.runs for line in _goes(d)]
+    stays = [line for d in parts if d.runs for line in _stays(d)]
+    if planned.below and len(parts) == 1:
         stays.append(f"Runs of {planned.participant} in folders below stay too. Are they of the same person?")
         stays += [f"  {counted(len(d.runs), 'run')} in {d.within}: {_command(d)}" for d in planned.below[:_MOST_NAMED]]
         if len(planned.below) > 1:
@@ -197,7 +188,7 @@ def _goes(planned: Deletion) -> list[str]:
     where = f" in {planned.within}" if planned.within else ""
     said = [
         f"To be deleted{where}: {counted(len(planned.runs), 'run')}{whose} with {counted(planned.files, 'file')} "
-        f"({planned.size / _MEGA:,.1f} MB), among them {counted(planned.pictures, 'picture and film')} "
+        f"({planned.size / 1e6:,.1f} MB), among them {counted(planned.pictures, 'picture and film')} "
         f"and {counted(planned.sounds, 'sound')}.",
         *_table(planned.runs[:_MOST_NAMED]),
     ]

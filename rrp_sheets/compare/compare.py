@@ -160,8 +160,6 @@ def _refused(side: Side, k: str) -> bool:
 
 
 # ---- devices
-
-
 def device_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the device streams, in the order of the second workbook, then the removed ones."""
     partner = {found.streams.of(k): k for k in first.devices}
@@ -235,8 +233,6 @@ def _default(value: Value) -> str:
 
 
 # ---- helpers
-
-
 def helper_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the helpers, in the order of the second workbook, then the removed ones."""
     old, new = _helpers(first), _helpers(second)

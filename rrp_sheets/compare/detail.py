@@ -379,8 +379,6 @@ def _value(text: str) -> Hashable:
 
 
 # ---- any list
-
-
 def list_changes(
     old: Sequence[ListRow], new: Sequence[ListRow], kind: ListKind, turned: bool
 ) -> tuple[list[Change], Pairs]:

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rrp_sheets.checks import check_workbook
 from rrp_sheets.checks.check import robot_of
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
@@ -17,6 +16,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.workbook import Address, GestureRow
 from rrp_sheets.robots import Joint, Robot
 from rrp_sheets.robots.catalogue import SIDES, parse_angle
+from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.editing import edit
@@ -78,8 +78,7 @@ def pose(
     )
     edits, address, added = _edits(reading, robot, name, time, joints)
     edit(path, edits, expected_digest=reading.digest)
-    after = read(path)
-    checked = check_workbook(after.workbook, after.report)
+    _, checked = read_and_check(path)
     return Posed(address, time, joints, added, notes, checked.report, checked.run.language)
 
 
