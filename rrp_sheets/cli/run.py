@@ -103,11 +103,11 @@ class Watch(RunObserver):
         self._told = 0
         self._hidden = 0  # commands that were not shown
 
-    def _echo(self, text: str, colour: str | None = None, *, err: bool = False) -> None:
+    def _echo(self, text: str, colour: str | None = None, *, err: bool = False, before: str = "") -> None:
         """Print in the language of the run; when that fails, the run goes on without it: its files are what counts."""
         try:
             text = translated(text)
-            click.echo(plain_text(click.style(text, fg=colour) if colour else text), err=err)
+            click.echo(plain_text(before + (click.style(text, fg=colour) if colour else text)), err=err)
         except OSError:  # the reader has gone, or the disk is full
             mute()
 
@@ -131,8 +131,7 @@ class Watch(RunObserver):
 
     def _line(self, us: int, text: str, colour: str | None = None) -> None:
         self._told = us
-        text = translated(text)
-        self._echo(f"{us / 1e6:7.2f} s  {click.style(text, fg=colour) if colour else text}")
+        self._echo(text, colour, before=f"{us / 1e6:7.2f} s  ")
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """A command for an actuator, when it is not the same stream of commands going on."""

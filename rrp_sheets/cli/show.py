@@ -277,7 +277,9 @@ def _text(path: Path) -> str:
     except UnreadableFile as error:
         if not path.is_file():
             raise
-        return unreadable_text(path, error)  # git would stop at a failure, also in the middle of a log
+        with path.open("rb") as file:  # git would stop at a failure, also in the middle of a log
+            digest = hashlib.file_digest(file, "sha256").hexdigest()  # which differs for different contents
+        return f"Not a workbook that can be read ({error.code}). SHA-256 {digest}\n"
 
 
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
@@ -312,13 +314,6 @@ def text_form(reading: Reading) -> str:
         if table:
             parts.append("\n".join([f"## {' '.join(sheet.name.split())}", *table, ""]))
     return "\n".join(parts)
-
-
-def unreadable_text(path: Path, error: UnreadableFile) -> str:
-    """Return the line shown for a file that is no readable workbook; it differs for different contents."""
-    with path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return f"Not a workbook that can be read ({error.code}). SHA-256 {digest}\n"
 
 
 def _table(sheet: RawSheet) -> list[str]:

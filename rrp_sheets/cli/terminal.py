@@ -109,12 +109,11 @@ def opened(path: Path, *, is_file: bool = True) -> Path:
     Raises:
         UnreadableFile: when it is no bundle.
     """
-    ctx = click.get_current_context()
     if not is_bundle(path):
         return path
     if is_file:
-        ctx.meta[__name__] = path
-    return _opened(ctx, path).workbook
+        click.get_current_context().meta[__name__] = path
+    return _opened(path).workbook
 
 
 def is_bundle(path: Path) -> bool:
@@ -129,18 +128,17 @@ def runs_of(path: Path) -> tuple[Path, ...]:
         UnreadableFile: when it is no bundle.
         SheetsError: when there is no run in it.
     """
-    runs = _opened(click.get_current_context(), path).runs
+    runs = _opened(path).runs
     if not runs:
         message = N_("There is no recorded run in “{name}”.", name=path.name)
         raise SheetsError(message, N_("Pack it with one: rrp-sheets pack FILE --run RUN"))
     return runs
 
 
-def _opened(ctx: click.Context, path: Path) -> Bundle:
-    """Unpack a bundle, and print the notes on it."""
+def _opened(path: Path) -> Bundle:
     from rrp_sheets.services.bundles import unpacked
 
-    bundle = ctx.with_resource(unpacked(path))
+    bundle = click.get_current_context().with_resource(unpacked(path))
     for note in bundle.notes[:_MOST_NOTES]:
         click.echo(f"{click.style('Note:', fg='yellow')} {note}", err=True)
     if len(bundle.notes) > _MOST_NOTES:
