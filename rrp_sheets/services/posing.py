@@ -73,13 +73,12 @@ def pose(
     if not joints:
         remedy = N_("Name joints, for example RShoulderPitch=-60°, or a posture with --posture.")
         raise SheetsError(N_("Nothing would be moved: no joint and no posture is named."), remedy)
-    time = (
-        at if at is not None else max((t + BETWEEN for row in mine if (t := _seconds(row)) is not None), default=FIRST)
-    )
-    edits, address, added = _edits(reading, robot, name, time, joints)
+    if at is None:
+        at = max((time + BETWEEN for row in mine if (time := _seconds(row)) is not None), default=FIRST)
+    edits, address, added = _edits(reading, robot, name, at, joints)
     edit(path, edits, expected_digest=reading.digest)
     _, checked = read_and_check(path)
-    return Posed(address, time, joints, added, notes, checked.report, checked.run.language)
+    return Posed(address, at, joints, added, notes, checked.report, checked.run.language)
 
 
 def _joint(text: str, robot: Robot) -> tuple[str, float]:
@@ -122,10 +121,9 @@ def _written(robot: Robot, posture: str, before: Mapping[str, float], asked: Map
     """Return the joints that the row contains: those of the gesture so far, those asked for, those of a posture."""
     start = robot.data["postures"][robot.data["robot"]["start_posture"]]
     named: Mapping[str, float] = next((a for p, a in robot.data["postures"].items() if key(p) == key(posture)), {})
-    legs = any(robot.data["chains"][robot.joints[key(j)].chain] == "legs" and abs(a - start[j]) > 0.01
-               for j, a in named.items())  # fmt: skip
-    posed = [j for j in named if legs or robot.data["chains"][robot.joints[key(j)].chain] != "legs"]
-    chosen = {*before, *asked, *posed}
+    legs = {j for j in named if robot.data["chains"][robot.joints[key(j)].chain] == "legs"}
+    stands = all(abs(named[j] - start[j]) <= 0.01 for j in legs)  # then the legs are left out
+    chosen = {*before, *asked, *(named.keys() - legs if stands else named)}
     return [j.name for j in robot.joints.values() if j.name in chosen]
 
 
