@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 
 from rrp_sheets.compare.changes import Change, as_typed, helpers_in, one_sided
-from rrp_sheets.compare.match import Match, Pairs
+from rrp_sheets.compare.match import Match, Pairs, changed_order
 from rrp_sheets.compare.rows import WRITTEN, in_sheet_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different
 from rrp_sheets.formulas import HelperDef
@@ -237,16 +237,12 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
             return []
         return [one_sided("removed" if second.workbook.scene is None else "added", "sheet", "Scene", N_("empty"))]
     out, pairs = list_changes(old, new, kind, found.turned)
-    timed = Pairs(len(old), len(new))  # the same pairs, each list in the order of its times
     places = [{i: n for n, i in enumerate(sorted(range(len(s)), key=lambda i: (s[i].time, i)))} for s in (old, new)]
-    lines = {}
-    for i, j in pairs.to.items():
-        timed.add(places[0][i], places[1][j])
-        lines[places[0][i]] = old[i], new[j]
-    for n in sorted(timed.moved(found.turned)):
-        a, b = lines[n]
-        if a.time == b.time:  # else its time is told
-            out.append(_change(kind, "moved", a, b, note=N_("of several things at one time another comes first")))
+    ranked = [(places[0][i], places[1][j], (i, j)) for i, j in pairs.to.items()]  # in the order of the times
+    for i, j in sorted(changed_order(ranked, found.turned), key=lambda pair: places[0][pair[0]]):
+        if old[i].time == new[j].time:  # else its time is told
+            note = N_("of several things at one time another comes first")
+            out.append(_change(kind, "moved", old[i], new[j], note=note))
     return out
 
 

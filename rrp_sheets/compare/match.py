@@ -319,14 +319,18 @@ class Pairs:
                 self.add(i, j)
 
     def moved(self, turned: bool = False) -> set[int]:
-        """Return the indexes of the first list whose partners changed their order among the others' partners.
+        """Return the indexes of the first list whose partners changed their order among the others' partners."""
+        return changed_order(((i, j, i) for i, j in self.to.items()), turned)
 
-        With `turned` it looks from the second list. Of two that were swapped one has moved: it is to be the same one
-        whichever list is the first.
-        """
-        pairs = sorted((j, i) for i, j in self.to.items()) if turned else sorted(self.to.items())
-        names = out_of_order([a for a, _ in pairs], [b for _, b in pairs])
-        return {self.back[j] for j in names} if turned else names
+
+def changed_order(ranked: Iterable[tuple[int, int, A]], turned: bool) -> set[A]:
+    """Return the fewest names without which all others keep their order; each comes with its rank before and after.
+
+    With `turned` it looks from after to before. Of two that were swapped one has moved: it is to be the same one
+    whichever list is the first.
+    """
+    ordered = sorted((after, before, name) if turned else (before, after, name) for before, after, name in ranked)
+    return out_of_order([name for _, _, name in ordered], [place for _, place, _ in ordered])
 
 
 def out_of_order(names: Sequence[A], places: Sequence[int]) -> set[A]:

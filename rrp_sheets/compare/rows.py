@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from rrp_sheets.compare.changes import Change, meanings, one_sided, pieces, shape
-from rrp_sheets.compare.match import Match, Pairs, out_of_order
+from rrp_sheets.compare.match import Match, Pairs, changed_order
 from rrp_sheets.compare.side import BehaviourView, RowView, Side, different, formula_name
 from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_, listed
@@ -223,19 +223,13 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
                     groups[use, b.row.priority].append(rows[-1])
     out: dict[_Place, str] = {}
     for (use, _), members in groups.items():
-        for place in _late(members, found.turned):
+        for place in changed_order(members, found.turned):
             name = second.shown(use) if use in second.streams else use
             out[place] = N_("of two commands for {name} in one instant another one comes last now", name=name)
     if key(second.workbook.protocol.text("Engine", "frame")) != "frame":
-        for place in _late(rows, found.turned):
+        for place in changed_order(rows, found.turned):
             out.setdefault(place, N_("this engine works in the order of the rows"))
     return out
-
-
-def _late(rows: _Ranked, turned: bool) -> set[_Place]:
-    """Return the places of the fewest rows without which all others act in the same order as before."""
-    ranks = sorted((new, old, place) if turned else (old, new, place) for old, new, place in rows)
-    return out_of_order([place for *_, place in ranks], [new for _, new, _ in ranks])
 
 
 def _uses(side: Side, stream: str) -> set[str]:
