@@ -17,6 +17,7 @@ import sqlite3
 import struct
 import time
 import zipfile
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
@@ -58,21 +59,6 @@ _TAG, _FORMULA = re.compile(rb"<[^<>]*>"), re.compile(rb"<f[ >][^<]*</f>")
 _NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
 
 
-class ParticipantCode:
-    """A participant's code as it may stand in bytes: as a word of its own, in plain text or escaped as in JSON."""
-
-    def __init__(self, code: str) -> None:
-        forms = {code.encode("utf-8", "replace"), json.dumps(code)[1:-1].encode()}
-        forms |= {form.replace(b"&", b"&amp;").replace(b"<", b"&lt;").replace(b">", b"&gt;") for form in forms}
-        self.longest = max(len(form) for form in forms)
-        words = b"|".join(re.escape(form) for form in sorted(forms))
-        self._pattern = re.compile(rb"(?<![0-9A-Za-z])(?:" + words + rb")(?![0-9A-Za-z])")
-
-    def stands_in(self, data: bytes) -> bool:
-        """Return whether the code occurs in some bytes."""
-        return self._pattern.search(data) is not None
-
-
 @dataclass(frozen=True)
 class Unsearched:
     """A file that the search did not look into.
@@ -105,15 +91,13 @@ class TracesLeft:
 
 
 def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> TracesLeft:
-    """Return the places in a folder where a code occurs, and the files that were not looked into.
+    """Return the places in a folder where a participant's code occurs, and the files that were not looked into.
 
-    Args:
-        code: the participant's.
-        folder: to look through; no link is followed.
-        without: folders that are left out. So is installed software: it would take all the time, and holds any code.
+    No link is followed. Besides the folders `without`, installed software is left out: it would take all the time, and
+    holds any code.
     """
     left = TracesLeft()
-    search = _Search(ParticipantCode(code), time.monotonic() + _MOST_SECONDS)
+    search = _Search(code, time.monotonic() + _MOST_SECONDS)
     for number, path in enumerate(_searched_files(folder, without)):
         if number >= _MOST_FILES:
             left.whole = False
@@ -151,19 +135,26 @@ class _OutOfTime(Exception):
 
 
 class _Search:
-    """Search for a code, with a deadline.
+    """Search for a code: as a word of its own, in plain text or escaped as in JSON and XML; with a deadline.
 
     Attributes:
         skipped: what of the file was not looked into: blank for all of it, else the name of a file in it.
     """
 
-    def __init__(self, code: ParticipantCode, deadline: float) -> None:
-        self._code, self._deadline = code, deadline
+    def __init__(self, code: str, deadline: float) -> None:
+        forms = {code.encode("utf-8", "replace"), json.dumps(code)[1:-1].encode()}
+        forms |= {form.replace(b"&", b"&amp;").replace(b"<", b"&lt;").replace(b">", b"&gt;") for form in forms}
+        self._longest = max(len(form) for form in forms)
+        words = b"|".join(re.escape(form) for form in sorted(forms))
+        self._pattern = re.compile(rb"(?<![0-9A-Za-z])(?:" + words + rb")(?![0-9A-Za-z])")
+        self._deadline = deadline
         self.skipped: list[str] = []
 
+    def _stands_in(self, data: bytes) -> bool:
+        return self._pattern.search(data) is not None
+
     def in_name(self, path: Path) -> bool:
-        """Return whether the code occurs in a file's name."""
-        return self._code.stands_in(os.fsencode(path.name))
+        return self._stands_in(os.fsencode(path.name))
 
     def within(self, path: Path, shown: str) -> Iterator[str]:
         """Yield the places in a file where the code occurs: its name for somewhere; raise _OutOfTime."""
@@ -179,7 +170,7 @@ class _Search:
         self._require_time()
         with path.open("rb") as file:
             if name.endswith(_PNG):
-                found = self._code.stands_in(_texts_of(file))
+                found = self._stands_in(_texts_of(file))
             elif file.read(len(_ZIP)) == _ZIP or name.endswith((".zip", ".xlsx", ".xlsm")):
                 found = self._in_zip(file, "")
             elif path.name == _JOURNAL:
@@ -199,9 +190,9 @@ class _Search:
         before = b""
         while chunk := file.read(_CHUNK):
             self._require_time()
-            if self._code.stands_in(before + chunk):
+            if self._stands_in(before + chunk):
                 return True
-            before = (before + chunk)[-(self._code.longest + 1) :]
+            before = (before + chunk)[-(self._longest + 1) :]
         return False
 
     def _in_zip(self, file: BinaryIO, within: str, depth: int = 2) -> bool:
@@ -216,7 +207,7 @@ class _Search:
     def _in_member(self, packed: zipfile.ZipFile, about: zipfile.ZipInfo, within: str, depth: int) -> bool:
         self._require_time()
         name, shown = about.filename.casefold(), f"{within}: {about.filename[:200]}"
-        if self._code.stands_in(about.filename.encode("utf-8", "replace")):
+        if self._stands_in(about.filename.encode("utf-8", "replace")):
             return True
         if name.endswith(_PICTURES) or about.is_dir():
             return False
@@ -235,21 +226,21 @@ class _Search:
             data = _texts_of(io.BytesIO(data))
         elif name.endswith((".xml", ".rels")):
             data = _words(data)
-        return self._code.stands_in(data)
+        return self._stands_in(data)
 
     def _in_journal(self, path: Path, shown: str) -> Iterator[str]:
         """Yield the edits and kept versions of workbooks that have the code; versions are workbooks themselves."""
         try:
             with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as database:
                 for book, edits in database.execute("select book, edits from edits"):
-                    if self._code.stands_in(str(edits).encode()):
+                    if self._stands_in(str(edits).encode()):
                         yield N_("{file} (an edit of {book})", file=shown, book=book)
                         break
                 for book, name, content in database.execute("select book, name, content from versions"):
                     self._require_time()
                     kept = content if isinstance(content, bytes) else b""
                     packed = kept.startswith(_ZIP) and self._in_zip(io.BytesIO(kept), f": {book}, version “{name}”")
-                    if packed or self._code.stands_in(str(name).encode()) or self._code.stands_in(kept):
+                    if packed or self._stands_in(str(name).encode()) or self._stands_in(kept):
                         yield N_("{file} (the version “{name}” of {book})", file=shown, name=name, book=book)
         except sqlite3.Error:
             with path.open("rb") as file:
@@ -300,14 +291,12 @@ class Deletion:
     Attributes:
         folder: of the workbooks.
         participant: whose runs they are; blank when runs were named.
-        runs: the runs, the newest first.
+        runs: the newest first.
         files: how many files they are; `size` their bytes, `pictures` and `sounds` how many of them.
         faces: what becomes of the kept faces; when they cannot be read, `unread` says why.
         like: codes that are spelled nearly the same; they stay.
         unknown: runs whose record does not say whose they are.
-        elsewhere: where the code still stands.
-        unsearched: files that were not looked into: packed formats, and what the time did not suffice for.
-        whole: whether all files are among these.
+        elsewhere: where the code still stands; `unsearched` and `whole` are as in `TracesLeft`.
         within: the name of this folder as seen from the one that was asked for; blank for that one.
         below: what there is of the code in folders below, which goes only when it is asked for.
     """
@@ -367,30 +356,24 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
         SheetsError: there are none, one of them goes on, or somebody else is deleting them.
     """
     try:
-        return _plan(folder, participant, names, going)
+        root, places = _root(folder), runs_in(folder)
+        every = {f.run: f for f in chosen(places, going=going)}
+        if not participant:
+            wanted = _named(names, every)
+            _require_ended(root, wanted, going)
+            return _planned(root, places, every, wanted, participant)
+        below, seen = _below(root, participant)
+        wanted = _of(participant, every, bool(below))
+        _require_ended(root, wanted, going)
+        _require_told(places)
+        planned = _planned(root, places, every, wanted, participant)
+        doomed = [runs_place(d.folder) / f.run for d in (planned, *below) for f in d.runs]
+        left = places_of(participant, root, frozenset(p.resolve() for p in doomed))
     except FileNotFoundError:
         raise SheetsError(N_("Somebody else has deleted something here at this moment."), N_("Look again.")) from None
-
-
-def _plan(folder: Path, participant: str, names: Sequence[str], going: Collection[str]) -> Deletion:
-    root = _root(folder)
-    places = runs_in(folder)
-    every = {f.run: f for f in chosen(places, going=going)}
-    below, seen = _below(root, participant) if participant else ((), True)
-    wanted = _of(participant, every, bool(below)) if participant else _named(names, every)
-    _require_ended(root, wanted, going)
-    if participant:
-        _require_told(places)
-    planned = _planned(root, places, every, wanted, participant)
-    if not participant:
-        return planned
-    doomed = [_place(d, f) for d in (planned, *below) for f in d.runs]
-    left = places_of(participant, root, frozenset(p.resolve() for p in doomed))
     told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
-    elsewhere = tuple(place for place in left.found if place not in told)
-    return replace(
-        planned, below=below, elsewhere=elsewhere, unsearched=tuple(left.unsearched), whole=left.whole and seen
-    )
+    elsewhere, unsearched = tuple(place for place in left.found if place not in told), tuple(left.unsearched)
+    return replace(planned, below=below, elsewhere=elsewhere, unsearched=unsearched, whole=left.whole and seen)
 
 
 def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:
@@ -415,7 +398,7 @@ def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str
             if name in face_memory.kept(part.folder):  # else somebody has wiped it meanwhile
                 face_memory.forget(part.folder, name)
         for facts in part.runs:
-            place = _place(part, facts)
+            place = runs_place(part.folder) / facts.run
             if place.is_dir():
                 _delete_folder(place)
     return tuple(name for part in parts for name in _begun(part)) if planned.participant else ()
@@ -441,21 +424,21 @@ def _planned(
     """Plan the deletion of some runs of one folder."""
     gone = {f.run for f in wanted}
     files = [p for place in places if place.name in gone for p in _files(place)]
-    kept, unread = _kept(root)
+    try:
+        kept, unread = face_memory.kept(root), ""
+    except SheetsError as error:
+        kept, unread = [], sentences(error.message, error.remedy)
     codes = {f.participant for f in every.values()} - {participant}
+    suffixes = Counter(p.suffix.casefold() for p in files)
     return Deletion(
         folder=root, participant=participant, runs=tuple(wanted), files=len(files),
-        size=sum(p.lstat().st_size for p in files), pictures=_count(files, (".gif", ".png", ".svg", ".jpg", ".zip")),
-        sounds=_count(files, (".wav",)),
+        size=sum(p.lstat().st_size for p in files), sounds=suffixes[".wav"],
+        pictures=sum(suffixes[kind] for kind in (".gif", ".png", ".svg", ".jpg", ".zip")),
         faces=tuple(plan_faces(kept, every, places, gone, participant) if kept else ()),
         unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
         unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
         elsewhere=(), whole=True,
     )  # fmt: skip
-
-
-def _place(planned: Deletion, facts: RunMetadata) -> Path:
-    return runs_place(planned.folder) / facts.run
 
 
 def _require_possible(part: Deletion, going: Collection[str]) -> None:
@@ -467,10 +450,8 @@ def _require_possible(part: Deletion, going: Collection[str]) -> None:
     if part.faces_gone:
         busy = [f.run for f in chosen(list(places.values()), going=going) if f.ended == "going"]
         if busy:
-            raise SheetsError(
-                N_("The run {run} goes on, and would write the remembered faces again.", run=busy[0]),
-                N_("Wait until it has ended."),
-            )
+            message = N_("The run {run} goes on, and would write the remembered faces again.", run=busy[0])
+            raise SheetsError(message, N_("Wait until it has ended."))
 
 
 def _begun(part: Deletion) -> list[str]:
@@ -508,41 +489,24 @@ def _named(names: Sequence[str], every: dict[str, RunMetadata]) -> list[RunMetad
 def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collection[str]) -> None:
     for facts in wanted:
         if facts.ended == "going" or facts.run in going or is_locked(runs_place(folder) / facts.run):
-            raise SheetsError(
-                N_("The run {run} goes on, or is still being written.", run=facts.run),
-                N_("Stop it, and delete when it has ended."),
-            )
+            message = N_("The run {run} goes on, or is still being written.", run=facts.run)
+            raise SheetsError(message, N_("Stop it, and delete when it has ended."))
 
 
 def _require_told(places: Sequence[Path]) -> None:
     """Raise SheetsError for a run that is just beginning: it has no record yet, and may be anybody's."""
     for place in places:
         if is_locked(place) and not facts_of(place).readable:
-            raise SheetsError(
-                N_("The run {run} is just beginning, and does not say yet whose it is.", run=place.name),
-                N_("Delete again in a few seconds."),
-            )
+            message = N_("The run {run} is just beginning, and does not say yet whose it is.", run=place.name)
+            raise SheetsError(message, N_("Delete again in a few seconds."))
 
 
 def _root(folder: Path) -> Path:
-    """Return the folder of the workbooks, also when its `runs` was named.
-
-    Raises:
-        SheetsError: it is a run itself.
-    """
+    """Return the folder of the workbooks, also when its `runs` was named; raise SheetsError for a run itself."""
     if (folder / TRACE).is_file():
-        raise SheetsError(
-            N_("“{folder}” is a run itself.", folder=folder),
-            N_("Name the folder with the workbooks, and the run with --run."),
-        )
+        remedy = N_("Name the folder with the workbooks, and the run with --run.")
+        raise SheetsError(N_("“{folder}” is a run itself.", folder=folder), remedy)
     return folder.absolute().parent if runs_place(folder) == folder else folder
-
-
-def _kept(root: Path) -> tuple[list[str], str]:
-    try:
-        return face_memory.kept(root), ""
-    except SheetsError as error:
-        return [], sentences(error.message, error.remedy)
 
 
 def _squeezed(code: str) -> str:
@@ -552,10 +516,6 @@ def _squeezed(code: str) -> str:
     True
     """
     return "".join(c for c in key(code) if c.isalnum())
-
-
-def _count(files: Sequence[Path], suffixes: Collection[str]) -> int:
-    return sum(p.suffix.casefold() in suffixes for p in files)
 
 
 def _files(place: Path) -> list[Path]:
@@ -574,10 +534,9 @@ def _delete_folder(place: Path) -> None:
     except FileNotFoundError:  # somebody else deletes it as well
         return
     except OSError as error:
-        raise SheetsError(
-            N_("“{path}” cannot be deleted ({reason}).", path=error.filename or place, reason=error.strerror),
-            N_("See that you may write there, and that no other program has it open; then delete again."),
-        ) from None
+        message = N_("“{path}” cannot be deleted ({reason}).", path=error.filename or place, reason=error.strerror)
+        remedy = N_("See that you may write there, and that no other program has it open; then delete again.")
+        raise SheetsError(message, remedy) from None
 
 
 @dataclass(frozen=True)
@@ -603,38 +562,31 @@ def plan_faces(
         runs: all runs, by the name of their folder.
         places: the folders of all runs.
         gone: the names of those that are deleted.
-        participant: whose runs they are; blank when they were chosen one by one.
+        participant: whose these are; blank when they were chosen one by one.
     """
+    began = {run: facts.began.timestamp() for run, facts in runs.items() if facts.began is not None}
     newest: dict[str, str] = {}  # the run that has a name, by the name's key
     seen: set[str] = set()
-    for place in sorted(places, key=lambda p: _began(runs.get(p.name))):
+    for place in sorted(places, key=lambda p: began.get(p.name, 0.0)):
         for name, new in _faces(place):
             if new:
                 newest[key(name)] = place.name
             elif place.name in gone:
                 seen.add(key(name))
-    return [_fate(name, newest.get(key(name), ""), runs, gone, participant, key(name) in seen) for name in kept]
-
-
-def _began(facts: RunMetadata | None) -> float:
-    return facts.began.timestamp() if facts is not None and facts.began is not None else 0.0
-
-
-def _fate(
-    name: str, run: str, runs: Mapping[str, RunMetadata], gone: Collection[str], participant: str, recognised: bool
-) -> FaceFate:
-    if participant and key(name) == key(participant):
-        return FaceFate(name, True, N_("it has that code as its name"))
-    if run in gone:
-        return FaceFate(name, True, N_("it was remembered in the run {run}", run=run))
-    why: str = N_("no run here says whose it is.")
-    if run:
-        whose = runs[run].participant if run in runs else ""
-        plain, more = N_("it was remembered in the run {run}."), N_("it was remembered in the run {run} of {whose}.")
-        why = N_(more if whose else plain, run=run, whose=whose)
-    return FaceFate(
-        name, False, sentences(why, N_("It was recognised in a run that is deleted.") if recognised else "")
-    )
+    fates = []
+    for name in kept:
+        run = newest.get(key(name), "")
+        if participant and key(name) == key(participant):
+            fates.append(FaceFate(name, True, N_("it has that code as its name")))
+        elif run in gone:
+            fates.append(FaceFate(name, True, N_("it was remembered in the run {run}", run=run)))
+        else:
+            why = N_("it was remembered in the run {run}.", run=run) if run else N_("no run here says whose it is.")
+            if run in runs and runs[run].participant:
+                why = N_("it was remembered in the run {run} of {whose}.", run=run, whose=runs[run].participant)
+            recognised = N_("It was recognised in a run that is deleted.") if key(name) in seen else ""
+            fates.append(FaceFate(name, False, sentences(why, recognised)))
+    return fates
 
 
 def _faces(place: Path) -> Iterator[tuple[str, bool]]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
-from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK, RecordedEvent, RecordedFailure, RecordedValue, Stamp
+from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK, RecordedFailure, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import facts_of, stamp_of
 from rrp_sheets.recording.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.recording.timeline import build_timeline
@@ -129,14 +129,31 @@ def _write_table(traces: Sequence[Path], target: Path, streams: Sequence[str]) -
     return []
 
 
+_LANES = {
+    "say": "said", "person": "heard", "sound": "said", "press": "button", "button": "button", "mark": "mark",
+    "error": "error", "note": "note", "clamp": "note",
+}  # fmt: skip
+
+
 def _write_plots(traces: Sequence[Path], target: Path, streams: Sequence[str]) -> list[str]:
+    """Draw the numbers of a run over time; raise SheetsError when there are none."""
     place = traces[0].parent
-    svg, wide, high = draw_run_plots(place, streams)
+    told = build_timeline(place, streams)
+    curves = [_curve(curve) for curve in told["curves"]]
+    if not curves:
+        raise _nothing(place, streams)
+    lines = (e for e in told["lines"] if e["kind"] != "command")  # the curves of the actuators tell those
+    notes = [PlotNote(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"]) for e in lines]
     stamp = stamp_of(place)
-    about = dict(stamp.pairs())
-    content, notes = render_picture(svg, wide, high, target.suffix.casefold(), title_of(stamp), about)
+    title, about, left_out = title_of(stamp), dict(stamp.pairs()), told["more_curves"]
+    more = texts(stamp.language).get("plots.more", n=left_out) if left_out else ""
+    svg, wide, high = draw_plots(
+        title, curves, notes, float(told["seconds"]), foot=stamp.line(), more=more, about=about,
+        language=stamp.language,
+    )  # fmt: skip
+    content, warnings = render_picture(svg, wide, high, target.suffix.casefold(), title, about)
     write_atomically(target, content)
-    return notes
+    return warnings
 
 
 EXPORTS = (
@@ -149,42 +166,6 @@ EXPORTS = (
         links={".pdf": N_("its numbers over time"), ".svg": N_("the same, to be edited")}, picture=True,
     ),
 )  # fmt: skip
-
-
-_LANES = {
-    "say": "said", "person": "heard", "sound": "said", "press": "button", "button": "button", "mark": "mark",
-    "error": "error", "note": "note", "clamp": "note",
-}  # fmt: skip
-
-
-def draw_run_plots(place: Path, only: Collection[str] = ()) -> tuple[str, float, float]:
-    """Draw the numbers of a run over time, as SVG; return it with its width and height in points.
-
-    Args:
-        place: the run's folder.
-        only: these streams; all when empty.
-
-    Raises:
-        UnreadableFile: when it is no trace.
-        SheetsError: there are no numbers to plot.
-    """
-    told = build_timeline(place, only)
-    curves = [Curve(c["name"], c["kind"], c["unit"], [(t, v) for t, v in c["points"]], c["count"])
-              for c in told["curves"]]  # fmt: skip
-    if not curves:
-        raise _nothing(place, only)
-    notes = [
-        PlotNote(e["t"], e["until"], _LANES.get(e["kind"], "by_hand"), e["text"])
-        for e in told["lines"]
-        if e["kind"] != "command"
-    ]  # the curves of the actuators tell those
-    stamp = stamp_of(place)
-    left_out = told["more_curves"]
-    more = texts(stamp.language).get("plots.more", n=left_out) if left_out else ""
-    return draw_plots(
-        title_of(stamp), curves, notes, float(told["seconds"]), foot=stamp.line(), more=more,
-        about=dict(stamp.pairs()), language=stamp.language,
-    )  # fmt: skip
 
 
 def _nothing(place: Path, only: Collection[str]) -> SheetsError:
@@ -208,14 +189,11 @@ _MOST_STREAMS = 5_000
 
 
 @dataclass
-class Seen:
-    """Number of values of a stream, and the times of the first and the last (s)."""
-
+class _Seen:
     name: str
     kind: str
     count: int = 0
-    first: float | None = None
-    last: float | None = None
+    first: float | None = None  # time of the first value (s)
 
 
 def pair(first: Path, second: Path) -> dict[str, Any]:
@@ -224,57 +202,44 @@ def pair(first: Path, second: Path) -> dict[str, Any]:
     Raises:
         UnreadableFile: when one of them is no record of a run.
     """
-    left, right = streams_of(first), streams_of(second)
-    names = list(dict.fromkeys([*left, *right]))
-    return {"streams": [_both(left.get(n), right.get(n)) for n in names], "svg": _overlaid(first, second)}
+    left, right = _streams_of(first), _streams_of(second)
+    streams = []
+    for k in dict.fromkeys([*left, *right]):
+        known, both = left.get(k) or right[k], (left.get(k), right.get(k))
+        counts, firsts = [s.count if s else None for s in both], [s.first if s else None for s in both]
+        streams.append({"name": known.name, "kind": known.kind, "counts": counts, "firsts": firsts})
+    return {"streams": streams, "svg": _overlaid(first, second)}
 
 
-def streams_of(place: Path) -> dict[str, Seen]:
+def _streams_of(place: Path) -> dict[str, _Seen]:
     """Return the streams of a run by key, in the order of its record; errors of a row are one more, `row: error`."""
     reader = TraceReader(place)
     streams = [(text_of(stream.name), stream.kind) for stream in reader.header.streams]
-    found = {key(name): Seen(name, kind) for name, kind in streams}
+    found = {key(name): _Seen(name, kind) for name, kind in streams}
     for event in reader:
-        _note(found, event)
+        if isinstance(event, RecordedFailure):
+            name, kind = f"{text_of(event.row)}: error", event.kind
+        elif isinstance(event, RecordedValue):
+            name, kind = text_of(event.stream), "stream"
+        else:
+            continue
+        seen = found.get(key(name))
+        if seen is None and len(found) < _MOST_STREAMS:
+            seen = found[key(name)] = _Seen(name, kind)
+        if seen is not None:
+            seen.count += 1
+            seen.first = event.t if seen.first is None else seen.first
     return found
-
-
-def _note(found: dict[str, Seen], event: RecordedEvent) -> None:
-    if isinstance(event, RecordedFailure):
-        name, kind = f"{text_of(event.row)}: error", event.kind
-    elif isinstance(event, RecordedValue):
-        name, kind = text_of(event.stream), "stream"
-    else:
-        return
-    seen = found.get(key(name))
-    if seen is None:
-        if len(found) >= _MOST_STREAMS:
-            return
-        seen = found[key(name)] = Seen(name, kind)
-    seen.count += 1
-    seen.last = event.t
-    if seen.first is None:
-        seen.first = event.t
-
-
-def _both(left: Seen | None, right: Seen | None) -> dict[str, Any]:
-    known = left or right
-    assert known is not None
-    return {
-        "name": known.name, "kind": known.kind,
-        "counts": [s.count if s else None for s in (left, right)],
-        "firsts": [s.first if s else None for s in (left, right)],
-    }  # fmt: skip
 
 
 def _overlaid(first: Path, second: Path) -> str:
     """Draw the numbers of both runs over each other; those that both have come first."""
     told = [build_timeline(first), build_timeline(second)]
-    curves = [{key(c["name"]): c for c in one["curves"]} for one in told]
-    names = sorted(dict.fromkeys([*curves[0], *curves[1]]), key=lambda n: (n not in curves[0]) + (n not in curves[1]))
+    left, right = ({key(c["name"]): c for c in one["curves"]} for one in told)
+    names = sorted(dict.fromkeys([*left, *right]), key=lambda name: (name not in left) + (name not in right))
     if not names:
         return ""
-    drawn = [_curve(curves[0].get(name), curves[1].get(name)) for name in names]
+    drawn = [_curve(left.get(name), right.get(name)) for name in names]
     stamps = [stamp_of(first), stamp_of(second)]
     foot = "\n".join(stamp.line() for stamp in stamps)
     seconds = max(float(one["seconds"]) for one in told)
@@ -284,11 +249,7 @@ def _overlaid(first: Path, second: Path) -> str:
     return draw_plots(say.get("plots.both"), drawn, [], seconds, foot=foot, legend=legend, language=language)[0]
 
 
-def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None) -> Curve:
+def _curve(left: dict[str, Any] | None, right: dict[str, Any] | None = None) -> Curve:
     known: Any = left or right
-    count = left["count"] if left else 0
-    return Curve(known["name"], known["kind"], known["unit"], _points(left), count, _points(right))
-
-
-def _points(curve: dict[str, Any] | None) -> Sequence[tuple[float, float]]:
-    return [(t, v) for t, v in curve["points"]] if curve else []
+    points, others = ([(t, v) for t, v in c["points"]] if c else [] for c in (left, right))
+    return Curve(known["name"], known["kind"], known["unit"], points, left["count"] if left else 0, others)

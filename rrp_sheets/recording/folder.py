@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -18,7 +18,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.private import private_folder
 from rrp_sheets.recording.metadata import stamp_of
-from rrp_sheets.render.output import gif_with, png_with, svg_with, words_of
+from rrp_sheets.render.output import draw, gif_with, png_with, svg_with, words_of
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.media_files import BadSoundError, check_sound
 from rrp_sheets.robots.own_robot import FOLDER, files_of
@@ -49,7 +49,7 @@ _RECORDED = re.compile(rf"({'|'.join(_HEARD)})-\d+\.wav")
 
 
 class RunFolder:
-    """A run's folder; `path` is where it will be, :meth:`make` makes it."""
+    """A run's folder; `path` is where it will be, `make` makes it."""
 
     def __init__(self, reading: Reading, out: Path | None, home: Path | None = None) -> None:
         self.reading = reading
@@ -59,9 +59,8 @@ class RunFolder:
         self._was_there = self.path.exists()
         self._held: int | None = None
         if (self.path / TRACE).exists():
-            raise SheetsError(
-                N_("There is a run in “{path}” already.", path=self.path), N_("Name another folder with --out.")
-            )
+            message = N_("There is a run in “{path}” already.", path=self.path)
+            raise SheetsError(message, N_("Name another folder with --out."))
 
     def make(self) -> None:
         """Make the folder; raise SheetsError when that cannot be done."""
@@ -104,7 +103,10 @@ class RunFolder:
             for name in ("robot.toml", "gestures.toml"):
                 if (checked.robot.folder / name).is_file():  # a robot need not have gestures
                     shutil.copyfile(checked.robot.folder / name, self.path / name)
-            for name, source in (*material(checked)[0].items(), *own_catalogue(checked)):  # so that it can be replayed
+            needed = material(checked)[0]  # so that it can be replayed
+            if checked.robot.folder != bundled("robots") / checked.robot.name:  # it came with the workbook
+                needed |= {f"{FOLDER}/{checked.robot.name}/{path.name}": path for path in files_of(checked.robot)}
+            for name, source in needed.items():
                 if name not in _WHAT and not _RECORDED.fullmatch(name):  # what is recorded has these names
                     (self.path / name).parent.mkdir(parents=True, exist_ok=True)
                     shutil.copyfile(source, self.path / name)
@@ -113,7 +115,7 @@ class RunFolder:
             raise SheetsError(message, N_("Make room, or name another folder with --out.")) from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
-        """Write the table and the diagram (see :func:`finish_folder`), and release the folder."""
+        """Write the table and the diagram (see `finish_folder`), and release the folder."""
         try:
             return finish_folder(self.path, checked)
         finally:
@@ -130,12 +132,17 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
 
     A diagram that cannot be drawn must not take the rest of the run with it.
     """
+    from rrp_sheets.recording.table import write_xlsx
+
     problems: list[str] = []
     with locked(path):  # when its own process has been ended, nobody holds it any more
-        for name, make in ((TABLE, _table), (DIAGRAM, _draw)):
+        for name in (TABLE, DIAGRAM):
             half = path / f".{name}"  # this process may be ended any time
             try:
-                make(path, checked, half)
+                if name == TABLE:
+                    write_xlsx([path / TRACE], half)
+                else:
+                    draw(checked, half)  # `stamp_pictures` says of which run
                 half.replace(path / name)
             except (SheetsError, OSError) as error:
                 half.unlink(missing_ok=True)
@@ -150,10 +157,8 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
 
 def files_in(path: Path) -> dict[str, str]:
     """Return the files of a run's folder, each with its description."""
-    files: dict[str, str] = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
-    for wav in sorted(path.glob("*.wav")):
-        files[wav.name] = describe(wav.name)
-    return files
+    files = {name: what for name, what in _WHAT.items() if (path / name).is_file()}
+    return files | {wav.name: describe(wav.name) for wav in sorted(path.glob("*.wav"))}
 
 
 def describe(name: str) -> str:
@@ -162,37 +167,16 @@ def describe(name: str) -> str:
     >>> describe("film.gif"), describe("say-002.wav")
     ('the robot, filmed', 'what the robot said')
     """
-    recorded = _RECORDED.fullmatch(name)
-    return _WHAT.get(name, _HEARD[recorded[1]] if recorded else N_("a sound of the workbook") if _is_wav(name) else "")
-
-
-def _is_wav(name: str) -> bool:
-    return name.casefold().endswith(".wav")
-
-
-def _table(path: Path, checked: Checked, target: Path) -> None:
-    from rrp_sheets.recording.table import write_xlsx
-
-    write_xlsx([path / TRACE], target)
-
-
-def _draw(path: Path, checked: Checked, target: Path) -> None:
-    from rrp_sheets.render.output import draw
-
-    draw(checked, target)  # `stamp_pictures` says of which run
-
-
-def _strip(data: bytes, about: Mapping[str, str]) -> bytes:
-    return png_with(data, {"Description": words_of(about)})
-
-
-def _diagram(data: bytes, about: Mapping[str, str]) -> bytes:
-    return svg_with(data.decode(), about).encode("utf-8", "replace")
+    if recorded := _RECORDED.fullmatch(name):
+        return _HEARD[recorded[1]]
+    return _WHAT.get(name, N_("a sound of the workbook") if name.casefold().endswith(".wav") else "")
 
 
 _PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
-    FILM: gif_with, STRIP: _strip, DIAGRAM: _diagram,
-}  # fmt: skip
+    FILM: gif_with,
+    STRIP: lambda data, about: png_with(data, {"Description": words_of(about)}),
+    DIAGRAM: lambda data, about: svg_with(data.decode(), about).encode("utf-8", "replace"),
+}
 
 
 def stamp_pictures(place: Path) -> None:
@@ -214,7 +198,7 @@ def stamp_pictures(place: Path) -> None:
                 half.unlink(missing_ok=True)
 
 
-def sounds(checked: Checked) -> list[str]:
+def _sounds(checked: Checked) -> list[str]:
     """Return the names of the sound files that the settings of devices name."""
     names: dict[str, None] = {}
     for device in checked.workbook.devices:
@@ -231,7 +215,7 @@ def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
     files: dict[str, Path] = {}
     lacks: list[str] = []
     folder = folder_of(checked.workbook)
-    for name in sounds(checked):
+    for name in _sounds(checked):
         try:
             check_sound(folder, name)
             files[name] = folder / name
@@ -241,11 +225,3 @@ def material(checked: Checked) -> tuple[dict[str, Path], list[str]]:
         if picture := action.values.get("picture"):
             files[Path(picture).name] = Path(picture)
     return files, lacks
-
-
-def own_catalogue(checked: Checked) -> Iterator[tuple[str, Path]]:
-    """Yield the files of a catalogue that came with the workbook, with their names beside it; none of a bundled one."""
-    robot = checked.robot
-    if robot.folder != bundled("robots") / robot.name:
-        for path in files_of(robot):
-            yield f"{FOLDER}/{robot.name}/{path.name}", path

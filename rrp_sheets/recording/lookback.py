@@ -9,34 +9,37 @@ from __future__ import annotations
 
 import base64
 import json
+import math
 import re
 import zipfile
 from array import array
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from itertools import islice, takewhile
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.checks.check import robot_of, row_examples
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.formulas.operations import is_number
 from rrp_sheets.graph import Graph, StreamKind
 from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import CAMERA, POSES, TRACE, WORKBOOK, RecordedAction, RecordedEvent, RecordedValue
-from rrp_sheets.model.values import Record, RecordType, Value
+from rrp_sheets.model.values import Record, RecordType
 from rrp_sheets.model.workbook import Row
 from rrp_sheets.recording.marbles import value_from_json
+from rrp_sheets.recording.metadata import kept_while_unchanged
 from rrp_sheets.recording.timeline import Log, value_text
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.texts import N_, sentences
-from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook import read
 from rrp_sheets.workbook.package import BROKEN_ZIP
 
 PIECE_SECONDS = 20.0
@@ -87,20 +90,10 @@ class Index:
         """Number of events."""
         return len(self.times)
 
-    def piece_times(self) -> list[float]:
-        """Return the time at which each piece begins."""
-        return [0.0, *(self.times[start] for start in self.starts[1:])]
-
     def piece(self, number: int) -> tuple[range, array[int]]:
         """Return the numbers of a piece's events, and those of the last ones before it."""
         end = self.starts[number + 1] if number + 1 < len(self.starts) else self.count
         return range(self.starts[number], end), self.before[number]
-
-    def read(self, numbers: list[int]) -> Iterator[tuple[int, RecordedEvent]]:
-        """Yield some events, in the order of the file."""
-        numbers = sorted(numbers)
-        events = self.reader.events_at(self.at[number] for number in numbers)
-        yield from ((number, event) for number, event in zip(numbers, events, strict=True) if event is not None)
 
 
 def index_trace(place: Path) -> Index:
@@ -114,6 +107,9 @@ def index_trace(place: Path) -> Index:
     found = Index(reader, {text_of(stream.name): stream.kind for stream in streams})
     _Indexer(found, Log(place, reader.header)).index()
     return found
+
+
+_index = kept_while_unchanged(index_trace, TRACE, 2)
 
 
 class _Indexer:
@@ -146,7 +142,8 @@ class _Indexer:
     def _series(self, stream: bytes | str, row: bytes | str) -> int:
         known = self._numbers.get((stream, row))
         if known is None:
-            names = Series(_decoded(stream), _decoded(row))
+            given = (n.decode("utf-8", "replace") if isinstance(n, bytes) else n for n in (stream, row))
+            names = Series(*map(text_of, given))
             known = self._numbers[stream, row] = self._named.setdefault(names, len(self._named))
             if known >= _MOST_SERIES:
                 raise self._index.reader.damaged()
@@ -196,10 +193,6 @@ class _Indexer:
             self._index.switches.append((event.t, text_of(detail.get("behaviour")), bool(detail.get("on"))))
 
 
-def _decoded(name: bytes | str) -> str:
-    return text_of(name.decode("utf-8", "replace") if isinstance(name, bytes) else name)
-
-
 POSE_PIECE_SECONDS = 30.0
 _FULL = b'"full":true'
 _MOST_LINES = 2_000_000
@@ -222,18 +215,11 @@ class PoseIndex:
 
     def piece(self, number: int) -> list[dict[str, Any]]:
         """Return the poses of a piece, each with what has changed since the one before."""
-        end = self.places[number + 1] if number + 1 < len(self.places) else None
-        found = []
+        end = self.places[number + 1] if number + 1 < len(self.places) else math.inf
         with self.path.open("rb") as file:
             file.seek(self.places[number])
-            while end is None or file.tell() < end:
-                line = file.readline(_LONGEST_LINE)
-                if not line.endswith(b"\n"):
-                    break
-                pose = _pose(line)
-                if pose is not None:
-                    found.append(pose)
-        return found
+            lines = takewhile(lambda _: file.tell() <= end, _whole_lines(file))
+            return [pose for line in lines if (pose := _pose(line)) is not None]
 
 
 def index_poses(place: Path) -> PoseIndex:
@@ -243,10 +229,7 @@ def index_poses(place: Path) -> PoseIndex:
         return found
     at = 0
     with found.path.open("rb") as file:
-        for _ in range(_MOST_LINES):
-            line = file.readline(_LONGEST_LINE)
-            if not line.endswith(b"\n"):
-                break
+        for line in islice(_whole_lines(file), _MOST_LINES):
             if _FULL in line and (pose := _pose(line)) is not None:
                 t = pose["t"]
                 if not found.times or t - found.times[-1] >= POSE_PIECE_SECONDS:
@@ -254,6 +237,14 @@ def index_poses(place: Path) -> PoseIndex:
                     found.places.append(at)
             at += len(line)
     return found
+
+
+def _whole_lines(file: BinaryIO) -> Iterator[bytes]:
+    while (line := file.readline(_LONGEST_LINE)).endswith(b"\n"):
+        yield line
+
+
+_poses = kept_while_unchanged(index_poses, POSES, 2)
 
 
 def _pose(line: bytes) -> dict[str, Any] | None:
@@ -340,8 +331,6 @@ def _picture_names(place: Path) -> list[str]:
     return sorted(names)[:_MOST_PICTURES]
 
 
-Stamp = tuple[int, int]
-_LOST = SheetsError(N_("There is no such part of the run."), N_("Reload the page: the record has perhaps changed."))
 _MOST_CHECKED = 1_500  # rows of a workbook whose units are looked for
 _MOST_SHOWN = 2_000  # rows of a sheet
 _LONGEST = 2_000  # letters of a cell
@@ -363,99 +352,45 @@ def answer(place: Path, what: str, number: int = 0) -> str:
         UnreadableFile: it is no trace.
         SheetsError: there is no such part.
     """
-    return _ANSWERS[what](place, number)
-
-
-def _sheets(place: Path, _: int) -> str:
-    book = _book(place)
-    return _json({"sheets": sheets(book), "why": book.why})
-
-
-def _overview(place: Path, _: int) -> str:
-    index, poses = _index(place), _poses(place)
-    kinds = {**{s.stream: "stream" for s in index.series if s.stream}, **index.kinds}
-    names = names_of(kinds)
-    return _json({
-        "seconds": index.seconds, "count": index.count, "pieces": index.piece_times(),
-        "series": [[s.row, names.get(s.stream, ""), kinds.get(s.stream, "")] for s in index.series],
-        "moments": [vars(line) for line in index.log], "left_out": index.left_out,
-        "edits": index.edits, "switches": index.switches,
-        "poses": poses.times, "pictures": picture_times(place),
-    })  # fmt: skip
-
-
-def _piece(place: Path, number: int) -> str:
-    index = _index(place)
-    if not 0 <= number < len(index.starts):
-        raise _LOST
-    return _json(piece(index, number, _words(place)))
-
-
-def _pose_piece(place: Path, number: int) -> str:
-    poses = _poses(place)
-    if not 0 <= number < len(poses.times):
-        raise _LOST
-    return _json(poses.piece(number))
-
-
-def _diagram(place: Path, number: int) -> str:
-    return drawing(_book(place), number)
-
-
-def _picture(place: Path, number: int) -> str:
-    return base64.b64encode(picture(place, number)).decode("ascii")
-
-
-_ANSWERS: dict[str, Callable[[Path, int], str]] = {
-    "sheets": _sheets, "overview": _overview, "piece": _piece, "poses": _pose_piece, "diagram": _diagram,
-    "picture": _picture,
-}  # fmt: skip
-
-
-def _json(data: Any) -> str:
-    text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    if what == "diagram":
+        return drawing(_book(place), number)
+    if what == "picture":
+        return base64.b64encode(picture(place, number)).decode("ascii")
+    text = json.dumps(_part(place, what, number), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c")  # as markup it would mean nothing, wherever it came to stand
 
 
-# ---- kept while the files are the same
-def _index(place: Path) -> Index:
-    return _known_index(place, _stamp(place / TRACE))
+def _part(place: Path, what: str, number: int) -> Any:
+    match what:
+        case "sheets":
+            book = _book(place)
+            return {"sheets": sheets(book), "why": book.why}
+        case "overview":
+            return _overview(place)
+        case "piece":
+            index = _index(place)
+            if 0 <= number < len(index.starts):
+                book = _book(place)
+                return piece(index, number, ValueFormatter(book.robot, book.units))
+        case "poses":
+            poses = _poses(place)
+            if 0 <= number < len(poses.times):
+                return poses.piece(number)
+    raise SheetsError(N_("There is no such part of the run."), N_("Reload the page: the record has perhaps changed."))
 
 
-def _poses(place: Path) -> PoseIndex:
-    return _known_poses(place, _stamp(place / POSES))
-
-
-def _book(place: Path) -> RecordedWorkbook:
-    return _known_book(place, _stamp(place / WORKBOOK))
-
-
-def _words(place: Path) -> ValueFormatter:
-    book = _book(place)
-    return ValueFormatter(book.robot, book.units)
-
-
-def _stamp(path: Path) -> Stamp:
-    try:
-        about = path.stat()
-    except FileNotFoundError:
-        return (0, 0)
-    return about.st_mtime_ns, about.st_size
-
-
-@lru_cache(maxsize=2)
-def _known_index(place: Path, stamp: Stamp) -> Index:
-    return index_trace(place)
-
-
-@lru_cache(maxsize=2)
-def _known_poses(place: Path, stamp: Stamp) -> PoseIndex:
-    return index_poses(place)
-
-
-@lru_cache(maxsize=4)
-def _known_book(place: Path, stamp: Stamp) -> RecordedWorkbook:
-    return read_book(place)
+def _overview(place: Path) -> dict[str, Any]:
+    index = _index(place)
+    kinds = {**{s.stream: "stream" for s in index.series if s.stream}, **index.kinds}
+    names = names_of(kinds)
+    return {
+        "seconds": index.seconds, "count": index.count,
+        "pieces": [0.0, *(index.times[start] for start in index.starts[1:])],  # when each begins
+        "series": [[s.row, names.get(s.stream, ""), kinds.get(s.stream, "")] for s in index.series],
+        "moments": [vars(line) for line in index.log], "left_out": index.left_out,
+        "edits": index.edits, "switches": index.switches,
+        "poses": _poses(place).times, "pictures": picture_times(place),
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -479,30 +414,27 @@ def read_book(place: Path) -> RecordedWorkbook:
         reading = read(place / WORKBOOK)
     except SheetsError as error:
         return RecordedWorkbook(load_robot(), None, {}, sentences(error.message, error.remedy))
-    robot = robot_of(reading.workbook, Report())
     if sum(len(b.rows) for b in reading.workbook.behaviours) > _MOST_CHECKED:
+        robot = robot_of(reading.workbook, Report())
         return RecordedWorkbook(robot, build_graph(reading.workbook, robot, connectors(), Report()), {})
-    return _checked(reading)
-
-
-def _checked(reading: Reading) -> RecordedWorkbook:
     checked = check_workbook(reading.workbook, reading.report, lints=False)
-    numbers = {
-        ref: fact.known.unit
-        for ref, fact in row_examples(checked).items()
-        if isinstance(fact.example, (int, float)) and not isinstance(fact.example, bool)
-    }
-    return RecordedWorkbook(checked.robot, checked.graph, numbers)
+    units = {ref: fact.known.unit for ref, fact in row_examples(checked).items() if is_number(fact.example)}
+    return RecordedWorkbook(checked.robot, checked.graph, units)
+
+
+_book = kept_while_unchanged(read_book, WORKBOOK, 4)
 
 
 def sheets(book: RecordedWorkbook) -> list[dict[str, Any]]:
     """Return the behaviours as JSON: name, rows, and the kinds of names in them (sensor, stream, actuator, done)."""
     if book.graph is None:
         return []
+    named = [s for s in book.graph.streams.values() if s.kind is not StreamKind.ANONYMOUS]
     return [
         {
             "name": b.name, "rows": [_row(s.row) for s in b.steps[:_MOST_SHOWN]],
-            "left_out": max(0, len(b.steps) - _MOST_SHOWN), "kinds": _kinds(book.graph, b.key),
+            "left_out": max(0, len(b.steps) - _MOST_SHOWN),
+            "kinds": {key(s.name): s.kind.value for s in named if s.id.startswith(f"{b.key}!") or "!" not in s.id},
         }
         for b in book.graph.behaviours
     ]  # fmt: skip
@@ -512,15 +444,6 @@ def _row(row: Row) -> list[Any]:
     """Return a row's number, whether it is on, and the texts of its cells."""
     cells = (row.inputs_cell.text, row.connector.text, row.formula.text, row.output.text, row.notes)
     return [row.number, row.on, *(text[:_LONGEST] for text in cells)]
-
-
-def _kinds(graph: Graph, behaviour: str) -> dict[str, str]:
-    own = f"{behaviour}!"
-    return {
-        key(s.name): s.kind.value
-        for s in graph.streams.values()
-        if s.kind is not StreamKind.ANONYMOUS and (s.id.startswith(own) or "!" not in s.id)
-    }
 
 
 def drawing(book: RecordedWorkbook, number: int) -> str:
@@ -538,9 +461,8 @@ def drawing(book: RecordedWorkbook, number: int) -> str:
     if any(i not in book.graph.streams for s in behaviour.steps for i in (*s.inputs, s.output)):
         return ""
     if len(behaviour.steps) > MOST_ROWS:
-        raise SheetsError(
-            N_("“{name}” is too long to be drawn: more than {most} rows.", name=behaviour.name, most=MOST_ROWS), ""
-        )
+        message = N_("“{name}” is too long to be drawn: more than {most} rows.", name=behaviour.name, most=MOST_ROWS)
+        raise SheetsError(message)
     drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS)
     return drawn[0].svg if drawn else ""
 
@@ -551,12 +473,9 @@ def names_of(kinds: Mapping[str, str]) -> dict[str, str]:
     >>> names_of({"Red ball": "sensor", "A!Far": "stream", "B!Near": "stream", "C!Near": "stream", "A!#4": "anonymous"})
     {'Red ball': 'Red ball', 'A!Far': 'Far', 'B!Near': 'B!Near', 'C!Near': 'C!Near', 'A!#4': 'A!#4'}
     """
-    plain = Counter(label.partition("!")[2] or label for label in kinds)
-    found = {}
-    for label in kinds:
-        _, _, name = label.partition("!")
-        found[label] = name if name and name[0] != "#" and plain[name] == 1 else label
-    return found
+    names = {label: label.partition("!")[2] for label in kinds}
+    count = Counter(name or label for label, name in names.items())
+    return {label: name if name and name[0] != "#" and count[name] == 1 else label for label, name in names.items()}
 
 
 class ValueFormatter:
@@ -569,25 +488,19 @@ class ValueFormatter:
 
     def __init__(self, robot: Robot, units: Mapping[str, str]) -> None:
         self._units = units
-        self._types: dict[tuple[str, ...], RecordType] = {_fields(DONE): DONE}
-        for device in robot.devices.values():
-            if device.payload is not None:
-                self._types.setdefault(_fields(device.payload), device.payload)
+        self._types: dict[tuple[str, ...], RecordType] = {}  # by the names of their fields
+        for kind in (DONE, *(device.payload for device in robot.devices.values())):
+            if kind is not None:
+                self._types.setdefault(tuple(f.name for f in kind.fields), kind)
 
     def told(self, stream: str, row: str, value: Any) -> str:
         """Return a text for a value of a row, or of a sensor (then without a row)."""
-        return value_text(self._value(stream, value), self._units.get(row, ""))
-
-    def _value(self, stream: str, value: Any) -> Value:
-        """Decode a value; the type of a record is found by its fields, as the trace does not name it."""
-        kind = self._types.get(tuple(value)) if isinstance(value, dict) else None
+        kind = self._types.get(tuple(value)) if isinstance(value, dict) else None  # which the trace does not name
         if kind is None:
-            return value_from_json(stream, value)
-        return Record(kind, {key(n): value_from_json(stream, v) for n, v in value.items()})
-
-
-def _fields(kind: RecordType) -> tuple[str, ...]:
-    return tuple(f.name for f in kind.fields)
+            decoded = value_from_json(stream, value)
+        else:
+            decoded = Record(kind, {key(n): value_from_json(stream, v) for n, v in value.items()})
+        return value_text(decoded, self._units.get(row, ""))
 
 
 def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
@@ -595,28 +508,26 @@ def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
     numbers, before = index.piece(number)
     series: dict[int, dict[str, list[Any]]] = {}
     table: dict[str, int] = {}
-    wanted = [n for n in before if n >= 0] + list(numbers)
-    for place, event in index.read(wanted):
+    wanted = sorted([n for n in before if n >= 0] + list(numbers))
+    events = index.reader.events_at(index.at[n] for n in wanted)
+    for place, event in zip(wanted, events, strict=True):
+        if event is None:
+            continue
         of = index.of[place]
         told_series = series.setdefault(of, {"t": [], "v": []})
-        text = _text(index, of, event, words)
+        seen = None
+        if not isinstance(event, RecordedValue):
+            text = event.text[:_LONGEST_ERROR]
+        else:
+            text = words.told(index.series[of].stream, index.series[of].row, event.value)
+            seen = None if event.row else _seen(event.value)  # what a sensor gave, no command
         told_series["t"].append(index.times[place])
         told_series["v"].append(table.setdefault(text, len(table)))
-        seen = None
-        if isinstance(event, RecordedValue) and not event.row:  # what a sensor gave, no command
-            seen = _seen(event.value)
         if seen is not None:
             told_series.setdefault("s", [None] * (len(told_series["t"]) - 1)).append(seen)
         elif "s" in told_series:
             told_series["s"].append(None)
     return {"words": list(table), "series": series}
-
-
-def _text(index: Index, of: int, event: RecordedEvent, words: ValueFormatter) -> str:
-    if not isinstance(event, RecordedValue):
-        return event.text[:_LONGEST_ERROR]
-    named = index.series[of]
-    return words.told(named.stream, named.row, event.value)
 
 
 def _seen(value: Any) -> list[Any] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -17,7 +17,7 @@ from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TRACE, WORKBOOK, RecordedAction, RecordedEvent, RecordedValue, Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
-from rrp_sheets.recording.metadata import stamp_of
+from rrp_sheets.recording.metadata import kept_while_unchanged, stamp_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram, make_score
 from rrp_sheets.render.marble_drawing import draw_marbles
@@ -144,22 +144,25 @@ def _kind(name: str, names: tuple[str, ...]) -> tuple[RecordType, tuple[tuple[st
     return RecordType(name, tuple(Field(n) for n in names)), tuple((n, key(n)) for n in names)
 
 
-def marbles(
-    place: Path, behaviour: str, rows: Sequence[int], window: tuple[float | None, float | None], spread: bool
-) -> dict[str, Any]:
+_scores = kept_while_unchanged(trace_scores, TRACE, 2)
+Window = tuple[float | None, float | None]
+"""Seconds; None: from the begin, to the end."""
+
+
+def marbles(place: Path, behaviour: str, rows: Sequence[int], window: Window, spread: bool) -> dict[str, Any]:
     """Draw the streams of a behaviour as marble diagrams.
 
     Args:
         place: the run's folder.
         behaviour: its name; blank: the first.
         rows: only these, with their inputs; all when empty.
-        window: seconds; None: from the begin, to the end.
+        window: the time that is shown.
         spread: whether a busy time is drawn in several strips instead of one.
 
     Returns:
         As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
     """
-    scores = _read(place)
+    scores = _scores(place)
     names = [s.title for s in scores]
     score = next((s for s in scores if s.title == behaviour), scores[0] if scores else None)
     if score is None:
@@ -175,49 +178,26 @@ def marbles(
 
 
 def write_run_marbles(
-    place: Path, behaviour: str, rows: Sequence[int], window: tuple[float | None, float | None], target: Path
-) -> list[str]:
+    place: Path, behaviour: str, rows: Sequence[int], window: Window, target: Path
+) -> list[str]:  # fmt: skip
     """Write the diagram of a behaviour, stamped, in the format of the suffix; return what it lacks, in words.
 
     Raises:
         SheetsError: nothing came then, or it cannot be drawn.
     """
-    score = next((s for s in _read(place) if behaviour in ("", s.title)), None)
+    score = next((s for s in _scores(place) if behaviour in ("", s.title)), None)
     shown = None if score is None else _shown(score, rows, window)
     return write_marbles(stamped([] if shown is None else [shown], stamp_of(place)), target)
 
 
-def _read(place: Path) -> list[MarbleDiagram]:
-    about = (place / TRACE).stat()
-    return _scores(place, (about.st_mtime_ns, about.st_size))
-
-
-def _shown(
-    score: MarbleDiagram, rows: Sequence[int], window: tuple[float | None, float | None]
-) -> MarbleDiagram | None:
+def _shown(score: MarbleDiagram, rows: Sequence[int], window: Window) -> MarbleDiagram | None:
     """Reduce a diagram to some rows and some time; return None when there is no such time."""
     first, last = window
-    shown = score.only(_lanes(score, set(rows))) if rows else score
-    if rows:
-        groups = (replace(g, bars=tuple(b for b in g.bars if b.row in rows)) for g in shown.groups)
-        shown = replace(shown, groups=tuple(groups))
     begin = 0 if first is None else round(first * 1e6)
     end = score.last_us if last is None else min(round(last * 1e6), score.last_us)
-    return shown.between(begin, end) if begin < end else None
-
-
-@lru_cache(maxsize=2)
-def _scores(place: Path, stamp: tuple[int, int]) -> list[MarbleDiagram]:
-    return trace_scores(place)
-
-
-def _lanes(score: MarbleDiagram, rows: Collection[int]) -> set[str]:
-    """Return the streams that some rows give, those that they take in, and what was done by hand meanwhile."""
-    found = {"by hand"}
-    sources: set[str] = set()
-    for group in score.groups:
-        for bar in group.bars:
-            if bar.row in rows:
-                found.add(group.lane.id)
-                sources.update(bar.sources)
-    return found | sources
+    if rows:  # with the streams that they give and take in, and what was done by hand meanwhile
+        bars = [(group.lane.id, bar) for group in score.groups for bar in group.bars if bar.row in rows]
+        lanes = {"by hand", *(lane for lane, _ in bars), *(source for _, bar in bars for source in bar.sources)}
+        groups = (replace(g, bars=tuple(b for b in g.bars if b.row in rows)) for g in score.only(lanes).groups)
+        score = replace(score, groups=tuple(groups))
+    return score.between(begin, end) if begin < end else None

@@ -10,11 +10,12 @@ import math
 import os
 import stat
 import time
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
@@ -22,6 +23,7 @@ from rrp_sheets.model.run_files import RUNS, TRACE, Stamp
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
 from rrp_sheets.texts import N_, known_language
 
+T = TypeVar("T")
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 
 
@@ -32,9 +34,8 @@ class RunMetadata:
     Attributes:
         run: the name of its folder.
         began: wall clock at time 0; None when it is not known.
-        workbook: the file that ran.
+        workbook: the file that ran; `digest` is its own.
         language: of pictures and accounts that are made of its record.
-        digest: of that file.
         seconds: how long it was, on its own clock.
         ended: `time`, `stopped`, `end run`, `broken`, `going`, `cut` (its record has no end), `unreadable`.
         ended_by: the row or the person that ended it, where there is one.
@@ -73,13 +74,11 @@ class RunMetadata:
 
 def run_names(folder: Path) -> list[str]:
     """Return the names of the runs' folders beside the workbooks of a folder, from the last name to the first."""
-    place = folder / RUNS
     try:
-        with os.scandir(place) as found:
-            names = [e.name for e in found if e.is_dir(follow_symlinks=False) and e.name[0] != "."]
+        with os.scandir(folder / RUNS) as found:
+            return sorted((e.name for e in found if e.is_dir(follow_symlinks=False) and e.name[0] != "."), reverse=True)
     except OSError:
         return []
-    return sorted(names, reverse=True)
 
 
 def newest_first(runs: Iterable[RunMetadata]) -> list[RunMetadata]:
@@ -130,6 +129,20 @@ def facts_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
     )  # fmt: skip
 
 
+def kept_while_unchanged(make: Callable[[Path], T], file: str, most: int) -> Callable[[Path], T]:
+    """Return a function of a run's folder that keeps its newest results while this file in the folder is the same."""
+    kept = lru_cache(maxsize=most)(lambda place, _state: make(place))
+
+    def result(place: Path) -> T:
+        try:
+            about = (place / file).stat()
+        except FileNotFoundError:
+            return kept(place, None)
+        return kept(place, (about.st_mtime_ns, about.st_size))
+
+    return result
+
+
 def _when(value: Any) -> datetime | None:
     try:
         return datetime.fromisoformat(value).astimezone()
@@ -138,18 +151,13 @@ def _when(value: Any) -> datetime | None:
 
 
 def _counts(value: Any) -> dict[str, int]:
-    if not isinstance(value, dict):
-        return {}
-    return {text_of(k): v for k, v in value.items() if isinstance(v, int) and not isinstance(v, bool)}
+    given = value if isinstance(value, dict) else {}
+    return {text_of(k): v for k, v in given.items() if isinstance(v, int) and not isinstance(v, bool)}
 
 
 def stamp_of(place: Path) -> Stamp:
     """Return the stamp of a run's folder; what its record does not say is blank. Never raise."""
-    return stamp_of_facts(facts_of(place))
-
-
-def stamp_of_facts(facts: RunMetadata) -> Stamp:
-    """Return the stamp of a run whose facts are known already."""
+    facts = facts_of(place)
     return Stamp(
         workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,
         participant=facts.participant, condition=facts.condition, operator=facts.operator,
@@ -158,7 +166,6 @@ def stamp_of_facts(facts: RunMetadata) -> Stamp:
     )  # fmt: skip
 
 
-_LIBRARIES = "node_modules"
 _MOST_FOLDERS = 50_000
 _MOST_SECONDS = 10.0
 
@@ -170,19 +177,14 @@ def runs_place(folder: Path) -> Path:
         SheetsError: there is no such folder, or its `runs` leads elsewhere.
     """
     if not folder.is_dir():
-        raise SheetsError(
-            N_("There is no folder “{folder}”.", folder=folder), N_("Name the folder with the workbooks.")
-        )
+        remedy = N_("Name the folder with the workbooks.")
+        raise SheetsError(N_("There is no folder “{folder}”.", folder=folder), remedy)
     inside = folder / RUNS
-    if inside.is_dir():
-        if not inside.resolve().is_relative_to(folder.resolve()):
-            raise SheetsError(
-                N_("“{path}” leads to another folder.", path=inside),
-                N_("Name that folder itself: {path}", path=inside.resolve()),
-            )
-        return inside
-    if folder.resolve().name == RUNS:
-        return folder
+    if not inside.is_dir():
+        return folder if folder.resolve().name == RUNS else inside
+    if not inside.resolve().is_relative_to(folder.resolve()):
+        remedy = N_("Name that folder itself: {path}", path=inside.resolve())
+        raise SheetsError(N_("“{path}” leads to another folder.", path=inside), remedy)
     return inside
 
 
@@ -219,7 +221,7 @@ def as_dict(facts: RunMetadata) -> dict[str, Any]:
 
 def is_software(root: str, name: str) -> bool:
     """Return whether a folder holds installed software, which would take long to search and has nothing of ours."""
-    return name == _LIBRARIES or Path(root, name, "pyvenv.cfg").is_file()
+    return name == "node_modules" or Path(root, name, "pyvenv.cfg").is_file()
 
 
 def folders_below(folder: Path) -> tuple[list[Path], bool]:

@@ -68,12 +68,9 @@ def write_xlsx(traces: Sequence[Path], target: Path) -> None:
         UnreadableFile: when one of them is no trace.
     """
     table = tidy_table(traces)
-    one = len(traces) == 1
-    more = [about_runs(table.stamps), _streams(table, one)]
-    write_table(
-        target, "run" if one else "runs", table.header, table.rows, table.widths, more, properties_of(table.stamps),
-        table.count,
-    )  # fmt: skip
+    more, properties = [about_runs(table.stamps), _streams(table)], properties_of(table.stamps)
+    name = "run" if len(traces) == 1 else "runs"
+    write_table(target, name, table.header, table.rows, table.widths, more, properties, table.count)
 
 
 def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
@@ -86,13 +83,13 @@ def about_runs(stamps: Sequence[Stamp]) -> MoreSheet:
     return MoreSheet("About these runs", Stamp.columns(), [list(s.row().values()) for s in stamps], _RUN_WIDTHS)
 
 
-def _streams(table: Tidy, one: bool) -> MoreSheet:
+def _streams(table: Tidy) -> MoreSheet:
     """Make the sheet of the streams and the units of their fields: the key to the columns."""
-    header, widths = ["stream", "kind", "device", "units"], [28.0, 12.0, 20.0, 60.0]
-    rows: list[list[Any]] = []
-    for stamp, streams in zip(table.stamps, table.streams, strict=True):
-        rows += [[*([] if one else [stamp.run]), *stream] for stream in streams]
-    return MoreSheet("Streams", header if one else ["run", *header], rows, widths if one else [28.0, *widths])
+    header, widths = ["run", "stream", "kind", "device", "units"], [28.0, 28.0, 12.0, 20.0, 60.0]
+    runs = zip(table.stamps, table.streams, strict=True)
+    rows = [[stamp.run, *stream] for stamp, streams in runs for stream in streams]
+    first = 1 if len(table.stamps) == 1 else 0  # of one run, its name is left out
+    return MoreSheet("Streams", header[first:], [row[first:] for row in rows], widths[first:])
 
 
 def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
@@ -170,13 +167,13 @@ _R_WORDS = frozenset(("if", "else", "repeat", "while", "function", "for", "next"
 class _Look:
     """Facts about the columns of a trace, from one pass over it."""
 
-    kinds: dict[str, str] = field(default_factory=dict)
+    kinds: dict[str, str]
+    printing: set[str]  # streams whose commands the trace has twice: as event and as note
+    streams: list[list[str]]
     fields: dict[str, set[str]] = field(default_factory=dict)  # with the units that they have
-    together: set[frozenset[str]] = field(default_factory=set)  # fields of one record that are spelt nearly alike
-    printing: set[str] = field(default_factory=set)  # streams whose commands the trace has twice: as event and as note
+    together: set[str] = field(default_factory=set)  # fields of one record that are spelt nearly alike
     people: bool = False
     count: int = 0
-    streams: list[list[str]] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -244,23 +241,21 @@ def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, in
     for look in looks:
         for name, units in look.fields.items():
             fields.setdefault(name, set()).update(units)
-    apart = {name for look in looks for names in look.together for name in names}
+    apart = {name for look in looks for name in look.together}
     columns: dict[str, int] = {}
     places: dict[str, int] = {}
-    units_of_column: list[set[str]] = []
-    stems: list[str] = []
+    found: list[tuple[str, set[str]]] = []  # the name of each column, and the units of its fields
     for name, units in fields.items():
         stem = snake_case(name)
-        place = len(stems) if name in apart else places.setdefault(stem, len(stems))
-        if place == len(stems):
-            stems.append(stem)
-            units_of_column.append(set())
-        units_of_column[place] |= units
+        place = len(found) if name in apart else places.setdefault(stem, len(found))
+        if place == len(found):
+            found.append((stem, set()))
+        found[place][1].update(units)
         columns[name] = place
     fixed = {name.casefold() for name in taken}
     used = set(fixed)
-    headers = []
-    for stem, units in zip(stems, units_of_column, strict=True):
+    headers: list[str] = []
+    for stem, units in found:
         known = units - {""}  # what rows make has no unit of its own
         name = snake_case(f"{stem} {next(iter(known))}") if len(known) == 1 else stem
         if name in fixed:
@@ -289,22 +284,16 @@ def snake_case(name: str) -> str:
 def _look(reader: TraceReader) -> _Look:
     units = units_of(reader)
     streams = reader.header.streams
-    found = _Look(
-        kinds={s.name: s.kind for s in streams}, printing={s.name for s in streams if s.device == "Print"},
-        streams=[[s.name, s.kind, s.device, _units_told(units.get(s.name, {}))] for s in streams],
-    )  # fmt: skip
+    rows = [[s.name, s.kind, s.device, _units_told(units.get(s.name, {}))] for s in streams]
+    found = _Look({s.name: s.kind for s in streams}, {s.name for s in streams if s.device == "Print"}, rows)
     for event in reader:
         found.count += not _is_twice(event, found)
-        if not isinstance(event, RecordedValue):
-            found.people = found.people or isinstance(event, RecordedAction)
-            continue
-        found.people = found.people or event.by is not None
-        value = event.value
-        if isinstance(value, dict):
+        sent = isinstance(event, RecordedValue) and event.by is not None
+        found.people = found.people or sent or isinstance(event, RecordedAction)
+        if isinstance(event, RecordedValue) and isinstance(value := event.value, dict):
             stems = [snake_case(name) for name in value] if len(value) <= _MOST_FIELDS else []
             if len(set(stems)) < len(stems):
-                alike = (n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
-                found.together.add(frozenset(alike))
+                found.together.update(n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
             known = units.get(event.stream, {})
             for name in value:
                 if len(found.fields) < _MOST_FIELDS or name in found.fields:
@@ -369,8 +358,4 @@ def _rows(
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, (list, dict)):
-        return json.dumps(value, ensure_ascii=False)
-    return value
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, (list, dict)) else value

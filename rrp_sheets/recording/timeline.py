@@ -41,7 +41,7 @@ class TimelineEntry:
     Attributes:
         t: seconds since the run began.
         kind: `say`, `command`, `error`, `mark`, `edit`, …
-        row: whose it is, `Tracking!4`.
+        row: such as `Tracking!4`.
         times: how often it came.
         until: when it came last, or a thing was dragged to its last place.
         sound: the file with what was said.
@@ -77,7 +77,6 @@ def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
     Raises:
         UnreadableFile: when it is no trace.
     """
-    wanted_names = frozenset(key(name) for name in only)
     reader = TraceReader(place)
     log = Log(place, reader.header)
     curves: _Curves = {}
@@ -93,17 +92,13 @@ def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
                 log.value(event)
         else:
             log.add(event)
-    labelled = {_label(stream, name): curve for (stream, name), curve in curves.items()}
-    wanted = {k: c for k, c in labelled.items() if not only or wanted_names & _names_of(k)}
-    shown, more = _chosen(wanted, units_of(reader))
+    labelled = {f"{text_of(s)}.{text_of(n)}" if n else text_of(s): curve for (s, n), curve in curves.items()}
+    wanted = {key(name) for name in only}
+    shown, more = _chosen({k: c for k, c in labelled.items() if not only or wanted & _names_of(k)}, units_of(reader))
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
         "curves": shown, "more_curves": more,
     }  # fmt: skip
-
-
-def _label(stream: str, name: str) -> str:
-    return f"{text_of(stream)}.{text_of(name)}" if name else text_of(stream)
 
 
 def _names_of(curve: str) -> set[str]:
@@ -114,12 +109,6 @@ def _names_of(curve: str) -> set[str]:
     """
     names = {curve, curve.rpartition("!")[2]}
     return {key(n) for name in names for n in (name, name.rpartition(".")[0] or name)}
-
-
-def _sent(event: RecordedValue) -> str:
-    """Describe a value that was sent by hand, with its stream; the text of a record names that itself."""
-    shown = show(value_from_json(event.stream, event.value), _LONGEST_VALUE)
-    return shown if isinstance(event.value, dict) else f"{text_of(event.stream)}: {shown}"
 
 
 class Log:
@@ -144,7 +133,10 @@ class Log:
     def value(self, event: RecordedValue) -> None:
         """Add a value that was sent by hand, or is a command for an actuator; not any other one."""
         if event.by is not None:
-            self.add(RecordedAction(event.us, "", "", "send", _sent(event), event.by, 0.0))
+            text = show(value_from_json(event.stream, event.value), _LONGEST_VALUE)
+            if not isinstance(event.value, dict):  # the text of a record names the stream itself
+                text = f"{text_of(event.stream)}: {text}"
+            self.add(RecordedAction(event.us, "", "", "send", text, event.by, 0.0))
         elif event.stream in self.commanded:
             self._command(event)
 
@@ -172,13 +164,16 @@ class Log:
     def add(self, event: RecordedHappening) -> None:
         """Add something else that happened."""
         t, kind, text = event.t, text_of(event.kind) or "note", text_of(event.text)
-        by = text_of(event.by) if isinstance(event, RecordedAction) else ""
+        by = put = ""  # who did it, and the thing that was put somewhere
+        if isinstance(event, RecordedAction):
+            by = text_of(event.by)
+            if "put" in event.detail and not event.detail.get("appears"):
+                put = text_of(event.detail.get("thing"))
         row = text_of(event.row or event.stream)
         before = self._open.get((row, text)) if kind in ("error", "clamp") else None
         if before is not None:
             before.times, before.until = before.times + 1, t
             return
-        put = _put(event)
         if self._goes_on(t, put, by, text):
             return
         line = TimelineEntry(t, kind, text, row, by, until=t)
@@ -223,13 +218,6 @@ def _triggered() -> frozenset[str]:
     return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
 
 
-def _put(event: RecordedHappening) -> str:
-    """Return the thing that was put somewhere by hand; empty for any other event."""
-    if not isinstance(event, RecordedAction) or "put" not in event.detail or event.detail.get("appears"):
-        return ""
-    return text_of(event.detail.get("thing"))
-
-
 def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
     """Add a value's numbers to the curves; called a million times for a long run, so it is kept simple."""
     parts = value.items() if isinstance(value, dict) else (("", value),)
@@ -269,8 +257,8 @@ def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
     """Return the unit of a stream's plain value, or of a record's field."""
     if curve in units:
         return units[curve].get("", "")
-    stream, _, field = curve.rpartition(".")
-    return units.get(stream, {}).get(key(field), "")
+    stream, _, name = curve.rpartition(".")
+    return units.get(stream, {}).get(key(name), "")
 
 
 def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:

@@ -61,7 +61,6 @@ class TraceLine:
         return text_of(self.fields.get(name))
 
 
-@dataclass(frozen=True)
 class TraceSummary(TraceLine):
     """Last line of a trace."""
 
@@ -134,8 +133,6 @@ class TraceReader:
         is_named: whether somebody has named it, not chosen a run from a list: its errors name the file then.
 
     Attributes:
-        path: of the trace.
-        header: its first line.
         begins: bytes before its events, none when the header is not whole.
         summary: its last line, when an iteration has come there.
 
@@ -231,21 +228,15 @@ class TraceReader:
 
     def _event(self, line: bytes) -> RecordedEvent | None:
         entry = _parsed(line.decode())
-        if "t" in entry:
-            if entry.get("type") != "summary":
-                return _event(entry)
-        elif entry.get("type") != "summary":
-            return None
-        self.summary = TraceSummary(entry)
+        if entry.get("type") == "summary":
+            self.summary = TraceSummary(entry)
+        elif "t" in entry:
+            return _event(entry)
         return None
 
 
 def _lines(file: BinaryIO) -> Iterator[bytes]:
-    """Yield the whole lines of a trace.
-
-    Raises:
-        ValueError: one is longer than any run writes.
-    """
+    """Yield the whole lines of a trace; raise ValueError for one that is longer than any run writes."""
     while (line := file.readline(_LONGEST_LINE)).endswith(b"\n"):
         yield line
     if len(line) == _LONGEST_LINE:
@@ -253,12 +244,7 @@ def _lines(file: BinaryIO) -> Iterator[bytes]:
 
 
 def _parsed(line: str) -> dict[str, Any]:
-    """Parse a line of a trace.
-
-    Raises:
-        ValueError: it is no JSON, or has what no run has: a time that is none, a huge number, lists in lists in lists.
-        TypeError, RecursionError: the same.
-    """
+    """Parse a line; raise one of `_FAULTS` for what no run has: a bad time, a huge number, lists in lists in lists."""
     line = line.strip(" \t\r\n")
     entry, end = (_decode if len(line) <= _LONGEST_NUMBER else _decode_carefully)(line)
     if end < len(line):
@@ -294,13 +280,11 @@ def _is_deep(value: Any) -> bool:
 def _header(entry: Mapping[str, Any]) -> TraceHeader:
     if entry.get("type") != "header":
         raise ValueError(entry.get("type"))
-    return TraceHeader(entry, tuple(_stream(stream) for stream in entry.get("streams") or ()))
-
-
-def _stream(entry: Mapping[str, Any]) -> RecordedStream:
-    if type(entry["stream"]) is not str:
-        raise TypeError(entry)
-    return RecordedStream(entry["stream"], text_of(entry.get("kind")), text_of(entry.get("device")))
+    streams = entry.get("streams") or ()
+    if not all(type(stream["stream"]) is str for stream in streams):
+        raise TypeError(streams)
+    found = (RecordedStream(s["stream"], text_of(s.get("kind")), text_of(s.get("device"))) for s in streams)
+    return TraceHeader(entry, tuple(found))
 
 
 def _event(entry: Mapping[str, Any]) -> RecordedEvent:
@@ -325,8 +309,6 @@ def _event(entry: Mapping[str, Any]) -> RecordedEvent:
 
 def _text(entry: Mapping[str, Any], name: str) -> str:
     value = entry.get(name)
-    if value is None:
-        return ""
-    if type(value) is not str:
+    if value is not None and type(value) is not str:
         raise TypeError(value)
-    return value
+    return value or ""
