@@ -27,7 +27,7 @@ def offers(robot: Robot) -> Offers:
     """Return the names that a workbook for this robot offers in its drop-downs."""
     from rrp_sheets.workbook.maker import Offers
 
-    everyday = [c for c in connectors() if not c.advanced] + [c for c in connectors() if c.advanced]
+    everyday_first = sorted(connectors(), key=lambda connector: connector.advanced)
     joints = tuple(j.name for j in robot.joints.values())
     choices: dict[str, tuple[str, ...]] = {"Joint": (*joints, *robot.data["groups"])}
     for device in robot.devices.values():
@@ -37,31 +37,26 @@ def offers(robot: Robot) -> Offers:
             elif setting.kind == "gesture":
                 choices[setting.name] = tuple(robot.gestures)
     choices |= {"Thing": tuple(thing_names()), "Does": tuple(verb_names())}
-    return Offers(
-        connectors=tuple(dict.fromkeys(c.name for c in everyday)),
-        sensors=tuple(robot.device_names("sensor")),
-        actuators=tuple(robot.device_names("actuator")),
-        choices=choices,
-    )
+    names = tuple(dict.fromkeys(c.name for c in everyday_first))
+    return Offers(names, tuple(robot.device_names("sensor")), tuple(robot.device_names("actuator")), choices)
 
 
 def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
     """Make a workbook from a template; raise SheetsError when the file exists or there is no such template."""
-    from rrp_sheets.workbook.atomic import write_atomically
     from rrp_sheets.workbook.template import new_workbook, refuse_name
 
-    if key(template) not in MADE:
-        books = {key(p.stem): p for p in sorted(bundled("workbooks").glob("*.xlsx"))}
-        if key(template) not in books:
-            names = [*MADE, *(p.stem for p in books.values())]
-            guess = nearest(template, names)
-            others = N_("The templates are: {names}.", names=listed(names))
-            hint = N_("Did you mean {guess}?", guess=guess) if guess else others
-            raise SheetsError(N_("There is no template “{name}”.", name=template), hint)
-        refuse_name(path)
-        write_atomically(path, books[key(template)].read_bytes(), replace=False)
-        return path
-    return new_workbook(path, offers(robot), robot=robot.name, empty=key(template) == "empty")
+    if key(template) in MADE:
+        return new_workbook(path, offers(robot), robot=robot.name, empty=key(template) == "empty")
+    books = {key(p.stem): p for p in sorted(bundled("workbooks").glob("*.xlsx"))}
+    if key(template) not in books:
+        names = [*MADE, *(p.stem for p in books.values())]
+        guess = nearest(template, names)
+        others = N_("The templates are: {names}.", names=listed(names))
+        hint = N_("Did you mean {guess}?", guess=guess) if guess else others
+        raise SheetsError(N_("There is no template “{name}”.", name=template), hint)
+    refuse_name(path)
+    write_atomically(path, books[key(template)].read_bytes(), replace=False)
+    return path
 
 
 def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = True) -> Path:
@@ -89,9 +84,8 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     suffix = target.suffix.casefold()
     if suffix == ".xlsx":
         if path.suffix.casefold() == ".xlsx" and not path.is_dir():
-            raise SheetsError(
-                N_("Both are .xlsx workbooks; there is nothing to convert."), N_("Copy the file instead.")
-            )
+            message = N_("Both are .xlsx workbooks; there is nothing to convert.")
+            raise SheetsError(message, N_("Copy the file instead."))
         reading = read(path)
         _refuse_twins(reading.workbook.sheets)
         return as_xlsx(reading, robot, target, replace=replace)
@@ -102,10 +96,8 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     if suffix in MARKDOWN:
         return write_markdown(sheets, target, replace=replace)
     if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
-        raise SheetsError(
-            N_("“{name}” is no format that can be written.", name=target.name),
-            N_("Name an .xlsx or .md file, or a folder (without ending) for CSV files."),
-        )
+        remedy = N_("Name an .xlsx or .md file, or a folder (without ending) for CSV files.")
+        raise SheetsError(N_("“{name}” is no format that can be written.", name=target.name), remedy)
     return write_csv(sheets, target)
 
 
@@ -131,10 +123,8 @@ def latest_tutorial(folder: Path) -> Path | None:
     try:
         found = [(path.stat().st_mtime_ns, path) for path in folder.iterdir() if _COPY.fullmatch(path.name)]
     except OSError as error:
-        raise SheetsError(
-            N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=str(error.strerror)),
-            N_("Take another folder."),
-        ) from error
+        message = N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=str(error.strerror))
+        raise SheetsError(message, N_("Take another folder.")) from error
     return max(found)[1] if found else None
 
 
@@ -150,6 +140,5 @@ def begin_tutorial(folder: Path) -> Path:
         if not path.exists():
             write_atomically(path, fresh, replace=False)
             return path
-    raise SheetsError(
-        N_("There are too many copies of the tutorial in this folder."), N_("Delete those that are done.")
-    )
+    message = N_("There are too many copies of the tutorial in this folder.")
+    raise SheetsError(message, N_("Delete those that are done."))

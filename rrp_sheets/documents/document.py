@@ -50,27 +50,19 @@ class Steps:
 
     def did(self, author: str, step: Step) -> None:
         """Note a new step; what was undone before it cannot be made again."""
-        self._push(self._back, author, step)
+        self.put(author, step, again=False)
         self._again.pop(author, None)
 
-    def undone(self, author: str, step: Step) -> None:
-        """Note an undo: `step` would make the change again."""
-        self._push(self._again, author, step)
-
-    def redone(self, author: str, step: Step) -> None:
-        """Note a redo: `step` would undo it again."""
-        self._push(self._back, author, step)
-
-    def last(self, author: str, *, again: bool) -> Step | None:
-        """Remove and return the newest step to undo or redo; None when there is none."""
-        pile = (self._again if again else self._back).get(author)
-        return pile.pop() if pile else None
-
-    @staticmethod
-    def _push(piles: dict[str, list[Step]], author: str, step: Step) -> None:
-        pile = piles.setdefault(author, [])
+    def put(self, author: str, step: Step, *, again: bool) -> None:
+        """Put the newest step to undo, or to make again."""
+        pile = (self._again if again else self._back).setdefault(author, [])
         pile.append(step)
         del pile[:-MOST_BACK]
+
+    def take(self, author: str, *, again: bool) -> Step | None:
+        """Remove and return the newest step to undo, or to make again; None when there is none."""
+        pile = (self._again if again else self._back).get(author)
+        return pile.pop() if pile else None
 
 
 class Document:
@@ -175,15 +167,15 @@ class Document:
     def undo(self, author: str, *, again: bool = False) -> Changed | None:
         """Take back one's own newest edit (or make it again); None when there is nothing to take back."""
         with self._changing():
-            step = self._steps.last(author, again=again)
+            step = self._steps.take(author, again=again)
             if step is None:
                 return None
             try:
                 changed, inverse = self._make(author, step)
             except Refused:  # it can be tried again when the reason is gone
-                (self._steps.undone if again else self._steps.redone)(author, step)
+                self._steps.put(author, step, again=again)
                 raise
-            (self._steps.redone if again else self._steps.undone)(author, inverse)
+            self._steps.put(author, inverse, again=not again)
             return changed
 
     # ---- the file
@@ -251,7 +243,8 @@ class Document:
 
     def _make_rows(self, author: str, grid: Grid, step: RowStep) -> tuple[Changed, Step]:
         if isinstance(step, Cells):
-            return self._put(author, grid, step)
+            self._store(author, cell_edits(grid, step.back, {}))
+            return put_texts(author, grid, step.back)
         if isinstance(step, RestoreRows):
             return bring(self._store, author, grid, step)
         must_have(grid, step.rows)
@@ -292,11 +285,6 @@ class Document:
                 self._make(author, inverse)
             raise
         return replace(changes[0], then=tuple(changes[1:])), Batch(together.sheet, tuple(back))
-
-    def _put(self, author: str, grid: Grid, step: Cells) -> tuple[Changed, Step]:
-        edits = cell_edits(grid, step.back, {})
-        self._store(author, edits)
-        return put_texts(author, grid, step.back)
 
     def _fulfil(self, requests: Sequence[EditRequest]) -> None:
         """Carry out requests of several people with one patch of the file; those that do not fit together, alone."""

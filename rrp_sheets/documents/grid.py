@@ -273,7 +273,7 @@ class Grid:
 
 
 def make_grid(sheet: RawSheet, found: Recognised, kind: str) -> Grid:
-    """The grid of a sheet: the columns that have a header, and the rows below it."""
+    """Return the grid of a sheet: the columns that have a header, and the rows below it."""
     names = {column: name for name, column in found.columns.items()}
     row = found.row or min((r for r, _ in sheet.cells), default=1)
     headers = sorted((c, cell.typed) for (r, c), cell in sheet.cells.items() if r == row and cell.typed.strip())
@@ -285,10 +285,9 @@ def make_grid(sheet: RawSheet, found: Recognised, kind: str) -> Grid:
 def _lines(sheet: RawSheet, first: int, columns: tuple[GridColumn, ...]) -> Iterator[tuple[int, dict[int, str]]]:
     known = {c.number for c in columns}
     for number, cells in sheet.rows().items():
-        if number >= first:
-            texts = {c: cell.typed for c, cell in cells.items() if c in known and cell.typed}
-            if texts:
-                yield number, texts
+        texts = {c: cell.typed for c, cell in cells.items() if c in known and cell.typed}
+        if number >= first and texts:
+            yield number, texts
 
 
 RowTexts = Mapping[int, str]
@@ -313,9 +312,8 @@ def match(old: Sequence[RowTexts], new: Sequence[RowTexts]) -> list[int | None]:
     left, right = old[top : len(old) - end], new[top : len(new) - end]
     matcher = difflib.SequenceMatcher(None, [_tag(c) for c in left], [_tag(c) for c in right], autojunk=False)
     for op, a, b, c, d in matcher.get_opcodes():
-        for i, j in (
-            zip(range(a, b), range(c, d), strict=True) if op == "equal" else _alike(left, right, (a, b), (c, d))
-        ):
+        pairs = zip(range(a, b), range(c, d), strict=True) if op == "equal" else _alike(left, right, (a, b), (c, d))
+        for i, j in pairs:
             found[top + j] = top + i
     return found
 
@@ -437,20 +435,15 @@ Store = Callable[[str, Sequence[Edit]], object]
 
 def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Changed, RemoveRows]:
     """Insert rows, with their texts when they were deleted before."""
-    place = grid.place(step.before)
-    number = grid.first + place
+    number = grid.first + grid.place(step.before)
     ids = [row for row, _ in step.rows]
     insert = InsertRows(grid.name, number, len(ids))
-    texts = [
-        SetCell(grid.name, number + i, column, parse_typed(text))
-        for i, (_, cells) in enumerate(step.rows)
-        for column, text in cells.items()
-    ]
-    store(author, [insert, *texts])
+    texts = [(i, row, column, text) for i, (row, cells) in enumerate(step.rows) for column, text in cells.items()]
+    edits = [SetCell(grid.name, number + i, column, parse_typed(text)) for i, _, column, text in texts]
+    store(author, [insert, *edits])
     grid.carry_out(insert, ids)
-    for row, cells in step.rows:
-        for column, text in cells.items():
-            grid.put(row, column, text)
+    for _, row, column, text in texts:
+        grid.put(row, column, text)
     back = RemoveRows(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
     return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
 
@@ -463,35 +456,30 @@ def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Cha
     """
     _unchanged(author, grid, step)
     place, count = grid.place(step.rows[0]), len(step.rows)
-    first = grid.first + place
     gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
-    removal = DeleteRows(grid.name, first, count)
+    removal = DeleteRows(grid.name, grid.first + place, count)
     store(author, [removal])
     grid.carry_out(removal)
-    removed = tuple(row for row, _ in gone)
-    return Changed(grid.name, removed=removed), RestoreRows(grid.name, gone, grid.before(place))
+    return Changed(grid.name, removed=tuple(row for row, _ in gone)), RestoreRows(grid.name, gone, grid.before(place))
 
 
 def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, Moved]:
     """Move rows that follow each other."""
     place, count = grid.place(step.rows[0]), len(step.rows)
-    first, after = grid.first + place, grid.before(place + count)
-    target = grid.first + grid.place(step.before)
-    move = MoveRows(grid.name, first, count, target)
+    after = grid.before(place + count)
+    move = MoveRows(grid.name, grid.first + place, count, grid.first + grid.place(step.before))
     if move.moves:
         store(author, [move])
         grid.carry_out(move)
     return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(grid.name, step.rows, after)
 
 
-def blocks(grid: Grid, step: RemoveRows | Moved) -> list[RemoveRows] | list[Moved]:
+def blocks(grid: Grid, step: RemoveRows | Moved) -> Sequence[RemoveRows | Moved]:
     """A step of rows as one step for each of those that follow each other: others may have come between them."""
     places = sorted({grid.place(row) for row in step.rows})
     groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
     parts = [tuple(grid.rows[place] for _, place in group) for group in groups]
-    if isinstance(step, Moved):
-        return [replace(step, rows=rows) for rows in parts]
-    if step.texts is None:
+    if isinstance(step, Moved) or step.texts is None:
         return [replace(step, rows=rows) for rows in parts]
     texts = dict(zip(step.rows, step.texts, strict=True))
     return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]
@@ -503,14 +491,9 @@ def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
         others = (grid.authors.get((row, c)) for c in {*now, *texts} if now.get(c, "") != texts.get(c, ""))
         by = next((who for who in others if who != author), author)
         if by != author:
-            raise Refused(
-                N_(
-                    "{who} has changed row {row} since, so it stays.",
-                    who=by or N_("Another program"),
-                    row=grid.number(row),
-                ),
-                N_("Delete it if it is to go."),
-            )
+            who, number = by or N_("Another program"), grid.number(row)
+            message = N_("{who} has changed row {row} since, so it stays.", who=who, row=number)
+            raise Refused(message, N_("Delete it if it is to go."))
 
 
 _AGAIN = N_("Look at it, and change it again if you still want to.")
@@ -525,9 +508,9 @@ def must_have(grid: Grid, rows: Iterable[str]) -> None:
 def clash(grid: Grid, clashes: list[Clash]) -> Refused:
     """Return the refusal for cells that somebody has changed meanwhile."""
     first = clashes[0]
-    return Refused(
-        N_("{who} has changed this cell meanwhile ({sheet}, row {row}): it is “{theirs}” now; yours was “{mine}”.",
-           who=first.by or N_("Someone"), sheet=grid.name, row=grid.number(first.row), theirs=first.theirs,
-           mine=first.mine),
-        _AGAIN, tuple(clashes),
+    message = N_(
+        "{who} has changed this cell meanwhile ({sheet}, row {row}): it is “{theirs}” now; yours was “{mine}”.",
+        who=first.by or N_("Someone"), sheet=grid.name, row=grid.number(first.row), theirs=first.theirs,
+        mine=first.mine,
     )  # fmt: skip
+    return Refused(message, _AGAIN, tuple(clashes))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -48,9 +49,12 @@ class SheetEdits:
         self._lock, self._make, self._sheets, self._path = lock, make, sheets, path
 
     def add(self, author: str, kind: str, name: str = "", rows: Sequence[Sequence[str]] = ()) -> Changed:
-        """Add a sheet of a kind (`behaviour`, …, `table` for one of the user's own); see `added_sheet`."""
+        """Add a sheet of a kind (`behaviour`, …, `table` for one of the user's own).
+
+        Without a name it has a proposed one, without rows it begins as usual.
+        """
         with self._lock:
-            return self._make(author, added_sheet(self._sheets(), kind, name, rows))
+            return self._make(author, _added_sheet(self._sheets(), kind, name, rows))
 
     def rename(self, author: str, sheet: str, name: str) -> Changed:
         """Give a sheet another name; everything that names it follows."""
@@ -78,36 +82,45 @@ class SheetEdits:
             return self.add(author, grid.kind, free_name(sheet, self._sheets().reading.workbook.sheets, 2), rows)
 
     def naming(self, sheet: str) -> list[str]:
-        """Return the references to a sheet in the workbook, in words."""
+        """Return the references to a sheet in the workbook, in words, each with its place."""
         with self._lock:
-            return naming(self._sheets(), self._path, sheet)
+            sheets = self._sheets()
+            book = sheets.reading.workbook
+            named = _renamed_cells(book, sheets.text, sheet, f"{sheet} {len(book.sheets)}")
+            places = dict.fromkeys([*named, *(cell.address for cell in _users(book, sheet))])
+            listed = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
+            if self._path.suffix.casefold() == ".xlsx":
+                from rrp_sheets.workbook.patch.sheets import referring
+
+                with suppress(SheetsError, OSError):  # told when it is to be deleted
+                    listed += referring(self._path.read_bytes(), self._path.name, sheet)
+            return listed
 
 
 _MOST_COLUMNS = 30
 
 
-def added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[str]] = ()) -> SheetIn:
-    """The step that adds a sheet; without a name it has a proposed one, without rows it begins as usual.
-
-    Raises:
-        Refused: there can be no such sheet.
-    """
+def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[str]]) -> SheetIn:
+    """Return the step that adds a sheet; a new behaviour goes into the Protocol's Run, where that lists names."""
     if kind not in TITLES:
         raise Refused(N_("There is no such kind of sheet."), N_("Reload the page."))
-    there = next((grid.name for grid in sheets.grids.values() if grid.kind == kind), "")
-    if is_single(kind) and there:
-        raise Refused(
-            N_("There is “{sheet}” already, and a workbook has one sheet of that kind.", sheet=there),
-            N_("Write into that one."),
-        )
+    alike = next((grid for grid in sheets.grids.values() if grid.kind == kind), None)
+    if is_single(kind) and alike is not None:
+        message = N_("There is “{sheet}” already, and a workbook has one sheet of that kind.", sheet=alike.name)
+        raise Refused(message, N_("Write into that one."))
     book = sheets.reading.workbook
     if kind == "table" and rows:
         _refuse_columns(rows[0])
-    if not rows:
-        rows = _as_there(sheets, kind) or beginning(kind, book.protocol.robot or "nao")
+    if not rows and alike is not None and kind in ("behaviour", "test"):  # so that all of this kind look the same
+        rows = [[c.header for c in alike.columns if c.name]]
+    rows = rows or beginning(kind, book.protocol.robot or "nao")
     kinds = {n: sheets.grids[n].kind if n in sheets.grids else "" for n in book.sheets}
-    edit = AddSheet(name or proposed_name(kind, kinds), tuple(map(tuple, rows)), place_of(kind, kinds))
-    return added(sheets, edit, kind)
+    name = _named(name or proposed_name(kind, kinds), book.sheets, kind)
+    cells: SheetCells = ()
+    run = _run_cell(book) if kind == "behaviour" else None
+    if run is not None and run.address.sheet in sheets.grids:
+        cells = (sheets.cell(run.address, f"{sheets.text(run.address).rstrip().rstrip(',;')}, {name}"),)
+    return SheetIn(name, AddSheet(name, tuple(map(tuple, rows)), place_of(kind, kinds)), cells)
 
 
 def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
@@ -120,36 +133,13 @@ def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
     return free_name(TITLES[kind], kinds, count + 1)
 
 
-def _as_there(sheets: Sheets, kind: str) -> list[list[str]]:
-    """The columns of the sheets of this kind that there are, so that all look the same."""
-    grid = next((g for g in sheets.grids.values() if g.kind == kind and g.kind in ("behaviour", "test")), None)
-    return [[c.header for c in grid.columns if c.name]] if grid is not None else []
-
-
 def _refuse_columns(headers: Sequence[str]) -> None:
     if len(headers) > _MOST_COLUMNS:
         raise Refused(N_("A table has at most {n} columns.", n=_MOST_COLUMNS), N_("Name fewer."))
     kind = recognise(text_sheet("", [headers])).kind
     if kind is not None:
-        raise Refused(
-            N_("Columns of these names make a sheet {kind}.", kind=kind.shown), N_("Name the columns otherwise.")
-        )
-
-
-def naming(sheets: Sheets, path: Path, sheet: str) -> list[str]:
-    """Return the references to a sheet, in words, each with its place."""
-    book = sheets.reading.workbook
-    named = renamed_cells(book, sheets.text, sheet, f"{sheet} {len(book.sheets)}")
-    places = dict.fromkeys([*named, *(cell.address for cell in users(book, sheet))])
-    listed = [f"{at}: {_short(sheets.text(at))}" for at in places if key(at.sheet) != key(sheet)]
-    if path.suffix.casefold() == ".xlsx":
-        from rrp_sheets.workbook.patch.sheets import referring
-
-        try:
-            listed += referring(path.read_bytes(), path.name, sheet)
-        except (SheetsError, OSError):  # told when it is to be deleted
-            return listed
-    return listed
+        message = N_("Columns of these names make a sheet {kind}.", kind=kind.shown)
+        raise Refused(message, N_("Name the columns otherwise."))
 
 
 def _short(text: str) -> str:
@@ -236,10 +226,10 @@ SheetCells = tuple[tuple[str, CellText], ...]
 
 
 def make_sheet_step(sheets: Sheets, author: str, step: SheetStep) -> tuple[Changed, SheetStep]:
-    """Make a step; what it changed, and the step that takes it back.
+    """Make a step; return what it changed, and the step that takes it back.
 
     Raises:
-        Refused: it cannot be made, and why.
+        Refused: it cannot be made.
     """
     match step:
         case SheetIn():
@@ -281,7 +271,7 @@ def _take_out(sheets: Sheets, author: str, step: SheetOut) -> tuple[Changed, She
 def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, SheetStep]:
     old, book = step.sheet, sheets.reading.workbook
     new = _named(step.name, [n for n in book.sheets if n != old], sheets.grids[old].kind if old in sheets.grids else "")
-    found = renamed_cells(book, sheets.text, old, new)
+    found = _renamed_cells(book, sheets.text, old, new)
     spelt = {(name, c.row, c.column, c.was): c.text for name, c in step.cells}
     cells = tuple(
         (name, replace(c, text=spelt.get((name, c.row, c.column, c.was), c.text)))
@@ -309,23 +299,11 @@ def _move(sheets: Sheets, author: str, step: SheetPlaced) -> tuple[Changed, Shee
     return changed, SheetPlaced(step.sheet, after[0] if after else "")
 
 
-def added(sheets: Sheets, edit: AddSheet, kind: str) -> SheetIn:
-    """The step that adds a sheet; a new behaviour goes into the Protocol's Run, where that lists names."""
-    name = _named(edit.sheet, sheets.reading.workbook.sheets, kind)
-    run = run_cell(sheets.reading.workbook) if kind == "behaviour" else None
-    cells: SheetCells = ()
-    if run is not None and run.address.sheet in sheets.grids:
-        now = sheets.text(run.address)
-        cells = (sheets.cell(run.address, f"{now.rstrip().rstrip(',;')}, {name}"),)
-    return SheetIn(name, replace(edit, sheet=name), cells)
-
-
 def _named(name: str, others: Sequence[str], kind: str) -> str:
     """The name as it is used; a behaviour's is written in the Protocol's Run, where commas stand between names."""
     if kind == "behaviour" and (mark := next((c for c in name if c in ",;"), "")):
-        raise Refused(
-            N_("A behaviour's name has no “{mark}”: it stands between names.", mark=mark), N_("Leave it out.")
-        )
+        message = N_("A behaviour's name has no “{mark}”: it stands between names.", mark=mark)
+        raise Refused(message, N_("Leave it out."))
     try:
         return sheet_name(name, others)
     except SheetsError as error:
@@ -334,10 +312,10 @@ def _named(name: str, others: Sequence[str], kind: str) -> str:
 
 def _run_without(sheets: Sheets, sheet: str) -> list[tuple[str, CellText]]:
     """The Protocol's Run without a sheet, where it lists others too; alone it stays, as all would run without it."""
-    run = run_cell(sheets.reading.workbook)
+    run = _run_cell(sheets.reading.workbook)
     if run is None or run.address.sheet not in sheets.grids or run.address.sheet == sheet:
         return []
-    names = run_names(sheets.text(run.address))
+    names = _run_names(sheets.text(run.address))
     left = [name for name in names if key(name) != key(sheet)]
     return [sheets.cell(run.address, ", ".join(left))] if left and len(left) < len(names) else []
 
@@ -372,13 +350,14 @@ def _texts(grid: Grid | None) -> tuple[tuple[tuple[int, str], ...], ...] | None:
     return tuple(tuple(sorted(grid.texts[row].items())) for row in grid.rows if grid.texts[row])
 
 
-Texts = Callable[[Address], str]
-"""Text of a cell, as it was typed."""
 _SEPARATORS = re.compile(r"([,;\n])")
 
 
-def renamed_cells(workbook: Workbook, texts: Texts, old: str, new: str) -> dict[Address, str]:
-    """The cells that name a sheet, with what they say when it has another name; `texts` gives what was typed."""
+def _renamed_cells(workbook: Workbook, texts: Callable[[Address], str], old: str, new: str) -> dict[Address, str]:
+    """Return the cells that name a sheet, with what they say when it has another name.
+
+    `texts` gives what was typed into a cell.
+    """
     k = key(old)
     found: dict[Address, str] = {}
     for cell in _tests(workbook, k):
@@ -388,14 +367,14 @@ def renamed_cells(workbook: Workbook, texts: Texts, old: str, new: str) -> dict[
             found[cell.address] = f"{_spaced(head, quoted_sheet(new))}!{stream}"
     for cell in _switches(workbook, k):
         found[cell.address] = _spaced(texts(cell.address), new)
-    run = run_cell(workbook)
-    if run is not None and any(key(name) == k for name in run_names(run.text)):
+    run = _run_cell(workbook)
+    if run is not None and any(key(name) == k for name in _run_names(run.text)):
         found[run.address] = "".join(
             _spaced(part, new) if key(part) == k else part for part in _SEPARATORS.split(texts(run.address))
         )
     for cell in _formulas(workbook, k):
         text = texts(cell.address)
-        if (changed := renamed_table(text, old, new)) != text:
+        if (changed := _renamed_table(text, old, new)) != text:
             found[cell.address] = changed
     return {at: text for at, text in found.items() if text != texts(at)}
 
@@ -428,8 +407,8 @@ def _formulas(workbook: Workbook, k: str) -> Iterator[Cell]:
     yield from (h.formula for h in workbook.helpers if h.formula and not _has(h.inputs, k))
 
 
-def users(workbook: Workbook, sheet: str) -> Iterator[Cell]:
-    """The cells that use what a sheet makes: its streams, devices and helpers, by their names."""
+def _users(workbook: Workbook, sheet: str) -> Iterator[Cell]:
+    """Yield the cells that use what a sheet makes: its streams, devices and helpers, by their names."""
     k = key(sheet)
     made = {key(r.output.text) for b in workbook.behaviours if key(b.name) == k for r in b.rows if r.output}
     yield from (r.stream for t in workbook.tests if key(t.name) != k for r in t.rows if key(r.stream.text) in made)
@@ -444,10 +423,10 @@ def _has(names: Sequence[Cell], k: str) -> bool:
     return any(key(argument_name(name.text)) == k for name in names)
 
 
-def renamed_table(formula: str, old: str, new: str) -> str:
+def _renamed_table(formula: str, old: str, new: str) -> str:
     """A formula in which a table has another name; one that cannot be understood stays as it is.
 
-    >>> renamed_table('XLOOKUP(step; Steps[Steps]; Steps) & "Steps" & f"{ROWS(Steps)}"', "Steps", "My steps")
+    >>> _renamed_table('XLOOKUP(step; Steps[Steps]; Steps) & "Steps" & f"{ROWS(Steps)}"', "Steps", "My steps")
     'XLOOKUP(step; mySteps[Steps]; mySteps) & "Steps" & f"{ROWS(mySteps)}"'
     """
     keys = {key(old), key(argument_name(old))}
@@ -476,14 +455,13 @@ def _spans(tokens: Sequence[Token], keys: set[str]) -> Iterator[tuple[int, int]]
         before = token.text
 
 
-def run_cell(workbook: Workbook) -> Cell | None:
-    """The Protocol's Run, when it lists names."""
+def _run_cell(workbook: Workbook) -> Cell | None:
+    """Return the Protocol's Run, when it lists names."""
     cell = workbook.protocol.fields.get("run")
     return cell if cell and key(cell.text) != "all" else None
 
 
-def run_names(text: str) -> list[str]:
-    """The names that it lists."""
+def _run_names(text: str) -> list[str]:
     return [name for part in _SEPARATORS.split(text)[::2] if (name := part.strip())]
 
 

@@ -29,7 +29,7 @@ from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, write_atomically
 from rrp_sheets.workbook.atomic import stamp_of as file_stamp
 from rrp_sheets.workbook.editing import clean_up, edit
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet
-from rrp_sheets.workbook.raw import Book, Extent, RawSheet
+from rrp_sheets.workbook.raw import Extent, RawSheet
 from rrp_sheets.workbook.reading import open_book
 from rrp_sheets.workbook.schema import recognise
 
@@ -47,24 +47,6 @@ create table if not exists requests (id text primary key, seq integer not null);
 create table if not exists identities (
   book text primary key, seq integer not null, digest text not null, rows text not null);
 """
-
-
-@dataclass(frozen=True, slots=True)
-class JournalEntry:
-    """An edit that is in the journal and perhaps not in the file, and the digest of the file before it."""
-
-    seq: int
-    edits: tuple[Edit, ...]
-    before: str
-
-
-@dataclass(frozen=True, slots=True)
-class Identities:
-    """The ids of a workbook's rows, by sheet; the newest edit and the digest of the file when they were so."""
-
-    seq: int
-    digest: str
-    rows: dict[str, list[str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,25 +130,26 @@ class Journal:
             finally:
                 self._marks.execute("commit")
 
-    def keep_rows(self, book: str, kept: Identities) -> None:
-        """Keep the ids of a workbook's rows, so that pages still mean the same rows after a restart of the server."""
-        row = (book, kept.seq, kept.digest, json.dumps(kept.rows, ensure_ascii=False))
+    def keep_rows(self, book: str, digest: str, rows: Mapping[str, Sequence[str]]) -> None:
+        """Keep the ids of a workbook's rows, by sheet, with its newest edit and the digest of its file.
+
+        So pages still mean the same rows after a restart of the server.
+        """
+        ((newest,),) = self._all("select coalesce(max(seq), 0) from edits where book = ?", book)
+        row = (book, newest, digest, json.dumps(rows, ensure_ascii=False))
         with self._lock, contextlib.suppress(sqlite3.Error):  # no room: the rows get other ids after a restart
             self._marks.execute("insert or replace into identities (book, seq, digest, rows) values (?, ?, ?, ?)", row)
 
-    def kept_rows(self, book: str) -> Identities | None:
-        """The ids of a workbook's rows as they were kept last."""
-        found = self._all("select seq, digest, rows from identities where book = ?", book)
-        return Identities(found[0][0], found[0][1], json.loads(found[0][2])) if found else None
+    def kept_rows(self, book: str, *digests: str) -> tuple[dict[str, list[str]], list[Edit]]:
+        """Return the ids of a workbook's rows as they were kept last, and the edits made since.
 
-    def since(self, book: str, seq: int) -> list[Edit]:
-        """Return the edits after an entry."""
-        rows = self._all("select edits from edits where book = ? and seq > ? order by seq", book, seq)
-        return [edit for (text,) in rows for edit in _edits(text)]
-
-    def newest(self, book: str) -> int:
-        """The number of the newest entry of a workbook; 0 when there is none."""
-        return int(self._all("select coalesce(max(seq), 0) from edits where book = ?", book)[0][0])
+        There are none when its file had none of these digests then.
+        """
+        for seq, digest, rows in self._all("select seq, digest, rows from identities where book = ?", book):
+            if digest in digests:
+                since = self._all("select edits from edits where book = ? and seq > ? order by seq", book, seq)
+                return json.loads(rows), [edit for (text,) in since for edit in _edits(text)]
+        return {}, []
 
     def drop(self, seq: int) -> None:
         """Remove an edit that could not be stored; when there is no room for that, it is done later."""
@@ -180,10 +163,13 @@ class Journal:
                 self._do("delete from edits where seq = ?", seq, ("delete from requests where seq = ?", seq))
                 self._dropped.pop()
 
-    def waiting(self, book: str) -> list[JournalEntry]:
-        """Return the edits that may not be in the file, in their order: a killed server has left them."""
+    def waiting(self, book: str) -> list[tuple[int, tuple[Edit, ...], str]]:
+        """Return the entries that a killed server has left, in their order: their edits may not be in the file.
+
+        Each has its number, the edits, and the digest of the file before them.
+        """
         rows = self._all("select seq, edits, before from edits where book = ? and not stored order by seq", book)
-        return [JournalEntry(seq, _edits(text), before) for seq, text, before in rows]
+        return [(seq, _edits(text), before) for seq, text, before in rows]
 
     def added(self, book: str) -> set[str]:
         """The keys of the sheets that were added here, by their names of now."""
@@ -373,18 +359,14 @@ class WorkFile:
     def keep_rows(self, rows: dict[str, list[str]]) -> None:
         """Keep the ids of the rows, by sheet, for after a restart."""
         if self._kept is not None:
-            seq = self._kept.newest(self.path.name)
-            self._kept.keep_rows(self.path.name, Identities(seq, self.digest, rows))
+            self._kept.keep_rows(self.path.name, self.digest, rows)
 
     def kept_rows(self) -> tuple[dict[str, list[str]], list[Edit]]:
         """The ids of the rows as they were kept, by sheet, and the edits made since; none when they do not fit.
 
         They do not when another program has changed it while no server was running.
         """
-        kept = self._kept.kept_rows(self.path.name) if self._kept else None
-        if self._kept is None or kept is None or kept.digest not in (self.digest, self._recovered):
-            return {}, []
-        return kept.rows, self._kept.since(self.path.name, kept.seq)
+        return self._kept.kept_rows(self.path.name, self.digest, self._recovered) if self._kept else ({}, [])
 
     def added(self) -> set[str]:
         """The keys of the sheets that were added here."""
@@ -431,11 +413,11 @@ class WorkFile:
         """Store what a killed server had accepted and not stored."""
         clean_up(self.path)
         waiting = journal.waiting(self.path.name)
-        self._recovered = waiting[0].before if waiting else ""
-        for entry in waiting:
-            if read(self.path).digest == entry.before:
-                edit(self.path, entry.edits, expected_digest=entry.before)
-            journal.stored(entry.seq)
+        self._recovered = next((before for _, _, before in waiting), "")
+        for seq, edits, before in waiting:
+            if read(self.path).digest == before:
+                edit(self.path, edits, expected_digest=before)
+            journal.stored(seq)
 
 
 def write_block_reason(path: Path) -> str:
@@ -466,12 +448,11 @@ def write_block_reason(path: Path) -> str:
 def raw_sheets(path: Path) -> tuple[tuple[RawSheet, ...], str]:
     """The sheets as they stand in the file, ours to their last row, and its digest; raises UnreadableFile."""
     book, digest = open_book(path)
-    return tuple(_raw_sheet(book, index) for index in range(len(book.names))), digest
-
-
-def _raw_sheet(book: Book, index: int) -> RawSheet:
-    ours = recognise(book.sheet(index, Extent.HEAD)).kind is not None
-    return book.sheet(index, Extent.WHOLE if ours else Extent.TABLE)
+    sheets = []
+    for index in range(len(book.names)):
+        ours = recognise(book.sheet(index, Extent.HEAD)).kind is not None
+        sheets.append(book.sheet(index, Extent.WHOLE if ours else Extent.TABLE))
+    return tuple(sheets), digest
 
 
 def take_over(
