@@ -110,10 +110,8 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
             places = [_name_found(shown)] if search.in_name(path) else []
             search.skipped.append("")
         left.found += places
-        if shown in places:
-            continue  # it is to be opened anyway
-        day = _day_of(path)
-        left.unsearched += [Unsearched(f"{shown}{inner}", day) for inner in search.skipped]
+        if shown not in places:  # else it is to be opened anyway
+            left.unsearched += [Unsearched(f"{shown}{inner}", _day_of(path)) for inner in search.skipped]
     return left
 
 
@@ -161,11 +159,10 @@ class _Search:
         if self.in_name(path):
             yield _name_found(shown)
         name = path.name.casefold()
-        if name.endswith(_PICTURES) or not path.is_file():
+        if name.endswith(_PICTURES) or _is_film(shown) or not path.is_file():
             return
         if name.endswith(_PACKED):
-            if not _is_film(shown):
-                self.skipped.append("")
+            self.skipped.append("")
             return
         self._require_time()
         with path.open("rb") as file:
@@ -209,11 +206,10 @@ class _Search:
         name, shown = about.filename.casefold(), f"{within}: {about.filename[:200]}"
         if self._stands_in(about.filename.encode("utf-8", "replace")):
             return True
-        if name.endswith(_PICTURES) or about.is_dir():
+        if name.endswith(_PICTURES) or _is_film(about.filename) or about.is_dir():
             return False
         if name.endswith(_PACKED) or about.file_size > _MOST_MEMBER:
-            if not _is_film(about.filename):
-                self.skipped.append(shown)
+            self.skipped.append(shown)
             return False
         try:
             data = packed.read(about)

@@ -16,6 +16,7 @@ from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import islice, takewhile
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -50,21 +51,13 @@ _MOST_ACTS = 20_000  # edits and switches
 _SENT = b'"stimulated":true'
 
 
-@dataclass(frozen=True, slots=True)
-class Series:
-    """Key of a series of events: a row and its stream; of a row's errors, without a stream."""
-
-    stream: str
-    row: str
-
-
 @dataclass
 class Index:
     """Places and times of the events in a trace, its log, and its pieces.
 
     Attributes:
         kinds: of the streams: sensor, stream, actuator, done.
-        series: by their numbers.
+        series: the stream and the row of each; a row's errors are one without a stream.
         log: what happened besides the values.
         edits: seconds, place, before, after: what was changed in the workbook meanwhile.
         switches: seconds, behaviour, whether it was switched on.
@@ -73,7 +66,7 @@ class Index:
 
     reader: TraceReader
     kinds: dict[str, str] = field(default_factory=dict)
-    series: list[Series] = field(default_factory=list)
+    series: list[tuple[str, str]] = field(default_factory=list)
     log: list[Any] = field(default_factory=list)
     left_out: int = 0
     edits: list[tuple[float, str, str, str]] = field(default_factory=list)
@@ -117,7 +110,7 @@ class _Indexer:
         self._index = index
         self._log = log
         self._numbers: dict[tuple[bytes | str, bytes | str], int] = {}  # as they stand in the file
-        self._named: dict[Series, int] = {}
+        self._named: dict[tuple[str, str], int] = {}
         self._last: array[int] = array("q")
         self._piece = 0.0  # when the piece of now began
         self._commanded = frozenset(stream.encode() for stream in log.commanded)
@@ -143,12 +136,12 @@ class _Indexer:
         known = self._numbers.get((stream, row))
         if known is None:
             given = (n.decode("utf-8", "replace") if isinstance(n, bytes) else n for n in (stream, row))
-            names = Series(*map(text_of, given))
-            known = self._numbers[stream, row] = self._named.setdefault(names, len(self._named))
+            first, second = map(text_of, given)
+            known = self._numbers[stream, row] = self._named.setdefault((first, second), len(self._named))
             if known >= _MOST_SERIES:
                 raise self._index.reader.damaged()
             if known == len(self._index.series):
-                self._index.series.append(names)
+                self._index.series.append((first, second))
                 self._last.append(-1)
         return known
 
@@ -370,8 +363,7 @@ def _part(place: Path, what: str, number: int) -> Any:
         case "piece":
             index = _index(place)
             if 0 <= number < len(index.starts):
-                book = _book(place)
-                return piece(index, number, ValueFormatter(book.robot, book.units))
+                return piece(index, number, _book(place))
         case "poses":
             poses = _poses(place)
             if 0 <= number < len(poses.times):
@@ -381,12 +373,12 @@ def _part(place: Path, what: str, number: int) -> Any:
 
 def _overview(place: Path) -> dict[str, Any]:
     index = _index(place)
-    kinds = {**{s.stream: "stream" for s in index.series if s.stream}, **index.kinds}
+    kinds = {**{stream: "stream" for stream, _ in index.series if stream}, **index.kinds}
     names = names_of(kinds)
     return {
         "seconds": index.seconds, "count": index.count,
         "pieces": [0.0, *(index.times[start] for start in index.starts[1:])],  # when each begins
-        "series": [[s.row, names.get(s.stream, ""), kinds.get(s.stream, "")] for s in index.series],
+        "series": [[row, names.get(stream, ""), kinds.get(stream, "")] for stream, row in index.series],
         "moments": [vars(line) for line in index.log], "left_out": index.left_out,
         "edits": index.edits, "switches": index.switches,
         "poses": _poses(place).times, "pictures": picture_times(place),
@@ -406,6 +398,21 @@ class RecordedWorkbook:
     graph: Graph | None
     units: Mapping[str, str]
     why: str = ""
+
+    @cached_property
+    def _types(self) -> dict[tuple[str, ...], RecordType]:
+        """Types of records by the names of their fields, as the trace does not name them; of two alike the first."""
+        payloads = (device.payload for device in self.robot.devices.values() if device.payload is not None)
+        return {tuple(f.name for f in kind.fields): kind for kind in reversed((DONE, *payloads))}
+
+    def told(self, stream: str, row: str, value: Any) -> str:
+        """Return a text for a value of a row, or of a sensor (then without a row)."""
+        kind = self._types.get(tuple(value)) if isinstance(value, dict) else None
+        if kind is None:
+            decoded = value_from_json(stream, value)
+        else:
+            decoded = Record(kind, {key(n): value_from_json(stream, v) for n, v in value.items()})
+        return value_text(decoded, self.units.get(row, ""))
 
 
 def read_book(place: Path) -> RecordedWorkbook:
@@ -478,32 +485,7 @@ def names_of(kinds: Mapping[str, str]) -> dict[str, str]:
     return {label: name if name and name[0] != "#" and count[name] == 1 else label for label, name in names.items()}
 
 
-class ValueFormatter:
-    """Formatter that puts the values of a trace into words.
-
-    Args:
-        robot: whose sensors give records.
-        units: of what rows give, by their refs.
-    """
-
-    def __init__(self, robot: Robot, units: Mapping[str, str]) -> None:
-        self._units = units
-        self._types: dict[tuple[str, ...], RecordType] = {}  # by the names of their fields
-        for kind in (DONE, *(device.payload for device in robot.devices.values())):
-            if kind is not None:
-                self._types.setdefault(tuple(f.name for f in kind.fields), kind)
-
-    def told(self, stream: str, row: str, value: Any) -> str:
-        """Return a text for a value of a row, or of a sensor (then without a row)."""
-        kind = self._types.get(tuple(value)) if isinstance(value, dict) else None  # which the trace does not name
-        if kind is None:
-            decoded = value_from_json(stream, value)
-        else:
-            decoded = Record(kind, {key(n): value_from_json(stream, v) for n, v in value.items()})
-        return value_text(decoded, self._units.get(row, ""))
-
-
-def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
+def piece(index: Index, number: int, book: RecordedWorkbook) -> dict[str, Any]:
     """Return a piece of a run as JSON: of each series the times, texts (places in `words`), and what was seen."""
     numbers, before = index.piece(number)
     series: dict[int, dict[str, list[Any]]] = {}
@@ -519,7 +501,7 @@ def piece(index: Index, number: int, words: ValueFormatter) -> dict[str, Any]:
         if not isinstance(event, RecordedValue):
             text = event.text[:_LONGEST_ERROR]
         else:
-            text = words.told(index.series[of].stream, index.series[of].row, event.value)
+            text = book.told(*index.series[of], event.value)
             seen = None if event.row else _seen(event.value)  # what a sensor gave, no command
         told_series["t"].append(index.times[place])
         told_series["v"].append(table.setdefault(text, len(table)))
