@@ -108,18 +108,13 @@ def _refuse_twins(names: Sequence[str]) -> None:
         raise SheetsError(N_("Two sheets are called “{name}”.", name=twins[0]), N_("Rename one of them."))
 
 
-TUTORIAL = "tutorial.xlsx"
-"""Workbook of ten lessons, each with a test that holds when it is done. Everyone works in a copy."""
+TUTORIAL = "tutorial.xlsx"  # ten lessons, each with a test that holds when it is done; everyone works in a copy
 _COPY = re.compile(r"tutorial(?: \(\d+\))?\.xlsx")
 _MOST = 1_000  # copies in one folder
 
 
 def latest_tutorial(folder: Path) -> Path | None:
-    """The copy in a folder that was changed last; None when there is none.
-
-    Raises:
-        SheetsError: when the folder cannot be read.
-    """
+    """Return the newest copy in a folder, None when there is none; raise SheetsError when it cannot be read."""
     try:
         found = [(path.stat().st_mtime_ns, path) for path in folder.iterdir() if _COPY.fullmatch(path.name)]
     except OSError as error:
@@ -129,11 +124,7 @@ def latest_tutorial(folder: Path) -> Path | None:
 
 
 def begin_tutorial(folder: Path) -> Path:
-    """Make a fresh copy in a folder; copies that are there stay as they are.
-
-    Raises:
-        SheetsError: when it cannot be written.
-    """
+    """Make a fresh copy in a folder beside those that are there; raise SheetsError when it cannot be written."""
     fresh = bundled("templates", "workbooks", TUTORIAL).read_bytes()
     for count in range(1, _MOST):
         path = folder / (TUTORIAL if count == 1 else f"tutorial ({count}).xlsx")

@@ -74,10 +74,8 @@ class Document:
         why: why it can only be looked at.
 
     Attributes:
-        file: what keeps it, with its named versions.
         grids: its sheets by name, in the order of the file.
         own: the names of the user's own sheets, which are left alone.
-        sheets: what can be done to its sheets.
         version: grows with every change.
 
     Raises:
@@ -115,11 +113,7 @@ class Document:
     # ---- editing
 
     def set_cells(self, author: str, sheet: str, cells: Sequence[CellText]) -> Changed:
-        """Change cells of a sheet, all or none.
-
-        Raises:
-            Refused: when someone has changed one of them meanwhile, or the file does not allow it.
-        """
+        """Change cells of a sheet, all or none; raise Refused as `cell_edits` and `WorkFile.store` do."""
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
     def together(self, author: str, steps: Sequence[Cells | RestoreRows]) -> Changed:
@@ -199,11 +193,7 @@ class Document:
             self.file.keep_version(author, name)
 
     def restore(self, author: str, version: int) -> list[Changed]:
-        """Make the file what it was in a version; what it is now is kept as a version too.
-
-        Raises:
-            Refused: when there is no such version, or the file does not allow it.
-        """
+        """Make the file what it was in a version; see `WorkFile.restore`."""
         with self._changing():
             self._synchronise()
             self.file.restore(author, version)

@@ -18,11 +18,9 @@ from rrp_sheets.workbook.schema import Recognised
 
 @dataclass(frozen=True, slots=True)
 class CellText:
-    """A cell's new text.
+    """A cell's new text, by the row's id and the sheet's own column number.
 
     Attributes:
-        row: the row's id.
-        column: the sheet's own column number.
         was: what stood there when its author began to type; None to overwrite whatever stands there.
     """
 
@@ -399,10 +397,9 @@ class Batch:
 
 
 def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str, str, int], str]) -> list[SetCell]:
-    """Return the file's edits for new texts; `before`: texts that come before them and are not in the grid yet.
+    """Return the file's edits for new texts; raise Refused when someone has changed one meanwhile, or it is gone.
 
-    Raises:
-        Refused: when someone has changed one of them meanwhile, or it is gone.
+    `before`: texts that come before them and are not in the grid yet.
     """
     must_have(grid, [c.row for c in cells])
     columns = {c.number for c in grid.columns}
@@ -429,8 +426,8 @@ def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Chang
     return Changed(grid.name, touched=tuple(rows), cells=places), Cells(grid.name, back)
 
 
-Store = Callable[[str, Sequence[Edit]], object]
-"""Puts an author's edits into the file; raises Refused when it does not take them."""
+Store = Callable[[str, Sequence[Edit]], tuple[str, ...]]
+"""Puts an author's edits into the file, and returns what brings deleted sheets back; raises Refused."""
 
 
 def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Changed, RemoveRows]:
@@ -449,11 +446,7 @@ def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Cha
 
 
 def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, RestoreRows]:
-    """Delete rows that follow each other.
-
-    Raises:
-        Refused: when somebody has changed one of them since it came.
-    """
+    """Delete rows that follow each other; raise Refused when somebody has changed one of them since it came."""
     _unchanged(author, grid, step)
     place, count = grid.place(step.rows[0]), len(step.rows)
     gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])

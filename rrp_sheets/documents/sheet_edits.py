@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rrp_sheets.checks.tests import quoted_sheet
-from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange
+from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange, Store
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token, tokenize
@@ -19,16 +18,7 @@ from rrp_sheets.model.workbook import Address, Cell, Workbook
 from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.edits import (
-    AddSheet,
-    BringSheet,
-    DeleteSheet,
-    Edit,
-    MoveSheet,
-    RenameSheet,
-    SetCell,
-    parse_typed,
-)
+from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SetCell, parse_typed
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import TITLES, is_single, recognise
 from rrp_sheets.workbook.sheet_names import free_name, sheet_name
@@ -36,17 +26,14 @@ from rrp_sheets.workbook.sheet_readers import words
 from rrp_sheets.workbook.template import beginning, place_of
 
 
+@dataclass(frozen=True)
 class SheetEdits:
     """Operations on the sheets of a document; each is one edit, and is undone as one."""
 
-    def __init__(
-        self,
-        lock: threading.RLock,  # type: ignore[valid-type,unused-ignore]
-        make: Callable[[str, SheetStep], Changed],
-        sheets: Callable[[], Sheets],
-        path: Path,
-    ) -> None:
-        self._lock, self._make, self._sheets, self._path = lock, make, sheets, path
+    _lock: AbstractContextManager[bool]
+    _make: Callable[[str, SheetStep], Changed]
+    _sheets: Callable[[], Sheets]
+    _path: Path
 
     def add(self, author: str, kind: str, name: str = "", rows: Sequence[Sequence[str]] = ()) -> Changed:
         """Add a sheet of a kind (`behaviour`, …, `table` for one of the user's own).
@@ -147,19 +134,18 @@ def _short(text: str) -> str:
     return line if len(line) <= 60 else f"{line[:59]}…"
 
 
+SheetCells = tuple[tuple[str, CellText], ...]
+"""Texts of cells, each with the name of its sheet."""
+
+
 @dataclass(frozen=True, slots=True)
 class SheetIn:
-    """A sheet is missing: add it, or bring it back as it was.
-
-    Attributes:
-        cells: what changes with it, by sheet (the Protocol's Run), where it still stands there as it did.
-        grid: of the sheet that comes back, whose rows keep their ids.
-    """
+    """A sheet is missing: add it, or bring it back as it was."""
 
     sheet: str
     edit: AddSheet | BringSheet
-    cells: tuple[tuple[str, CellText], ...] = ()
-    grid: Grid | None = None
+    cells: SheetCells = ()  # that change with it (the Protocol's Run), if they still say there what they did
+    grid: Grid | None = None  # of the sheet that comes back, whose rows keep their ids
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,15 +158,11 @@ class SheetOut:
 
 @dataclass(frozen=True, slots=True)
 class SheetNamed:
-    """A sheet has this name: give it another one.
-
-    Attributes:
-        cells: how the cells that name it were spelt, by sheet, where they still say what they do.
-    """
+    """A sheet has this name: give it another one."""
 
     sheet: str
     name: str
-    cells: tuple[tuple[str, CellText], ...] = ()
+    cells: SheetCells = ()  # that name it, as they were spelt, if they still do so
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,19 +178,12 @@ SheetStep = SheetIn | SheetOut | SheetNamed | SheetPlaced
 
 @dataclass
 class Sheets:
-    """Sheets that the steps work on, with the ways to store and to read them again.
-
-    Attributes:
-        grids: of the sheets of ours.
-        reading: the workbook as it is.
-        store: puts an author's edits into the file; what brings deleted sheets back.
-        renew: the grids as the file says them now, starting from these.
-    """
+    """Sheets that the steps work on, with the ways to store and to read them again."""
 
     grids: Mapping[str, Grid]
     reading: Reading
-    store: Callable[[str, Sequence[Edit]], tuple[str, ...]]
-    renew: Callable[[Mapping[str, Grid]], Mapping[str, Grid]]
+    store: Store
+    renew: Callable[[Mapping[str, Grid]], Mapping[str, Grid]]  # the grids as the file says them now, from these
 
     def text(self, at: Address) -> str:
         """Return the typed text of a cell."""
@@ -222,15 +197,8 @@ class Sheets:
         return at.sheet, CellText(grid.rows[at.row - grid.first], at.column, text, self.text(at))
 
 
-SheetCells = tuple[tuple[str, CellText], ...]
-
-
 def make_sheet_step(sheets: Sheets, author: str, step: SheetStep) -> tuple[Changed, SheetStep]:
-    """Make a step; return what it changed, and the step that takes it back.
-
-    Raises:
-        Refused: it cannot be made.
-    """
+    """Make a step; return what it changed, and the step that takes it back. Raise Refused when it cannot be made."""
     match step:
         case SheetIn():
             return _bring_in(sheets, author, step)
@@ -354,10 +322,7 @@ _SEPARATORS = re.compile(r"([,;\n])")
 
 
 def _renamed_cells(workbook: Workbook, texts: Callable[[Address], str], old: str, new: str) -> dict[Address, str]:
-    """Return the cells that name a sheet, with what they say when it has another name.
-
-    `texts` gives what was typed into a cell.
-    """
+    """Return the cells that name a sheet, with what they say when it has another name; `texts`: what was typed."""
     k = key(old)
     found: dict[Address, str] = {}
     for cell in _tests(workbook, k):

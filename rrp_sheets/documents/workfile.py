@@ -61,10 +61,7 @@ class Version:
 
 
 class Journal:
-    """The journal of the workbooks of a folder. Safe to use from several threads.
-
-    Args:
-        folder: of the workbooks; the journal is in its folder `.rrp-sheets`.
+    """The journal of the workbooks of a folder, in its `.rrp-sheets`. Safe to use from several threads.
 
     Raises:
         SheetsError: when it cannot be written there.
@@ -88,11 +85,9 @@ class Journal:
             self._marks = sqlite3.connect(place / "journal.sqlite", check_same_thread=False, isolation_level=None)
             self._marks.execute("pragma synchronous = off")
         except (OSError, sqlite3.Error) as error:
-            why = getattr(error, "strerror", None) or error
-            raise SheetsError(
-                N_("Nothing can be kept in {place}: {why}.", place=str(place), why=str(why)),
-                N_("Workbooks can be edited only in a folder you may write to."),
-            ) from error
+            why = str(getattr(error, "strerror", None) or error)
+            message = N_("Nothing can be kept in {place}: {why}.", place=str(place), why=why)
+            raise SheetsError(message, N_("Workbooks can be edited only in a folder you may write to.")) from error
 
     def close(self) -> None:
         """Let go of the file."""
@@ -101,10 +96,9 @@ class Journal:
             self._db.close()
 
     def add(self, book: str, author: str, edits: Sequence[Edit], before: str, requests: Sequence[str] = ()) -> int:
-        """Put an edit on disk, together with the ids of the requests for which it is made; its number.
+        """Put an edit on disk, with the ids of the requests for which it is made; return its number.
 
-        Raises:
-            SheetsError: there is no room for it; nothing was changed.
+        When there is no room for it, it raises SheetsError, and nothing is changed.
         """
         self._drop_all()
         text = json.dumps([[type(e).__name__, asdict(e)] for e in edits], ensure_ascii=False)
@@ -131,20 +125,14 @@ class Journal:
                 self._marks.execute("commit")
 
     def keep_rows(self, book: str, digest: str, rows: Mapping[str, Sequence[str]]) -> None:
-        """Keep the ids of a workbook's rows, by sheet, with its newest edit and the digest of its file.
-
-        So pages still mean the same rows after a restart of the server.
-        """
+        """Keep the ids of a workbook's rows, by sheet: pages still mean the same ones after a restart of the server."""
         ((newest,),) = self._all("select coalesce(max(seq), 0) from edits where book = ?", book)
         row = (book, newest, digest, json.dumps(rows, ensure_ascii=False))
         with self._lock, contextlib.suppress(sqlite3.Error):  # no room: the rows get other ids after a restart
             self._marks.execute("insert or replace into identities (book, seq, digest, rows) values (?, ?, ?, ?)", row)
 
     def kept_rows(self, book: str, *digests: str) -> tuple[dict[str, list[str]], list[Edit]]:
-        """Return the ids of a workbook's rows as they were kept last, and the edits made since.
-
-        There are none when its file had none of these digests then.
-        """
+        """Return the ids of a workbook's rows, if its file had one of these digests then, and the edits made since."""
         for seq, digest, rows in self._all("select seq, digest, rows from identities where book = ?", book):
             if digest in digests:
                 since = self._all("select edits from edits where book = ? and seq > ? order by seq", book, seq)
@@ -164,9 +152,9 @@ class Journal:
                 self._dropped.pop()
 
     def waiting(self, book: str) -> list[tuple[int, tuple[Edit, ...], str]]:
-        """Return the entries that a killed server has left, in their order: their edits may not be in the file.
+        """Return the number of each entry that a killed server left, its edits, and the file's digest before them.
 
-        Each has its number, the edits, and the digest of the file before them.
+        These edits may not be in the file.
         """
         rows = self._all("select seq, edits, before from edits where book = ? and not stored order by seq", book)
         return [(seq, _edits(text), before) for seq, text, before in rows]
@@ -215,10 +203,8 @@ class Journal:
                     self._db.execute("pragma wal_checkpoint(restart)").close()
                     return self._at_once(statement, values, more)
         except sqlite3.Error as error:
-            raise SheetsError(
-                N_("This was not stored: nothing can be kept beside the workbook now ({why}).", why=str(error)),
-                N_("Free some space on the disk, and make the change again."),
-            ) from error
+            message = N_("This was not stored: nothing can be kept beside the workbook now ({why}).", why=str(error))
+            raise SheetsError(message, N_("Free some space on the disk, and make the change again.")) from error
 
     def _at_once(
         self, statement: str, values: tuple[Any, ...], more: Sequence[tuple[str, tuple[Any, ...]]]
@@ -333,13 +319,9 @@ class WorkFile:
         return False
 
     def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
-        """Write edits to the journal and then to the file; out of the journal again when the file does not take them.
+        """Write edits to the journal and then to the file; return what brings back the sheets that were deleted.
 
-        Returns:
-            What brings back the sheets that were deleted.
-
-        Raises:
-            Refused: the file does not take it, and why.
+        When the file does not take them, it takes them out of the journal again, and raises Refused.
         """
         seq = self.journal.add(self.path.name, author, edits, self.digest, requests_now())
         try:
@@ -362,9 +344,9 @@ class WorkFile:
             self._kept.keep_rows(self.path.name, self.digest, rows)
 
     def kept_rows(self) -> tuple[dict[str, list[str]], list[Edit]]:
-        """The ids of the rows as they were kept, by sheet, and the edits made since; none when they do not fit.
+        """Return the ids of the rows, by sheet, as they were kept, and the edits made since.
 
-        They do not when another program has changed it while no server was running.
+        There are none when another program has changed the file while no server was running.
         """
         return self._kept.kept_rows(self.path.name, self.digest, self._recovered) if self._kept else ({}, [])
 
@@ -373,11 +355,7 @@ class WorkFile:
         return self._kept.added(self.path.name) if self._kept else set()
 
     def keep_version(self, author: str, name: str) -> None:
-        """Keep the file as it is now under a name.
-
-        Raises:
-            Refused: it is no file any more.
-        """
+        """Keep the file as it is now under a name; raise Refused when it is no file any more."""
         if not self.path.is_file():  # of a pipe the end would be waited for
             raise Refused(N_("“{name}” is no file any more.", name=self.path.name), N_("Put the workbook there again."))
         self.journal.keep_version(self.path.name, name, author, self.digest, self.path.read_bytes())

@@ -30,16 +30,7 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import CAMERA, RUNS, TRACE, RecordedNotice, RecordedValue
 from rrp_sheets.perception import face_memory
-from rrp_sheets.recording.metadata import (
-    RunMetadata,
-    as_dict,
-    chosen,
-    facts_of,
-    folders_below,
-    is_software,
-    runs_in,
-    runs_place,
-)
+from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, facts_of, runs_in, runs_place
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook.package import BROKEN_ZIP
@@ -47,6 +38,8 @@ from rrp_sheets.workbook.package import BROKEN_ZIP
 _CHUNK = 1 << 20  # bytes that are read at once
 _MOST_FILES = 50_000
 _MOST_SECONDS = 20.0
+_MOST_FOLDERS = 50_000  # that are looked through for runs
+_MOST_SECONDS_BELOW = 10.0
 _MOST_MEMBER = 200_000_000  # bytes of a file in a zip
 _PICTURES = (".jpg", ".jpeg", ".wav", CAMERA)  # their bytes hold no text of ours but what was drawn
 _PNG = ".png"  # an export of ours has texts beside the picture
@@ -61,15 +54,10 @@ _NAME = re.compile(rb' (?:name|title|author|displayName)="([^"<>]*)"')
 
 @dataclass(frozen=True)
 class Unsearched:
-    """A file that the search did not look into.
-
-    Attributes:
-        name: as seen from the folder; of a file in a zip, behind the zip's name.
-        day: when it was changed last, None when unknown.
-    """
+    """A file that the search did not look into; of one in a zip, the name stands behind the zip's."""
 
     name: str
-    day: date | None
+    day: date | None  # when it was changed last
 
     def __str__(self) -> str:
         return f"{self.name} ({self.day.day} {self.day:%B %Y})" if self.day else self.name
@@ -77,17 +65,11 @@ class Unsearched:
 
 @dataclass
 class TracesLeft:
-    """Result of a search: the places of a code, and the files that were not looked into.
-
-    Attributes:
-        found: the places, in words.
-        unsearched: packed, damaged and locked files, and those that the time did not suffice for.
-        whole: False when there are more files than are named.
-    """
+    """Result of a search: the places of a code, in words, and the files that were not looked into."""
 
     found: list[str] = field(default_factory=list)
-    unsearched: list[Unsearched] = field(default_factory=list)
-    whole: bool = True
+    unsearched: list[Unsearched] = field(default_factory=list)  # packed, damaged, locked, and when the time was over
+    whole: bool = True  # False when there are more files than are named
 
 
 def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> TracesLeft:
@@ -117,7 +99,7 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
 
 def _searched_files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
     for root, folders, names in os.walk(folder):
-        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without and not is_software(root, n))
+        folders[:] = sorted(n for n in folders if Path(root, n).resolve() not in without and not _is_software(root, n))
         yield from (path for name in sorted(names) if not (path := Path(root, name)).is_symlink())
 
 
@@ -340,10 +322,8 @@ class Deletion:
 def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: Collection[str] = ()) -> Deletion:
     """Plan the deletion of the runs of a participant, or of those of some names. Nothing is changed.
 
-    A participant's runs in folders below are part of the plan.
-
     Args:
-        folder: of the workbooks.
+        folder: of the workbooks; a participant's runs in folders below are part of the plan.
         participant: the code, as it was typed when the runs began.
         names: of the runs' folders.
         going: the names of runs that are known to go on, or to be written still.
@@ -375,10 +355,7 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
 def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:
     """Delete what was planned: faces, then run by run, its record last, so that a broken deletion can be resumed.
 
-    Args:
-        planned: the plan that was shown.
-        going: as for `plan`.
-        below: the folders below whose runs go too, by their names in the plan.
+    The runs in folders below go if these are named in `below`, as in the plan. `going` is as for `plan`.
 
     Returns:
         The runs that have begun meanwhile, of that participant or not known yet of whom: they stay.
@@ -402,7 +379,7 @@ def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str
 
 def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
     """Plan the deletion of a participant's runs in the folders below; return also whether all were looked at."""
-    folders, whole = folders_below(root)
+    folders, whole = _folders_below(root)
     found = []
     for folder in folders:
         places = runs_in(folder)
@@ -412,6 +389,30 @@ def _below(root: Path, participant: str) -> tuple[tuple[Deletion, ...], bool]:
             within = folder.relative_to(root).as_posix()
             found.append(replace(_planned(folder, places, every, wanted, participant), within=within))
     return tuple(found), whole
+
+
+def _is_software(root: str, name: str) -> bool:
+    """Return whether a folder holds installed software, which would take long to search and has nothing of ours."""
+    return name == "node_modules" or Path(root, name, "pyvenv.cfg").is_file()
+
+
+def _folders_below(folder: Path) -> tuple[list[Path], bool]:
+    """Return the folders below a folder that have a `runs`, by name, and whether everything was looked at.
+
+    No link is followed, and the folders of runs are not searched.
+    """
+    deadline = time.monotonic() + _MOST_SECONDS_BELOW
+    found: list[Path] = []
+    for number, (root, folders, _) in enumerate(os.walk(folder)):
+        if number >= _MOST_FOLDERS or time.monotonic() > deadline:
+            return found, False
+        runs = Path(root, RUNS)
+        if RUNS in folders and not runs.is_symlink():
+            folders.remove(RUNS)
+            if number:
+                found.append(Path(root))
+        folders[:] = sorted(n for n in folders if not _is_software(root, n))
+    return found, True
 
 
 def _planned(
@@ -430,7 +431,7 @@ def _planned(
         folder=root, participant=participant, runs=tuple(wanted), files=len(files),
         size=sum(p.lstat().st_size for p in files), sounds=suffixes[".wav"],
         pictures=sum(suffixes[kind] for kind in (".gif", ".png", ".svg", ".jpg", ".zip")),
-        faces=tuple(plan_faces(kept, every, places, gone, participant) if kept else ()),
+        faces=tuple(_plan_faces(kept, every, places, gone, participant) if kept else ()),
         unread=unread, like=tuple(sorted(c for c in codes if participant and _squeezed(c) == _squeezed(participant))),
         unknown=tuple(f.run for f in every.values() if not f.readable and f.run not in gone),
         elsewhere=(), whole=True,
@@ -544,21 +545,12 @@ class FaceFate:
     why: str
 
 
-def plan_faces(
-    kept: Sequence[str],
-    runs: Mapping[str, RunMetadata],
-    places: Collection[Path],
-    gone: Collection[str],
-    participant: str,
+def _plan_faces(
+    kept: Sequence[str], runs: Mapping[str, RunMetadata], places: Collection[Path], gone: Collection[str], code: str
 ) -> list[FaceFate]:
-    """Decide which of the kept faces go when some runs are deleted.
+    """Decide which of the kept faces go when the runs named in `gone` are deleted.
 
-    Args:
-        kept: the names in the file of faces.
-        runs: all runs, by the name of their folder.
-        places: the folders of all runs.
-        gone: the names of those that are deleted.
-        participant: whose these are; blank when they were chosen one by one.
+    `code` is that of the participant whose runs these are, blank when they were chosen one by one.
     """
     began = {run: facts.began.timestamp() for run, facts in runs.items() if facts.began is not None}
     newest: dict[str, str] = {}  # the run that has a name, by the name's key
@@ -572,7 +564,7 @@ def plan_faces(
     fates = []
     for name in kept:
         run = newest.get(key(name), "")
-        if participant and key(name) == key(participant):
+        if code and key(name) == key(code):
             fates.append(FaceFate(name, True, N_("it has that code as its name")))
         elif run in gone:
             fates.append(FaceFate(name, True, N_("it was remembered in the run {run}", run=run)))

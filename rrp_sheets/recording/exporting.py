@@ -30,7 +30,6 @@ class ExportKind:
 
     Attributes:
         name: of a file that is downloaded, before its suffix.
-        title: what such a file is, in words.
         types: the suffixes of its formats, each with the media type; no two kinds share one.
         write: writes traces to a file, of a picture only these streams (all when empty); returns notes for the user.
         links: the suffixes that the page of a run offers, each with the words beside its link.
@@ -54,15 +53,6 @@ def export(runs: Sequence[Path], target: Path, streams: Sequence[str] = ()) -> l
     """Write recorded runs into a file, of the kind of its suffix; see `api.export`."""
     strays = [run for run in runs if run.is_file() and run.suffix != Path(TRACE).suffix]  # runs/faces.json
     runs = [run for run in runs if run not in strays] or runs
-    kind = _kind_for(target, len(runs), streams)
-    traces = [trace_of(run) for run in runs]
-    _require_apart(traces, target)
-    refuse_other_table(target)
-    notes = kind.write(traces, target, streams)
-    return notes if kind.picture else [*notes, *_pilots(traces)]
-
-
-def _kind_for(target: Path, runs: int, streams: Sequence[str]) -> ExportKind:
     kind = export_kind(target.suffix.casefold())
     if kind is None:
         kinds = [N_("{suffixes} for {title}", suffixes=", ".join(k.types), title=k.title) for k in EXPORTS]
@@ -71,17 +61,17 @@ def _kind_for(target: Path, runs: int, streams: Sequence[str]) -> ExportKind:
     if streams and not kind.picture:
         message = N_("Streams can be chosen for plots, not for {title}.", title=kind.title)
         raise SheetsError(message, N_("Leave out --streams."))
-    if kind.picture and runs > 1:
+    if kind.picture and len(runs) > 1:
         raise SheetsError(N_("A picture is of one run."), N_("Name one run, or export a table: -o study.xlsx"))
-    return kind
+    traces = [trace_of(run) for run in runs]
+    _require_apart(traces, target)
+    refuse_other_table(target)
+    notes = kind.write(traces, target, streams)
+    return notes if kind.picture else [*notes, *_pilots(traces)]
 
 
 def trace_of(run: Path) -> Path:
-    """Return the trace of a run's folder, or the trace that is named.
-
-    Raises:
-        UnreadableFile: there is none, or it does not begin as one.
-    """
+    """Return the trace of a run's folder, or the one that is named; raise UnreadableFile when it is none."""
     trace = run / TRACE if run.is_dir() else run
     remedy = N_("Name a run's folder; see `rrp-sheets runs`.")
     if not trace.is_file():
@@ -199,8 +189,7 @@ class _Seen:
 def pair(first: Path, second: Path) -> dict[str, Any]:
     """Compare two runs, as JSON: `streams` with the counts and first times of both, and `svg`, blank without numbers.
 
-    Raises:
-        UnreadableFile: when one of them is no record of a run.
+    It raises UnreadableFile when one of them is no record of a run.
     """
     left, right = _streams_of(first), _streams_of(second)
     streams = []

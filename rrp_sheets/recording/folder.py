@@ -180,11 +180,7 @@ _PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
 
 
 def stamp_pictures(place: Path) -> None:
-    """Write the metadata of a run that was just made into its pictures.
-
-    Raises:
-        OSError: one cannot be written; it is then as it was.
-    """
+    """Write the metadata of a run that was just made into its pictures; raise OSError when one must stay as it is."""
     about = dict(stamp_of(place).pairs())
     for name, make in _PICTURES.items():
         path = place / name

@@ -37,7 +37,7 @@ from rrp_sheets.model.workbook import Row
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.recording.metadata import kept_while_unchanged
 from rrp_sheets.recording.timeline import Log, value_text
-from rrp_sheets.recording.trace_reader import TraceReader, text_of
+from rrp_sheets.recording.trace_reader import TraceReader, entry_of, text_of
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import read
@@ -53,25 +53,16 @@ _SENT = b'"stimulated":true'
 
 @dataclass
 class Index:
-    """Places and times of the events in a trace, its log, and its pieces.
-
-    Attributes:
-        kinds: of the streams: sensor, stream, actuator, done.
-        series: the stream and the row of each; a row's errors are one without a stream.
-        log: what happened besides the values.
-        edits: seconds, place, before, after: what was changed in the workbook meanwhile.
-        switches: seconds, behaviour, whether it was switched on.
-        seconds: when the last event was.
-    """
+    """Places and times of the events in a trace, its log, and its pieces."""
 
     reader: TraceReader
-    kinds: dict[str, str] = field(default_factory=dict)
-    series: list[tuple[str, str]] = field(default_factory=list)
-    log: list[Any] = field(default_factory=list)
+    kinds: dict[str, str] = field(default_factory=dict)  # of the streams: sensor, stream, actuator, done
+    series: list[tuple[str, str]] = field(default_factory=list)  # stream and row; a row's errors are one without stream
+    log: list[Any] = field(default_factory=list)  # what happened besides the values
     left_out: int = 0
-    edits: list[tuple[float, str, str, str]] = field(default_factory=list)
-    switches: list[tuple[float, str, bool]] = field(default_factory=list)
-    seconds: float = 0.0
+    edits: list[tuple[float, str, str, str]] = field(default_factory=list)  # in the workbook: seconds, place, was, now
+    switches: list[tuple[float, str, bool]] = field(default_factory=list)  # seconds, behaviour, whether it is on now
+    seconds: float = 0.0  # when the last event was
     times: array[float] = field(default_factory=lambda: array("d"))
     of: array[int] = field(default_factory=lambda: array("l"))
     at: array[int] = field(default_factory=lambda: array("q"))
@@ -90,11 +81,7 @@ class Index:
 
 
 def index_trace(place: Path) -> Index:
-    """Index the trace of a run in one pass.
-
-    Raises:
-        UnreadableFile: when it is no trace.
-    """
+    """Index the trace of a run in one pass; raise UnreadableFile when it is none."""
     reader = TraceReader(place)
     streams = reader.header.streams[:_MOST_SERIES]
     found = Index(reader, {text_of(stream.name): stream.kind for stream in streams})
@@ -107,8 +94,7 @@ _index = kept_while_unchanged(index_trace, TRACE, 2)
 
 class _Indexer:
     def __init__(self, index: Index, log: Log) -> None:
-        self._index = index
-        self._log = log
+        self._index, self._log = index, log
         self._numbers: dict[tuple[bytes | str, bytes | str], int] = {}  # as they stand in the file
         self._named: dict[tuple[str, str], int] = {}
         self._last: array[int] = array("q")
@@ -194,7 +180,7 @@ _MOST_PARTS = 200  # joints, or things
 _MOST_PICTURES = 5_000
 _LARGEST_PICTURE = 1 << 20  # bytes
 _LARGEST_ZIP = 1 << 30
-_PICTURE = re.compile(r"(\d{5,8}\.\d{3})\.jpg")
+_PICTURE = re.compile(r"\d{5,8}\.\d{3}\.jpg")
 _JPEG = b"\xff\xd8\xff"
 
 
@@ -241,34 +227,23 @@ _poses = kept_while_unchanged(index_poses, POSES, 2)
 
 
 def _pose(line: bytes) -> dict[str, Any] | None:
-    try:
-        entry = json.loads(line)
-    except (ValueError, RecursionError):
+    entry = entry_of(line)
+    if not is_drawable_number(entry.get("t")):
         return None
-    if not isinstance(entry, dict) or not is_drawable_number(entry.get("t")):
-        return None
-    found: dict[str, Any] = {"t": float(entry["t"])}
-    if entry.get("full") is True:
-        found["full"] = True
+    begin = {"t": float(entry["t"]), **({"full": True} if entry.get("full") is True else {})}
     joints = {n: v for n, v in _named(entry.get("joints")) if is_drawable_number(v)}
     things = {n: v for n, v in _named(entry.get("things")) if v is None or _numbers(v, 3)}
     looks = {n: look for n, v in _named(entry.get("looks")) if (look := _look(v)) is not None}
-    parts = {
-        "joints": joints, "things": things, "looks": looks,
-        "base": v if _numbers(v := entry.get("base"), 6) else None,
-        "eyes": v if _numbers(v := entry.get("eyes"), 3) else None,
-        "light": v if is_drawable_number(v := entry.get("light")) else None,
-        "noise": v if is_drawable_number(v := entry.get("noise")) else None,
-        "saying": v[:500] if isinstance(v := entry.get("saying"), str) else None,
-    }  # fmt: skip
-    found.update((name, part) for name, part in parts.items() if part is not None and part != {})
-    return found
+    named = {n: part for n, part in (("joints", joints), ("things", things), ("looks", looks)) if part}
+    places = {n: entry[n] for n, count in (("base", 6), ("eyes", 3)) if _numbers(entry.get(n), count)}
+    numbers = {n: entry[n] for n in ("light", "noise") if is_drawable_number(entry.get(n))}
+    saying = {"saying": entry["saying"][:500]} if isinstance(entry.get("saying"), str) else {}
+    return {**begin, **named, **places, **numbers, **saying}
 
 
 def _named(part: Any) -> list[tuple[str, Any]]:
-    if not isinstance(part, dict):
-        return []
-    return [(name[:100], v) for name, v in list(part.items())[:_MOST_PARTS]]
+    given = part if isinstance(part, dict) else {}
+    return [(name[:100], v) for name, v in islice(given.items(), _MOST_PARTS)]
 
 
 def _look(look: Any) -> dict[str, Any] | None:
@@ -292,7 +267,7 @@ def _numbers(value: Any, count: int) -> bool:
 
 def picture_times(place: Path) -> list[float]:
     """Return the times at which the camera's pictures were taken; the number of a picture is its place here."""
-    return [float(m[1]) for name in _picture_names(place) if (m := _PICTURE.fullmatch(name))]
+    return [float(name.removesuffix(".jpg")) for name in _picture_names(place)]
 
 
 def picture(place: Path, number: int) -> bytes:
@@ -334,12 +309,9 @@ _MOST_NAME = 60  # letters
 
 
 def answer(place: Path, what: str, number: int = 0) -> str:
-    """Return one part of a run.
+    """Return one part of the run in a folder; the number is that of the piece, the diagram or the picture.
 
-    Args:
-        place: the run's folder.
-        what: `sheets`, `overview`, `piece`, `poses` (all as JSON), `diagram` (SVG) or `picture` (JPEG in base64).
-        number: of the piece, the diagram or the picture.
+    The parts are `sheets`, `overview`, `piece`, `poses` (all as JSON), `diagram` (SVG) and `picture` (JPEG in base64).
 
     Raises:
         UnreadableFile: it is no trace.
@@ -387,16 +359,11 @@ def _overview(place: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class RecordedWorkbook:
-    """Workbook that ran, as read from the folder of its run.
-
-    Attributes:
-        graph: None when the copy cannot be read; `why` says why.
-        units: of what rows give, by their refs.
-    """
+    """Workbook that ran, as read from the folder of its run."""
 
     robot: Robot
-    graph: Graph | None
-    units: Mapping[str, str]
+    graph: Graph | None  # None when the copy cannot be read; `why` says why
+    units: Mapping[str, str]  # of what rows give, by their refs
     why: str = ""
 
     @cached_property
@@ -456,8 +423,7 @@ def _row(row: Row) -> list[Any]:
 def drawing(book: RecordedWorkbook, number: int) -> str:
     """Return the diagram of a behaviour as SVG, for a page that highlights parts of it; empty when there is none.
 
-    Raises:
-        SheetsError: it is too long, or cannot be laid out.
+    It raises SheetsError when it is too long, or cannot be laid out.
     """
     from rrp_sheets.render.diagram import draw_diagram
     from rrp_sheets.render.output import MOST_ROWS

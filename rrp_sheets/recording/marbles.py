@@ -39,16 +39,23 @@ def is_trace(path: Path) -> bool:
 def trace_scores(path: Path) -> list[MarbleDiagram]:
     """Return the marble diagrams of a recorded run, one for each behaviour; one in all without the workbook beside it.
 
-    Raises:
-        UnreadableFile: when it is no trace.
+    It raises UnreadableFile when it is no trace.
     """
     reader = TraceReader(path, is_named=True)
     events = list(reader)
     graph = _graph(reader.path.with_name(WORKBOOK))
     language = known_language(reader.header.fields.get("language"))
     people = _people(events, language)
-    found = _alone(reader.header, events, people) if graph is None else _with_rows(graph, events, people, language)
-    return [replace(score, language=language) for score in found]
+    if graph is None:
+        return [replace(score, language=language) for score in _alone(reader.header, events, people)]
+    ids = {stream_label(s): s.id for s in graph.streams.values()}
+    sent = [e for e in events if isinstance(e, RecordedValue) and e.stream in ids]
+    values = [(e.us, ids[e.stream], e.row, value_from_json(e.stream, e.value)) for e in sent]
+    errors = [(e.us, e.row, e.text) for e in events if not isinstance(e, RecordedValue) and e.kind == "error" and e.row]
+    last = max((e.us for e in events), default=0)
+    scores = [make_score(graph, b, values, errors, last, language) for b in graph.behaviours]
+    shown = [score for score in scores if any(lane.marbles for lane in score.lanes)]
+    return [replace(score, groups=(*people, *score.groups), language=language) for score in shown]
 
 
 def stamped_scores(path: Path) -> list[MarbleDiagram]:
@@ -73,21 +80,6 @@ def _graph(workbook: Path) -> Graph | None:
         return None
     robot = load_robot(reading.workbook.protocol.robot) if reading.workbook.protocol.robot in robot_names() else None
     return build_graph(reading.workbook, robot or load_robot(), connectors(), Report())
-
-
-def _with_rows(
-    graph: Graph, events: Sequence[RecordedEvent], people: tuple[Group, ...], language: str
-) -> list[MarbleDiagram]:
-    ids = {stream_label(s): s.id for s in graph.streams.values()}
-    values = [
-        (e.us, ids[e.stream], e.row, value_from_json(e.stream, e.value))
-        for e in events
-        if isinstance(e, RecordedValue) and e.stream in ids
-    ]
-    errors = [(e.us, e.row, e.text) for e in events if not isinstance(e, RecordedValue) and e.kind == "error" and e.row]
-    last = max((e.us for e in events), default=0)
-    scores = [make_score(graph, b, values, errors, last, language) for b in graph.behaviours]
-    return [replace(s, groups=(*people, *s.groups)) for s in scores if any(lane.marbles for lane in s.lanes)]
 
 
 def _people(events: Iterable[RecordedEvent], language: str) -> tuple[Group, ...]:
@@ -145,19 +137,13 @@ def _kind(name: str, names: tuple[str, ...]) -> tuple[RecordType, tuple[tuple[st
 
 
 _scores = kept_while_unchanged(trace_scores, TRACE, 2)
-Window = tuple[float | None, float | None]
-"""Seconds; None: from the begin, to the end."""
+Window = tuple[float | None, float | None]  # seconds; None: from the begin, to the end
 
 
 def marbles(place: Path, behaviour: str, rows: Sequence[int], window: Window, spread: bool) -> dict[str, Any]:
-    """Draw the streams of a behaviour as marble diagrams.
+    """Draw the streams of a behaviour (blank: the first) in a run's folder as marble diagrams.
 
-    Args:
-        place: the run's folder.
-        behaviour: its name; blank: the first.
-        rows: only these, with their inputs; all when empty.
-        window: the time that is shown.
-        spread: whether a busy time is drawn in several strips instead of one.
+    Without `rows` all are drawn, else these with their inputs; with `spread`, a busy time is drawn in several strips.
 
     Returns:
         As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
@@ -182,8 +168,7 @@ def write_run_marbles(
 ) -> list[str]:  # fmt: skip
     """Write the diagram of a behaviour, stamped, in the format of the suffix; return what it lacks, in words.
 
-    Raises:
-        SheetsError: nothing came then, or it cannot be drawn.
+    It raises SheetsError when nothing came then, or it cannot be drawn.
     """
     score = next((s for s in _scores(place) if behaviour in ("", s.title)), None)
     shown = None if score is None else _shown(score, rows, window)

@@ -32,21 +32,13 @@ class RunMetadata:
     """Facts about a recorded run.
 
     Attributes:
-        run: the name of its folder.
-        began: wall clock at time 0; None when it is not known.
-        workbook: the file that ran; `digest` is its own.
-        language: of pictures and accounts that are made of its record.
-        seconds: how long it was, on its own clock.
         ended: `time`, `stopped`, `end run`, `broken`, `going`, `cut` (its record has no end), `unreadable`.
-        ended_by: the row or the person that ended it, where there is one.
-        why: why it broke off, or what is wrong with the record.
-        events, errors, commands: how many of them by stream or row.
     """
 
-    run: str
-    began: datetime | None = None
-    workbook: str = ""
-    digest: str = ""
+    run: str  # the name of its folder
+    began: datetime | None = None  # wall clock at time 0, when that is known
+    workbook: str = ""  # the file that ran
+    digest: str = ""  # of that file
     participant: str = ""
     condition: str = ""
     operator: str = ""
@@ -56,13 +48,13 @@ class RunMetadata:
     frame_rate: str = ""
     seed: str = ""
     program: str = ""
-    language: str = "en"
-    seconds: float = 0.0
+    language: str = "en"  # of pictures and accounts that are made of its record
+    seconds: float = 0.0  # on its own clock
     ended: str = "unreadable"
-    ended_by: str = ""
-    why: str = ""
+    ended_by: str = ""  # the row or the person that ended it, where there is one
+    why: str = ""  # it broke off, or cannot be read
     remedy: str = ""
-    events: Mapping[str, int] = field(default_factory=dict)
+    events: Mapping[str, int] = field(default_factory=dict)  # by stream or row, as the two below
     errors: Mapping[str, int] = field(default_factory=dict)
     commands: Mapping[str, int] = field(default_factory=dict)
 
@@ -87,11 +79,9 @@ def newest_first(runs: Iterable[RunMetadata]) -> list[RunMetadata]:
 
 
 def facts_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
-    """Return the facts about a run; never raise: those of an unreadable record have the reason.
+    """Return the facts about a run's folder; never raise: those of an unreadable record have the reason.
 
-    Args:
-        place: the run's folder.
-        going: the names of the folders of runs that are known to go on.
+    `going`: the names of the folders of runs that are known to go on.
     """
     run, trace = place.name, place / TRACE
     try:
@@ -166,15 +156,10 @@ def stamp_of(place: Path) -> Stamp:
     )  # fmt: skip
 
 
-_MOST_FOLDERS = 50_000
-_MOST_SECONDS = 10.0
-
-
 def runs_place(folder: Path) -> Path:
     """Return the folder in which the runs of a folder are: its `runs`, or itself when it is named so.
 
-    Raises:
-        SheetsError: there is no such folder, or its `runs` leads elsewhere.
+    It raises SheetsError when there is no such folder, or its `runs` leads elsewhere.
     """
     if not folder.is_dir():
         remedy = N_("Name the folder with the workbooks.")
@@ -217,30 +202,6 @@ def as_dict(facts: RunMetadata) -> dict[str, Any]:
         "seconds": facts.seconds, "ended": facts.ended, "ended_by": facts.ended_by, "why": facts.why,
         "errors": sum(facts.errors.values()),
     }  # fmt: skip
-
-
-def is_software(root: str, name: str) -> bool:
-    """Return whether a folder holds installed software, which would take long to search and has nothing of ours."""
-    return name == "node_modules" or Path(root, name, "pyvenv.cfg").is_file()
-
-
-def folders_below(folder: Path) -> tuple[list[Path], bool]:
-    """Return the folders below a folder that have a `runs`, by name, and whether everything was looked at.
-
-    No link is followed, and the folders of runs are not searched.
-    """
-    deadline = time.monotonic() + _MOST_SECONDS
-    found: list[Path] = []
-    for number, (root, folders, _) in enumerate(os.walk(folder)):
-        if number >= _MOST_FOLDERS or time.monotonic() > deadline:
-            return found, False
-        runs = Path(root, RUNS)
-        if RUNS in folders and not runs.is_symlink():
-            folders.remove(RUNS)
-            if number:
-                found.append(Path(root))
-        folders[:] = sorted(n for n in folders if not is_software(root, n))
-    return found, True
 
 
 def length(seconds: float) -> str:

@@ -46,8 +46,7 @@ _MOST = 1_000_000  # bytes; more is no list of sheets of ours, nor a header
 def write_csv(traces: Sequence[Path], target: Path) -> None:
     """Write the events of runs as CSV (UTF-8 with a mark at its begin, which Excel needs); whole or not at all.
 
-    Raises:
-        UnreadableFile: when one of them is no trace.
+    It raises UnreadableFile when one of them is no trace.
     """
     table = tidy_table(traces, stamped=True)
     half = target.with_name(target.name + ".part")
@@ -64,8 +63,7 @@ def write_csv(traces: Sequence[Path], target: Path) -> None:
 def write_xlsx(traces: Sequence[Path], target: Path) -> None:
     """Write the events of runs as .xlsx, with a sheet about the runs and one about their streams.
 
-    Raises:
-        UnreadableFile: when one of them is no trace.
+    It raises UnreadableFile when one of them is no trace.
     """
     table = tidy_table(traces)
     more, properties = [about_runs(table.stamps), _streams(table)], properties_of(table.stamps)
@@ -178,22 +176,14 @@ class _Look:
 
 @dataclass(frozen=True)
 class Tidy:
-    """A table of events.
-
-    Attributes:
-        rows: read while they are written; a table can be made once.
-        widths: of the columns, in characters.
-        stamps: one for each run.
-        streams: of each run: name, kind, device, and units per field, `distance: m`.
-        count: how many rows there are.
-    """
+    """A table of events."""
 
     header: list[str]
-    rows: Iterator[list[Any]]
-    widths: list[float]
-    stamps: list[Stamp]
-    streams: list[list[list[str]]]
-    count: int
+    rows: Iterator[list[Any]]  # read while they are written; a table can be made once
+    widths: list[float]  # of the columns, in characters
+    stamps: list[Stamp]  # one for each run
+    streams: list[list[list[str]]]  # of each run: name, kind, device, and units per field, `distance: m`
+    count: int  # of the rows
 
 
 def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:

@@ -36,30 +36,22 @@ _FIELDS = {"sensor": 0, "stream": 1, "actuator": 2}  # … and of records what w
 
 @dataclass
 class TimelineEntry:
-    """A line of the log.
+    """A line of the log."""
 
-    Attributes:
-        t: seconds since the run began.
-        kind: `say`, `command`, `error`, `mark`, `edit`, …
-        row: such as `Tracking!4`.
-        times: how often it came.
-        until: when it came last, or a thing was dragged to its last place.
-        sound: the file with what was said.
-    """
-
-    t: float
-    kind: str
+    t: float  # seconds since the run began
+    kind: str  # `say`, `command`, `error`, `mark`, `edit`, …
     text: str
-    row: str = ""
+    row: str = ""  # whose it is, `Tracking!4`
     by: str = ""
-    times: int = 1
-    until: float = 0.0
-    sound: str = ""
+    times: int = 1  # that it came
+    until: float = 0.0  # when it came last, or a thing was dragged to its last place
+    sound: str = ""  # the file with what was said
 
 
 @dataclass
 class _Curve:
     kind: str
+    unit: str
     times: array[float] = field(default_factory=lambda: array("d"))
     values: array[float] = field(default_factory=lambda: array("d"))
 
@@ -68,11 +60,9 @@ _Curves = dict[tuple[str, str], _Curve]  # by stream and field, which is blank f
 
 
 def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
-    """Return the log and the curves of a run, as JSON.
+    """Return the log of the run in a folder, and its curves or those of some streams, as JSON.
 
-    Args:
-        place: the run's folder.
-        only: the streams whose curves are wanted (`Red ball`, `Distance`, `Red ball.x`); all when empty.
+    A stream may be named without its sheet, and its field left out: `Red ball`, `Distance`, `Tracking!Red ball.x`.
 
     Raises:
         UnreadableFile: when it is no trace.
@@ -81,20 +71,21 @@ def build_timeline(place: Path, only: Collection[str] = ()) -> dict[str, Any]:
     log = Log(place, reader.header)
     curves: _Curves = {}
     kinds = {stream.name: stream.kind for stream in reader.header.streams}
+    units = units_of(reader)
     last, count = 0.0, 0
     for event in islice(reader, _MOST_EVENTS):
         t = event.t
         last = t if t > last else last
         count += 1
         if isinstance(event, RecordedValue):
-            _note(curves, event.stream, kinds, t, event.value)
+            _note(curves, event, kinds, units)
             if event.by is not None or event.stream in log.commanded:
                 log.value(event)
         else:
             log.add(event)
     labelled = {f"{text_of(s)}.{text_of(n)}" if n else text_of(s): curve for (s, n), curve in curves.items()}
     wanted = {key(name) for name in only}
-    shown, more = _chosen({k: c for k, c in labelled.items() if not only or wanted & _names_of(k)}, units_of(reader))
+    shown, more = _chosen({k: c for k, c in labelled.items() if not only or wanted & _names_of(k)})
     return {
         "lines": [asdict(line) for line in log.lines], "left_out": log.left_out, "seconds": last, "count": count,
         "curves": shown, "more_curves": more,
@@ -218,8 +209,11 @@ def _triggered() -> frozenset[str]:
     return frozenset(d.name for d in load_robot().devices.values() if d.takes.startswith("any event"))
 
 
-def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, value: Any) -> None:
+def _note(
+    curves: _Curves, event: RecordedValue, kinds: Mapping[str, str], units: Mapping[str, Mapping[str, str]]
+) -> None:
     """Add a value's numbers to the curves; called a million times for a long run, so it is kept simple."""
+    t, stream, value = event.t, event.stream, event.value
     parts = value.items() if isinstance(value, dict) else (("", value),)
     for name, part in parts:
         kind = type(part)
@@ -228,37 +222,30 @@ def _note(curves: _Curves, stream: str, kinds: Mapping[str, str], t: float, valu
             if curve is None:
                 if len(curves) >= 20 * MOST_CURVES:
                     continue
-                curve = curves[stream, name] = _Curve(kinds.get(stream, ""))
+                unit = units.get(stream, {}).get(key(name), "")
+                curve = curves[stream, name] = _Curve(kinds.get(stream, ""), unit)
             curve.times.append(t)
             curve.values.append(part)
 
 
-def _chosen(curves: Mapping[str, _Curve], units: Mapping[str, Mapping[str, str]]) -> tuple[list[dict[str, Any]], int]:
+def _chosen(curves: Mapping[str, _Curve]) -> tuple[list[dict[str, Any]], int]:
     """Return the curves that are shown, and the number of others: plain numbers first, fields of records after them."""
-    moving = [(k, c) for k, c in curves.items() if len(c.times) > 1]
-    moving.sort(key=lambda e: _place("." in e[0].rpartition("!")[2], e[1].kind))
+
+    def place(labelled: tuple[str, _Curve]) -> tuple[bool, int]:
+        is_field = "." in labelled[0].rpartition("!")[2]
+        return is_field, (_FIELDS if is_field else _PLAIN).get(labelled[1].kind, 3)
+
+    moving = sorted(((label, curve) for label, curve in curves.items() if len(curve.times) > 1), key=place)
     chosen = moving[:MOST_CURVES]
     short = [label.rpartition("!")[2] for label, _ in chosen]
     found = [
         {
             "name": name if short.count(name) == 1 else label, "kind": curve.kind, "count": len(curve.times),
-            "unit": _unit(label, units), "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
+            "unit": curve.unit, "points": [[round(t, 4), v] for t, v in thinned(curve.times, curve.values)],
         }
         for (label, curve), name in zip(chosen, short, strict=True)
     ]  # fmt: skip
     return found, len(moving) - len(chosen)
-
-
-def _place(is_field: bool, kind: str) -> tuple[bool, int]:
-    return is_field, (_FIELDS if is_field else _PLAIN).get(kind, 3)
-
-
-def _unit(curve: str, units: Mapping[str, Mapping[str, str]]) -> str:
-    """Return the unit of a stream's plain value, or of a record's field."""
-    if curve in units:
-        return units[curve].get("", "")
-    stream, _, name = curve.rpartition(".")
-    return units.get(stream, {}).get(key(name), "")
 
 
 def thinned(times: array[float], values: array[float], most: int = MOST_POINTS) -> list[tuple[float, float]]:

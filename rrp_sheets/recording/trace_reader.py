@@ -92,12 +92,9 @@ def text_of(value: Any) -> str:
 
 
 def read_ends(trace: Path) -> tuple[TraceHeader | None, TraceSummary | None, float]:
-    """Return header, summary and last time (s) of a trace, without reading all of it, however long it is.
+    """Return header, summary and last time (s) of a trace, without reading all of it; raise OSError when it cannot.
 
     The header is None when the first line is none, and has no fields when that line is not whole yet.
-
-    Raises:
-        OSError: it cannot be read.
     """
     with trace.open("rb") as file:
         first = file.readline(_LONGEST_END)
@@ -109,14 +106,15 @@ def read_ends(trace: Path) -> tuple[TraceHeader | None, TraceSummary | None, flo
             *whole, _ = file.read(most).split(b"\n")
             if len(whole) > 1:
                 break
-    header, last = (_entry_of(line) for line in (first, whole[-1] if whole else b""))
+    header, last = (entry_of(line) for line in (first, whole[-1] if whole else b""))
     ending = TraceSummary(last)
     seconds = float(ending.seconds) if 0 <= ending.seconds < 1e9 else 0.0
     begun = TraceHeader(header) if header.get("type") == "header" or not first else None
     return begun, ending if last.get("type") == "summary" else None, seconds
 
 
-def _entry_of(line: bytes) -> dict[str, Any]:
+def entry_of(line: bytes) -> dict[str, Any]:
+    """Parse a line of any file of a run; one that is no JSON object has no entries."""
     try:
         found = json.loads(line)
     except (ValueError, RecursionError):
