@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -381,9 +381,8 @@ class EditRequest:
 class Queue:
     """Queue of edit requests. The first caller carries out all that wait by then; the others only wait."""
 
-    def __init__(self, lock: threading.RLock, carry_out: Callable[[Sequence[EditRequest]], None]) -> None:  # type: ignore[valid-type,unused-ignore]
-        self._lock = lock
-        self._carry_out = carry_out
+    def __init__(self, lock: AbstractContextManager[bool], carry_out: Callable[[Sequence[EditRequest]], None]) -> None:
+        self._lock, self._carry_out = lock, carry_out
         self._waiting: deque[EditRequest] = deque()
 
     def ask(self, request: EditRequest) -> Changed:

@@ -7,7 +7,7 @@ import secrets
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby
+from itertools import groupby, pairwise
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
@@ -179,10 +179,15 @@ class Grid:
         self.version += 1
         return added
 
+    def filled(self) -> int:
+        """Return the number of rows up to the last one with a text."""
+        blank = next((i for i, row in enumerate(reversed(self.rows)) if self.texts[row]), len(self.rows))
+        return len(self.rows) - blank
+
     def fill_up(self) -> list[str]:
         """The blank rows that were missing below the last filled row, and are there now."""
-        blank = next((i for i, row in enumerate(reversed(self.rows)) if self.texts[row]), len(self.rows))
-        return self.add_blank(BLANK_ROWS - blank) if blank < BLANK_ROWS else []
+        missing = self.filled() + BLANK_ROWS - len(self.rows)
+        return self.add_blank(missing) if missing > 0 else []
 
     def carry_out(self, edit: InsertRows | DeleteRows | MoveRows, ids: Iterable[str] = ()) -> list[str]:
         """The same as the edit does in the file; the rows that came, went or moved. `ids`: of rows that come back."""
@@ -210,8 +215,7 @@ class Grid:
         for edit in edits:
             if isinstance(edit, InsertRows | DeleteRows | MoveRows) and edit.sheet == self.name:
                 kept.carry_out(edit)
-        filled = max((place for place, row in enumerate(self.rows, 1) if self.texts[row]), default=0)
-        if len(kept.rows) < filled:  # they are of another file
+        if len(kept.rows) < self.filled():  # they are of another file
             return
         more = self.rows[len(kept.rows) :]
         lines = [self.texts[row] for row in self.rows] + [{} for _ in range(len(kept.rows) - len(self.rows))]
@@ -239,31 +243,26 @@ class Grid:
         last = max(found, default=self.first - 1)
         lines = [found.get(n, {}) for n in range(self.first, last + 1)]
         was = self.rows
-        filled = len(was) - next((i for i, row in enumerate(reversed(was)) if self.texts[row]), len(was))
-        old = [self.texts[row] for row in was[:filled]]
+        old = [self.texts[row] for row in was[: self.filled()]]
         if lines == old and was:
             return None
         places = match(old, lines)
-        matched = 1 + max((place for place in places if place is not None), default=-1)
-        ending = len(lines) - next((i for i, place in enumerate(reversed(places)) if place is not None), len(lines))
+        ending = max((n for n, place in enumerate(places, 1) if place is not None), default=0)
         # below the last row that is still there, rows are told by their numbers: blank ones too
-        below = was[matched:]
-        given = [was[place] if place is not None else self.new_id() for place in places[:ending]]
-        given += [*below[: len(lines) - ending], *(self.new_id() for _ in range(len(lines) - ending - len(below)))]
-        rows = given + below[len(lines) - ending :]
-        new = dict(zip(rows, lines, strict=False))
-        touched = tuple(row for row in rows if row in self.texts and self.texts[row] != new.get(row, {}))
-        before, followers = set(was), dict(zip(rows, [*rows[1:], None], strict=False))
+        below = was[1 + max((place for place in places if place is not None), default=-1) :]
+        rows = [was[place] if place is not None else self.new_id() for place in places[:ending]] + below
+        rows += [self.new_id() for _ in range(len(lines) - len(rows))]
+        new: dict[str, dict[int, str]] = {row: {} for row in rows} | dict(zip(rows, lines, strict=False))
+        touched = tuple(row for row in rows if row in self.texts and self.texts[row] != new[row])
+        before, followers = set(was), dict(pairwise([*rows, None]))
         came = tuple((row, followers[row]) for row in reversed(rows) if row not in before)
-        left = set(rows)
-        gone = tuple(row for row in was if row not in left)
+        gone = tuple(row for row in was if row not in new)
         for row in touched:
-            for column in {*self.texts[row], *new.get(row, {})}:
-                if self.texts[row].get(column) != new.get(row, {}).get(column):
-                    self.authors.pop((row, column), None)
-        self.texts.update({row: new.get(row, {}) for row in rows})
+            for column, _ in self.texts[row].items() ^ new[row].items():
+                self.authors.pop((row, column), None)
+        self.texts.update(new)
         if gone:
-            self._drop(gone, [row for row in was if row in left])
+            self._drop(gone, [row for row in was if row in new])
         if came:
             self.rows = rows
             self.version += 1

@@ -61,10 +61,9 @@ class SheetEdits:
             grid = self._sheets().grids.get(sheet)
             if grid is None or is_single(grid.kind):
                 raise Refused(N_("This sheet cannot be duplicated."), N_("A workbook has one sheet of that kind."))
-            last = max((i for i, row in enumerate(grid.rows) if grid.texts[row]), default=-1)
             width = max(c.number for c in grid.columns)
             headers = {c.number: c.header for c in grid.columns}
-            lines = [headers, *(grid.texts[row] for row in grid.rows[: last + 1])]
+            lines = [headers, *(grid.texts[row] for row in grid.rows[: grid.filled()])]
             rows = [[line.get(c, "") for c in range(1, width + 1)] for line in lines]
             return self.add(author, grid.kind, free_name(sheet, self._sheets().reading.workbook.sheets, 2), rows)
 
