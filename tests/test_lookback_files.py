@@ -16,7 +16,7 @@ from test_lookback import BOOK, ask
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.exchange import DeviceUse, SceneAction
-from rrp_sheets.recording.lookback import PIECE_EVENTS, answer, index_trace
+from rrp_sheets.recording.lookback import PIECE_EVENTS, Index, answer
 from rrp_sheets.robots import load_robot
 from rrp_sheets.sim import recording
 from rrp_sheets.sim.film import FilmFile, write_strip
@@ -35,7 +35,7 @@ def test_what_came_at_one_instant_is_in_one_piece_and_every_piece_knows_what_was
         {"t": 1 + k // 3, "stream": f'T!a"{k % 2}', "row": f"T!{k % 2}", "value": k} for k in range(2 * PIECE_EVENTS)
     ]
     (tmp_path / "trace.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
-    index = index_trace(tmp_path)
+    index = Index(tmp_path)
     assert index.count == 2 * PIECE_EVENTS + 1 and len(index.starts) > 100  # 20 s each
     for number in range(len(index.starts)):
         numbers, before = index.piece(number)

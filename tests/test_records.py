@@ -17,7 +17,7 @@ from flask.testing import FlaskClient
 from recorded import END, HEADER, write_run
 
 from rrp_sheets import api
-from rrp_sheets.recording.lookback import index_trace
+from rrp_sheets.recording.lookback import Index
 from rrp_sheets.recording.metadata import facts_of
 from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.resources import bundled
@@ -281,7 +281,7 @@ def test_a_command_that_goes_on_is_one_line_and_another_gesture_is_the_next(tmp_
         (9, "Gesture: “Wave”", 1), (10, "EyeBrightness: 0", 3000), (121, "SayInput: stops", 1), (122, "Gesture: “Bow”", 1),
     ]  # fmt: skip
     assert told[-1]["kind"] == "send" and told[-1]["by"] == "Aya"
-    assert [vars(line) for line in index_trace(place).log] == told  # looking back has the same moments
+    assert [vars(line) for line in Index(place).log] == told  # looking back has the same moments
 
 
 def test_many_commands_leave_room_for_what_people_did(tmp_path: Path) -> None:

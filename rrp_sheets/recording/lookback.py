@@ -15,7 +15,7 @@ import zipfile
 from array import array
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, takewhile
 from pathlib import Path
@@ -51,23 +51,33 @@ _MOST_ACTS = 20_000  # edits and switches
 _SENT = b'"stimulated":true'
 
 
-@dataclass
 class Index:
-    """Places and times of the events in a trace, its log, and its pieces."""
+    """Places and times of the events in a trace, its log, and its pieces, made in one pass over the trace.
 
-    reader: TraceReader
-    kinds: dict[str, str] = field(default_factory=dict)  # of the streams: sensor, stream, actuator, done
-    series: list[tuple[str, str]] = field(default_factory=list)  # stream and row; a row's errors are one without stream
-    log: list[Any] = field(default_factory=list)  # what happened besides the values
-    left_out: int = 0
-    edits: list[tuple[float, str, str, str]] = field(default_factory=list)  # in the workbook: seconds, place, was, now
-    switches: list[tuple[float, str, bool]] = field(default_factory=list)  # seconds, behaviour, whether it is on now
-    seconds: float = 0.0  # when the last event was
-    times: array[float] = field(default_factory=lambda: array("d"))
-    of: array[int] = field(default_factory=lambda: array("l"))
-    at: array[int] = field(default_factory=lambda: array("q"))
-    starts: list[int] = field(default_factory=list)  # of the pieces: numbers of events
-    before: list[array[int]] = field(default_factory=list)  # by piece: the last event of each series, -1 for none
+    Raises:
+        UnreadableFile: it is no trace.
+    """
+
+    def __init__(self, place: Path) -> None:
+        self.reader = TraceReader(place)
+        streams = self.reader.header.streams[:_MOST_SERIES]
+        self.kinds = {text_of(stream.name): stream.kind for stream in streams}  # sensor, stream, actuator, done
+        self.series: list[tuple[str, str]] = []  # stream and row; a row's errors are one without stream
+        self.edits: list[tuple[float, str, str, str]] = []  # in the workbook: seconds, place, was, now
+        self.switches: list[tuple[float, str, bool]] = []  # seconds, behaviour, whether it is on now
+        self.seconds = 0.0  # when the last event was
+        self.times: array[float] = array("d")
+        self.of: array[int] = array("l")
+        self.at: array[int] = array("q")
+        self.starts: list[int] = []  # of the pieces: numbers of events
+        self.before: list[array[int]] = []  # by piece: the last event of each series, -1 for none
+        self._log = Log(place, self.reader.header)
+        self._numbers: dict[tuple[bytes | str, bytes | str], int] = {}  # of the series, as they stand in the file
+        self._named: dict[tuple[str, str], int] = {}
+        self._last: array[int] = array("q")
+        self._piece = 0.0  # when the piece of now began
+        self._read()
+        self.log, self.left_out = self._log.lines, self._log.left_out  # what happened besides the values
 
     @property
     def count(self) -> int:
@@ -79,44 +89,21 @@ class Index:
         end = self.starts[number + 1] if number + 1 < len(self.starts) else self.count
         return range(self.starts[number], end), self.before[number]
 
-
-def index_trace(place: Path) -> Index:
-    """Index the trace of a run in one pass; raise UnreadableFile when it is none."""
-    reader = TraceReader(place)
-    streams = reader.header.streams[:_MOST_SERIES]
-    found = Index(reader, {text_of(stream.name): stream.kind for stream in streams})
-    _Indexer(found, Log(place, reader.header)).index()
-    return found
-
-
-_index = kept_while_unchanged(index_trace, TRACE, 2)
-
-
-class _Indexer:
-    def __init__(self, index: Index, log: Log) -> None:
-        self._index, self._log = index, log
-        self._numbers: dict[tuple[bytes | str, bytes | str], int] = {}  # as they stand in the file
-        self._named: dict[tuple[str, str], int] = {}
-        self._last: array[int] = array("q")
-        self._piece = 0.0  # when the piece of now began
-        self._commanded = frozenset(stream.encode() for stream in log.commanded)
-
-    def index(self) -> None:
-        index = self._index
-        for place, line, value in index.reader.skim():
-            if index.count >= _MOST_EVENTS:
+    def _read(self) -> None:
+        commanded = frozenset(stream.encode() for stream in self._log.commanded)
+        for place, line, value in self.reader.skim():
+            if self.count >= _MOST_EVENTS:
                 break
             if value is None:
-                self._other(index.reader.event(line), place)
+                self._other(self.reader.event(line), place)
                 continue
             t, stream, row = value
             self._event(t, self._series(stream, row), place)
-            if stream in self._commanded or (line.endswith(b"}\n") and _SENT in line):
-                self._happened(index.reader.event(line))
-        if not index.starts:
-            index.starts, index.before = [0], [array("q")]
-        index.log, index.left_out = self._log.lines, self._log.left_out
-        index.seconds = max(index.seconds, index.times[-1] if index.count else 0.0)
+            if stream in commanded or (line.endswith(b"}\n") and _SENT in line):
+                self._happened(self.reader.event(line))
+        if not self.starts:
+            self.starts, self.before = [0], [array("q")]
+        self.seconds = max(self.seconds, self.times[-1] if self.count else 0.0)
 
     def _series(self, stream: bytes | str, row: bytes | str) -> int:
         known = self._numbers.get((stream, row))
@@ -125,31 +112,30 @@ class _Indexer:
             first, second = map(text_of, given)
             known = self._numbers[stream, row] = self._named.setdefault((first, second), len(self._named))
             if known >= _MOST_SERIES:
-                raise self._index.reader.damaged()
-            if known == len(self._index.series):
-                self._index.series.append((first, second))
+                raise self.reader.damaged()
+            if known == len(self.series):
+                self.series.append((first, second))
                 self._last.append(-1)
         return known
 
     def _event(self, t: float, series: int, place: int) -> None:
-        index = self._index
-        t = max(t, index.times[-1]) if index.count else t
-        new = not index.count or t > index.times[-1]  # what came at one instant stays together
-        begun = index.count - index.starts[-1] if index.starts else 0
-        if not index.starts or (new and (begun >= PIECE_EVENTS or t - self._piece >= PIECE_SECONDS)):
-            index.starts.append(index.count)
-            index.before.append(array("q", self._last))
-            self._piece = t if index.count else 0.0
-        self._last[series] = index.count
-        index.times.append(t)
-        index.of.append(series)
-        index.at.append(place)
+        t = max(t, self.times[-1]) if self.count else t
+        new = not self.count or t > self.times[-1]  # what came at one instant stays together
+        begun = self.count - self.starts[-1] if self.starts else 0
+        if not self.starts or (new and (begun >= PIECE_EVENTS or t - self._piece >= PIECE_SECONDS)):
+            self.starts.append(self.count)
+            self.before.append(array("q", self._last))
+            self._piece = t if self.count else 0.0
+        self._last[series] = self.count
+        self.times.append(t)
+        self.of.append(series)
+        self.at.append(place)
 
     def _other(self, event: RecordedEvent | None, place: int) -> None:
         """Take in an event that is not written as most are; None for a line that has none."""
         if event is None:
             return
-        self._index.seconds = max(self._index.seconds, event.t)
+        self.seconds = max(self.seconds, event.t)
         if isinstance(event, RecordedValue):
             self._event(event.t, self._series(event.stream, event.row), place)
         elif event.row and event.kind == "error":
@@ -165,11 +151,14 @@ class _Indexer:
         if not isinstance(event, RecordedAction):
             return
         detail = event.detail
-        if event.kind == "edit" and len(self._index.edits) < _MOST_ACTS:
+        if event.kind == "edit" and len(self.edits) < _MOST_ACTS:
             place, was, now = (text_of(detail.get(name)) for name in ("place", "was", "now"))
-            self._index.edits.append((event.t, place, was, now))
-        elif event.kind == "switch" and len(self._index.switches) < _MOST_ACTS:
-            self._index.switches.append((event.t, text_of(detail.get("behaviour")), bool(detail.get("on"))))
+            self.edits.append((event.t, place, was, now))
+        elif event.kind == "switch" and len(self.switches) < _MOST_ACTS:
+            self.switches.append((event.t, text_of(detail.get("behaviour")), bool(detail.get("on"))))
+
+
+_index = kept_while_unchanged(Index, TRACE, 2)
 
 
 POSE_PIECE_SECONDS = 30.0
@@ -184,13 +173,23 @@ _PICTURE = re.compile(r"\d{5,8}\.\d{3}\.jpg")
 _JPEG = b"\xff\xd8\xff"
 
 
-@dataclass
 class PoseIndex:
-    """Times and places of the pieces of a file of poses. Each piece begins with a full pose."""
+    """Times and places of the pieces of a run's poses, none without such a file. Each piece begins with a full pose."""
 
-    path: Path
-    times: list[float] = field(default_factory=list)
-    places: list[int] = field(default_factory=list)
+    def __init__(self, place: Path) -> None:
+        self.path = place / POSES
+        self.times: list[float] = []
+        self.places: list[int] = []
+        if not self.path.is_file() or self.path.is_symlink():
+            return
+        at = 0
+        with self.path.open("rb") as file:
+            for line in islice(_whole_lines(file), _MOST_LINES):
+                pose = _pose(line) if _FULL in line else None
+                if pose is not None and (not self.times or pose["t"] - self.times[-1] >= POSE_PIECE_SECONDS):
+                    self.times.append(pose["t"])
+                    self.places.append(at)
+                at += len(line)
 
     def piece(self, number: int) -> list[dict[str, Any]]:
         """Return the poses of a piece, each with what has changed since the one before."""
@@ -201,29 +200,12 @@ class PoseIndex:
             return [pose for line in lines if (pose := _pose(line)) is not None]
 
 
-def index_poses(place: Path) -> PoseIndex:
-    """Look through the poses of a run; the index has no pieces when there are none."""
-    found = PoseIndex(place / POSES)
-    if not found.path.is_file() or found.path.is_symlink():
-        return found
-    at = 0
-    with found.path.open("rb") as file:
-        for line in islice(_whole_lines(file), _MOST_LINES):
-            if _FULL in line and (pose := _pose(line)) is not None:
-                t = pose["t"]
-                if not found.times or t - found.times[-1] >= POSE_PIECE_SECONDS:
-                    found.times.append(t)
-                    found.places.append(at)
-            at += len(line)
-    return found
-
-
 def _whole_lines(file: BinaryIO) -> Iterator[bytes]:
     while (line := file.readline(_LONGEST_LINE)).endswith(b"\n"):
         yield line
 
 
-_poses = kept_while_unchanged(index_poses, POSES, 2)
+_poses = kept_while_unchanged(PoseIndex, POSES, 2)
 
 
 def _pose(line: bytes) -> dict[str, Any] | None:

@@ -17,7 +17,7 @@ import unicodedata
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -161,17 +161,40 @@ _R_WORDS = frozenset(("if", "else", "repeat", "while", "function", "for", "next"
 """Words that R does not take as a column's name (`?Reserved`), as far as they are written small."""
 
 
-@dataclass
 class _Look:
     """Facts about the columns of a trace, from one pass over it."""
 
-    kinds: dict[str, str]
-    printing: set[str]  # streams whose commands the trace has twice: as event and as note
-    streams: list[list[str]]
-    fields: dict[str, set[str]] = field(default_factory=dict)  # with the units that they have
-    together: set[str] = field(default_factory=set)  # fields of one record that are spelt nearly alike
-    people: bool = False
-    count: int = 0
+    def __init__(self, reader: TraceReader) -> None:
+        units, streams = units_of(reader), reader.header.streams
+        self._reader = reader
+        self._printing = {s.name for s in streams if s.device == "Print"}
+        self.kinds = {s.name: s.kind for s in streams}
+        self.streams = [[s.name, s.kind, s.device, _units_told(units.get(s.name, {}))] for s in streams]
+        self.fields: dict[str, set[str]] = {}  # with the units that they have
+        self.together: set[str] = set()  # fields of one record that are spelt nearly alike
+        self.people = False
+        self.count = 0
+        for event in self.events():
+            self.count += 1
+            sent = isinstance(event, RecordedValue) and event.by is not None
+            self.people = self.people or sent or isinstance(event, RecordedAction)
+            if isinstance(event, RecordedValue) and isinstance(event.value, dict):
+                self._take_fields(event.value, units.get(event.stream, {}))
+
+    def _take_fields(self, record: Mapping[str, Any], units: Mapping[str, str]) -> None:
+        stems = [snake_case(name) for name in record] if len(record) <= _MOST_FIELDS else []
+        if len(set(stems)) < len(stems):
+            self.together.update(n for n, stem in zip(record, stems, strict=True) if stems.count(stem) > 1)
+        for name in record:
+            if len(self.fields) < _MOST_FIELDS or name in self.fields:
+                self.fields.setdefault(name, set()).add(units.get(key(name), ""))
+
+    def events(self) -> Iterator[RecordedEvent]:
+        """Yield the events; without the notes with which the world repeats what another one has sent to Print."""
+        for event in self._reader:
+            is_note = isinstance(event, RecordedNotice) and event.kind == "note"
+            if not (is_note and event.stream in self._printing):
+                yield event
 
 
 @dataclass(frozen=True)
@@ -202,7 +225,7 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
         UnreadableFile: when one of them is no trace.
     """
     readers = [TraceReader(trace) for trace in traces]
-    looks = [_look(reader) for reader in readers]
+    looks = [_Look(reader) for reader in readers]
     people = any(look.people for look in looks)
     stamps = [stamp_of(trace.parent) for trace in traces]
     apart = list(TELL_APART) if len(traces) > 1 else []
@@ -213,10 +236,10 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     widths = [*[18.0] * len(apart), *_WIDTHS, *[12.0] * (people + len(headers) + len(behind))]
 
     def rows() -> Iterator[list[Any]]:
-        for reader, look, stamp in zip(readers, looks, stamps, strict=True):
+        for look, stamp in zip(looks, stamps, strict=True):
             told = stamp.row()
             before, after = [told[n] for n in apart], [told[n] for n in behind]
-            for row in _rows(reader, look, columns, headers, people):
+            for row in _rows(look, columns, headers, people):
                 yield [*before, *row, *after]
 
     return Tidy(header, rows(), widths, stamps, [look.streams for look in looks], sum(look.count for look in looks))
@@ -271,26 +294,6 @@ def snake_case(name: str) -> str:
     return found if found[:1].isalpha() and found not in _R_WORDS else f"field_{found}".rstrip("_")
 
 
-def _look(reader: TraceReader) -> _Look:
-    units = units_of(reader)
-    streams = reader.header.streams
-    rows = [[s.name, s.kind, s.device, _units_told(units.get(s.name, {}))] for s in streams]
-    found = _Look({s.name: s.kind for s in streams}, {s.name for s in streams if s.device == "Print"}, rows)
-    for event in reader:
-        found.count += not _is_twice(event, found)
-        sent = isinstance(event, RecordedValue) and event.by is not None
-        found.people = found.people or sent or isinstance(event, RecordedAction)
-        if isinstance(event, RecordedValue) and isinstance(value := event.value, dict):
-            stems = [snake_case(name) for name in value] if len(value) <= _MOST_FIELDS else []
-            if len(set(stems)) < len(stems):
-                found.together.update(n for n, stem in zip(value, stems, strict=True) if stems.count(stem) > 1)
-            known = units.get(event.stream, {})
-            for name in value:
-                if len(found.fields) < _MOST_FIELDS or name in found.fields:
-                    found.fields.setdefault(name, set()).add(known.get(key(name), ""))
-    return found
-
-
 def _units_told(units: Mapping[str, str]) -> str:
     return ", ".join(f"{field}: {unit}" if field else unit for field, unit in units.items() if unit)
 
@@ -315,17 +318,8 @@ def units_of(reader: TraceReader) -> dict[str, dict[str, str]]:
     return found
 
 
-def _is_twice(event: RecordedEvent, look: _Look) -> bool:
-    """Return whether an event is the note with which the world repeats what another one has sent to Print."""
-    return isinstance(event, RecordedNotice) and event.kind == "note" and event.stream in look.printing
-
-
-def _rows(
-    reader: TraceReader, look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool
-) -> Iterator[list[Any]]:
-    for event in reader:
-        if _is_twice(event, look):
-            continue
+def _rows(look: _Look, columns: Mapping[str, int], headers: Sequence[str], people: bool) -> Iterator[list[Any]]:
+    for event in look.events():
         plain: Any = None
         cells: list[Any] = [None] * len(headers)
         blank: list[str] = []
