@@ -5,46 +5,23 @@ They need no robot, only the run's clock, and are the same in a simulation, a te
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from rrp_sheets.connectors.spec import Clock
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import DONE, Command, DeviceUse, Notice, commanded
 from rrp_sheets.model.names import key
-from rrp_sheets.model.values import Record, RecordType, Value, show
+from rrp_sheets.model.values import RecordType, Value, show
 from rrp_sheets.texts import N_
+
+if TYPE_CHECKING:
+    from rrp_sheets.engine.engine import Engine
 
 FIRST = -1  # the rank of what the engine's own devices give: before all rows
 MIN_DELAY_US = 1_000
 """The shortest time between a command and its end: less than any frame, and enough that rows which command each other
 in a circle through `X done` leave an engine without frames its time."""
-
-
-class Host(Protocol):
-    """Operations of an engine that its own devices call."""
-
-    @property
-    def clock(self) -> Clock:
-        """Clock of the run."""
-        ...
-
-    def feed(self, stream: str, value: Value) -> None:
-        """Let a value enter a stream, if some row reads it."""
-        ...
-
-    def tell(self, happening: Notice) -> None:
-        """Report a notice to the observers of the run."""
-        ...
-
-    def switch(self, behaviour: str, state: str) -> None:
-        """Switch a behaviour (its key) `on`, `off`, or the other way (`toggle`)."""
-        ...
-
-    def end(self, row: str) -> None:
-        """End the run, as Ctrl-C does."""
-        ...
 
 
 @dataclass(slots=True)
@@ -64,32 +41,35 @@ class BuiltinDevices:
     """
 
     def __init__(
-        self, host: Host, uses: Iterable[DeviceUse], dones: Mapping[str, str], records: Mapping[str, RecordType]
+        self, engine: Engine, uses: Iterable[DeviceUse], dones: Mapping[str, str], records: Mapping[str, RecordType]
     ) -> None:
-        self._host = host
+        self._engine = engine
         self._dones = dones
         self._waiting: dict[str, _Waiting] = {}
         self._uses = {use.stream: use for use in uses}
-        self._acts: dict[str, Callable[[DeviceUse, Command], None]] = {
-            "wait": self._wait, "behaviour": self._switch, "endrun": self._end,
-        }  # fmt: skip
         for use in self._uses.values():
             if key(use.device) == "timer":
-                _Ticks(host, use, records[use.stream])
+                self._let_tick(use, records[use.stream])
 
     def take(self, command: Command) -> None:
         """Carry out a command; between frames, so that what it does begins with the next one."""
         use = self._uses[command.stream]
-        act = self._acts.get(key(use.device))
-        if act is not None:
-            act(use, command)
+        device = key(use.device)
+        if device == "wait":
+            self._wait(use, command)
+        elif device == "behaviour" and command.value is not None:
+            name, state = use.settings.get("name") or "", use.settings.get("state") or "on"
+            self._engine.switch(key(str(name)), key(str(state)))
+            self._tell_done(_Waiting(command, self._engine.clock.us), completed=True)
+        elif device == "endrun" and command.value is not None:
+            self._engine.end(command.row)
 
     def end(self) -> None:
         """End every wait, since the run is over."""
         waiting, self._waiting = self._waiting, {}
         for what in waiting.values():
             what.over = True
-            self._feed_done(what, completed=False)
+            self._feed_done(what, completed=False, ended=self._engine.clock.us)
 
     def _wait(self, use: DeviceUse, command: Command) -> None:
         older = self._waiting.pop(use.stream, None)
@@ -98,15 +78,15 @@ class BuiltinDevices:
             self._tell_done(older, completed=False)
         if command.value is None:
             return
-        now = self._host.clock.us
-        mine = _Waiting(command, now)
+        clock = self._engine.clock
+        mine = _Waiting(command, clock.us)
         us = duration_of(command.value, use.settings.get("time"))
         if us is None:
             words = N_(
                 "{name} is not told how long: {value} is no time, and its Time cell is blank.",
                 name=use.name, value=show(command.value),
             )  # fmt: skip
-            self._host.tell(Notice("error", words, use.stream, command.row))
+            self._engine.tell(Notice("error", words, use.stream, command.row))
             self._tell_done(mine, completed=False)
             return
         self._waiting[use.stream] = mine
@@ -114,54 +94,34 @@ class BuiltinDevices:
         def over() -> None:
             if not mine.over:
                 del self._waiting[use.stream]
-                self._feed_done(mine, completed=True)
+                self._feed_done(mine, completed=True, ended=clock.us)
 
-        self._host.clock.push(now + max(us, MIN_DELAY_US), FIRST, over)
-
-    def _switch(self, use: DeviceUse, command: Command) -> None:
-        if command.value is None:
-            return
-        self._host.switch(key(str(use.settings.get("name") or "")), key(str(use.settings.get("state") or "on")))
-        self._tell_done(_Waiting(command, self._host.clock.us), completed=True)
-
-    def _end(self, use: DeviceUse, command: Command) -> None:
-        if command.value is not None:
-            self._host.end(command.row)
+        clock.push(clock.us + max(us, MIN_DELAY_US), FIRST, over)
 
     def _tell_done(self, what: _Waiting, *, completed: bool) -> None:
         """Report the end of a command in the next frame: never in the command's own."""
-        ended = self._host.clock.us
-        self._host.clock.push(
-            ended + MIN_DELAY_US, FIRST, lambda: self._feed_done(what, completed=completed, ended=ended)
-        )
+        clock, ended = self._engine.clock, self._engine.clock.us
+        clock.push(ended + MIN_DELAY_US, FIRST, lambda: self._feed_done(what, completed=completed, ended=ended))
 
-    def _feed_done(self, what: _Waiting, *, completed: bool, ended: int | None = None) -> None:
+    def _feed_done(self, what: _Waiting, *, completed: bool, ended: int) -> None:
         stream = self._dones.get(what.command.stream)
         if stream is not None:
-            now = self._host.clock.us if ended is None else ended
-            self._host.feed(stream, done(what.command.value, completed, what.began, now))
+            value, seconds = commanded(what.command.value), (ended - what.began) / 1_000_000
+            self._engine.feed(stream, DONE.make(value=value, completed=completed, seconds=seconds))
 
-
-class _Ticks:
-    """A Timer: ticks with absolute due times; one that is late is not made up for."""
-
-    def __init__(self, host: Host, use: DeviceUse, kind: RecordType) -> None:
+    def _let_tick(self, use: DeviceUse, kind: RecordType) -> None:
+        """Start a Timer: it ticks at absolute due times; one tick that is late is not made up for."""
         period = max(duration_of(None, use.settings.get("every")) or 1_000_000, MIN_DELAY_US)
-        clock, count, due = host.clock, 0, period
+        clock, count, due = self._engine.clock, 0, period
 
         def tick() -> None:
             nonlocal count, due
             count += 1
             due += max(1, (clock.us - due) // period + 1) * period
             clock.push(due, FIRST, tick)
-            host.feed(use.stream, kind.make(count=count, seconds=clock.us / 1_000_000))
+            self._engine.feed(use.stream, kind.make(count=count, seconds=clock.us / 1_000_000))
 
         clock.push(due, FIRST, tick)
-
-
-def done(value: Value, completed: bool, began_us: int, ended_us: int) -> Record:
-    """Return the record that the stream `X done` gives at the end of a command."""
-    return DONE.make(value=commanded(value), completed=completed, seconds=(ended_us - began_us) / 1_000_000)
 
 
 def duration_of(value: Any, setting: Value) -> int | None:

@@ -7,10 +7,10 @@ over. So a trace says all that is needed to do it again.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
@@ -35,48 +35,21 @@ from rrp_sheets.scene.scene_sheet import parse_scene
 from rrp_sheets.scene.scene_words import OPERATOR, draw_scene
 from rrp_sheets.texts import N_, sentences
 
+if TYPE_CHECKING:
+    from rrp_sheets.engine.runners import FrameRunner, RealtimeRunner
+
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0
-
-
-class RunController(Protocol):
-    """Operations of a run's loop that commands need: its clock, its world, its displays."""
-
-    def pause(self, us: int) -> bool:
-        """Stand still; False when it does already."""
-        ...
-
-    def resume(self, us: int) -> bool:
-        """Go on; False when it does already."""
-        ...
-
-    def step(self, us: int) -> None:
-        """Go on for one frame, then stand still."""
-        ...
-
-    def speed(self, factor: float, us: int) -> None:
-        """Be so fast. Raises SheetsError when that cannot be."""
-        ...
-
-    def act(self, actions: Sequence[SceneAction]) -> None:
-        """Let something happen in the world."""
-        ...
-
-    def things(self) -> Collection[str] | None:
-        """Return the names of the things in the world now; None when they are not known."""
-        ...
-
-    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
-        """Set whether a display wants the world, and pictures; None changes nothing."""
-        ...
 
 
 class CommandHandler:
     """Carries out the commands of operators between two frames, and tells the observer what was done or cannot be."""
 
-    def __init__(self, engine: Engine, controller: RunController, observer: RunObserver, control: CommandQueue) -> None:
+    def __init__(
+        self, engine: Engine, runner: FrameRunner | RealtimeRunner, observer: RunObserver, control: CommandQueue
+    ) -> None:
         self._engine = engine
-        self._controller = controller
+        self._runner = runner
         self._observer = observer
         self._control = control
         self._robot = engine.plan.checked.robot
@@ -87,7 +60,7 @@ class CommandHandler:
         self._do: dict[str, Callable[[int, OperatorCommand], OperatorAction | None]] = {
             "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
             "mark": self._mark, "switch": self._switch, "send": self._send, "press": self._press,
-            "scene": self._scene, "put": self._put, "apply": self._apply, "edited": self._edited,
+            "scene": self._scene, "put": self._put, "apply": self._apply, "edited": self._editor.use,
             "look": self._look, "show": self._look,
         }  # fmt: skip
 
@@ -115,35 +88,31 @@ class CommandHandler:
 
     # ---- the clock
     def _pause(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        if not self._controller.pause(us):
+        if not self._runner.pause(us):
             return None
         self._observer.handle(PauseEvent(us, True))
         return OperatorAction("pause", N_("Paused."), command.by)
 
     def _resume(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        if not self._controller.resume(us):
+        if not self._runner.resume(us):
             return None
         self._observer.handle(PauseEvent(us, False))
         return OperatorAction("resume", N_("Goes on."), command.by)
 
     def _step(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        if self._controller.pause(us):
+        if self._runner.pause(us):
             self._observer.handle(PauseEvent(us, True))
-        self._controller.step(us)
+        self._runner.step(us)
         return OperatorAction("step", N_("One frame."), command.by)
 
     def _speed(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         factor = float(command.what["factor"])
         if factor and not SLOWEST <= factor <= FASTEST:
+            remedy = N_("Choose one from {slowest:g} to {fastest:g} times real time, or as fast as it can.")
             raise SheetsError(
-                N_("The speed {factor:g} is not possible.", factor=factor),
-                N_(
-                    "Choose one from {slowest:g} to {fastest:g} times real time, or as fast as it can.",
-                    slowest=SLOWEST,
-                    fastest=FASTEST,
-                ),
+                N_("The speed {factor:g} is not possible.", factor=factor), N_(remedy, slowest=SLOWEST, fastest=FASTEST)
             )
-        self._controller.speed(factor, us)
+        self._runner.speed(factor, us)
         words = N_("Speed {factor:g}.", factor=factor) if factor else N_("As fast as it can.")
         return OperatorAction("speed", words, command.by, {"factor": factor})
 
@@ -153,20 +122,18 @@ class CommandHandler:
 
     def _switch(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         name, on = str(command.what["behaviour"]), bool(command.what["on"])
-        plan = self._engine.plan
+        plan, behaviour = self._engine.plan, key(name)
         shown = {b.key: b.name for b in plan.checked.graph.behaviours}
-        if key(name) not in plan.behaviours:
-            if key(name) in shown:
+        if behaviour not in plan.behaviours:
+            if behaviour in shown:
                 raise SheetsError(
-                    N_("The behaviour {behaviour} is not part of this run.", behaviour=shown[key(name)]),
+                    N_("The behaviour {behaviour} is not part of this run.", behaviour=shown[behaviour]),
                     N_("Write its sheet's name into Run of the sheet Protocol, and run again."),
                 )
             near = nearest(name, [shown[k] for k in plan.behaviours])
             remedy = N_("Did you mean {guess}?", guess=near) if near else ""
             raise SheetsError(N_("There is no behaviour “{name}”.", name=name), remedy)
-        if not self._engine.turn(key(name), on):
-            return None
-        return switched(shown[key(name)], on, command.by)
+        return switched(shown[behaviour], on, command.by) if self._engine.turn(behaviour, on) else None
 
     def _send(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         name, text = str(command.what["stream"]), str(command.what["text"])
@@ -179,9 +146,6 @@ class CommandHandler:
         self._editor.read(str(command.what["path"]), command.by)
         return None
 
-    def _edited(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        return self._editor.use(us, command)
-
     # ---- the world
     def _press(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         label = str(command.what["label"])
@@ -193,7 +157,7 @@ class CommandHandler:
             )  # fmt: skip
             raise SheetsError(N_("There is no button “{label}” in this run.", label=label), remedy)
         label = self._buttons[key(label)]
-        self._controller.act((SceneAction(us, command.by or OPERATOR, "press", {"label": label}),))
+        self._runner.act((SceneAction(us, command.by or OPERATOR, "press", {"label": label}),))
         return OperatorAction("press", label, command.by, {"label": label})
 
     def _scene(self, us: int, command: OperatorCommand) -> OperatorAction | None:
@@ -212,7 +176,7 @@ class CommandHandler:
         for action in actions:
             if action.verb == "press":
                 return self._press(us, OperatorCommand("press", command.by, action.values))
-        self._controller.act([replace(action, time_us=us, row=0) for action in actions])
+        self._runner.act([replace(action, time_us=us, row=0) for action in actions])
         self._entities.add(actions)
         detail = dict(zip(("thing", "does", "value"), parts, strict=True))
         return OperatorAction("scene", " ".join(p for p in parts if p), command.by, detail)
@@ -220,41 +184,36 @@ class CommandHandler:
     def _put(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         thing, at = str(command.what["thing"]), tuple(float(c) for c in command.what["at"])
         if len(at) != 3 or not all(math.isfinite(c) and abs(c) <= FARTHEST for c in at):
-            raise SheetsError(
-                N_("{thing} cannot be put there.", thing=thing),
-                N_("Put it within {farthest:g} m of the robot.", farthest=FARTHEST),
-            )
-        detail = {"thing": thing, "put": [round(c, 4) for c in at]}
-        move = SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})
+            remedy = N_("Put it within {farthest:g} m of the robot.", farthest=FARTHEST)
+            raise SheetsError(N_("{thing} cannot be put there.", thing=thing), remedy)
+        detail: dict[str, object] = {"thing": thing, "put": [round(c, 4) for c in at]}
+        place = ", ".join(f"{c:.2f}" for c in at)
+        actions = [SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})]
         entry = None if self._is_there(thing) else self._entities.entry(thing)
         if entry is None:
             self._require(thing)
-            self._controller.act((move,))
-            words = N_("{thing} is put to {place} m.", thing=thing, place=_spot(at))
-            return OperatorAction("scene", words, command.by, detail)
-        self._controller.act((replace(entry, time_us=us, row=0), move))  # it comes as it is, and stands there at once
-        words = N_("{thing} appears at {place} m.", thing=entry.thing, place=_spot(at))
-        return OperatorAction("scene", words, command.by, {**detail, "appears": True})
+            words = N_("{thing} is put to {place} m.", thing=thing, place=place)
+        else:  # it comes as it is, and stands there at once
+            actions.insert(0, replace(entry, time_us=us, row=0))
+            words = N_("{thing} appears at {place} m.", thing=entry.thing, place=place)
+            detail["appears"] = True
+        self._runner.act(actions)
+        return OperatorAction("scene", words, command.by, detail)
 
     def _is_there(self, thing: str) -> bool:
-        present = self._controller.things()
+        present = self._runner.things()
         return present is None or key(thing) in {key(t) for t in present}
 
     def _require(self, thing: str) -> None:
         if not self._is_there(thing):
-            present = self._controller.things()
+            present = self._runner.things()
             there = N_("There are: {names}.", names=", ".join(present)) if present else N_("Nothing is there.")
-            raise SheetsError(
-                N_("“{thing}” is not in the scene now.", thing=thing), sentences(N_("Let it appear first."), there)
-            )
+            remedy = sentences(N_("Let it appear first."), there)
+            raise SheetsError(N_("“{thing}” is not in the scene now.", thing=thing), remedy)
 
     def _look(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        self._controller.watch(**{("look" if command.kind == "look" else "wanted"): bool(command.what["wanted"])})
+        self._runner.watch(**{("look" if command.kind == "look" else "wanted"): bool(command.what["wanted"])})
         return None
-
-
-def _spot(at: Sequence[float]) -> str:
-    return ", ".join(f"{c:.2f}" for c in at)
 
 
 def switched(behaviour: str, on: bool, by: str = "") -> OperatorAction:

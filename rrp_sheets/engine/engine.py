@@ -8,9 +8,11 @@ from __future__ import annotations
 import heapq
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import Any, TypeVar
 
 from reactivex import Observable, never
@@ -29,7 +31,7 @@ from rrp_sheets.errors import RunBroken
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.operations import Picker
-from rrp_sheets.graph import Step, Stream
+from rrp_sheets.graph import Step
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value
 from rrp_sheets.scene.scene_words import draw_scene
@@ -150,6 +152,7 @@ class Engine(ABC):
 
     Attributes:
         streams: by id; each knows its latest value and how many it has had.
+        interpreter: of the rows' formulas.
         errors: how often each row's formula has failed, by row ref.
         triggers: the rows of the scene that wait for an event.
         on: keys of the behaviours that are switched on now.
@@ -164,7 +167,7 @@ class Engine(ABC):
         self.seed = seed
         self.clock = FrameClock(heartbeat)
         self.clock.most = max(self.clock.most, _VALUES_PER_ROW * len(plan.steps))
-        self.errors: dict[str, int] = {}
+        self.errors: Counter[str] = Counter()
         self.streams = {s.id: LiveStream(s.id, self.clock) for s in plan.streams}
         self.on: set[str] = set()
         self.ended_by = ""
@@ -173,22 +176,22 @@ class Engine(ABC):
         self._running: dict[str, LiveRow] = {}  # by the row's ref, while its behaviour is on
         self._edits: dict[str, tuple[Formula | None, int | None]] = {}  # of rows that were edited during the run
         self._observer = observer
-        self._interpreter = GuardedInterpreter()
+        self.interpreter = GuardedInterpreter()
         self._commands: list[Command] = []
         self._happenings: list[Notice] = []
         self._driven: dict[str, Command] = {}  # the last command of each actuator stream, to stop it
         self._wired: dict[str, CompositeDisposable] = {}
-        self._records = {s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload}
         if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
             sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
         if observer is not None:
-            self._watch_all(observer)
+            self._watch(observer)
         self.triggers = SceneTriggers(draw_scene(plan.checked.scene or (), seed)[0])
         for stream in sorted(self.triggers.streams & set(self.streams)):
             self._cue(stream)
         uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]
         dones = {actuator: done for done, actuator in plan.dones.items()}
-        self._own = BuiltinDevices(self, uses, dones, self._records)
+        records = {s.id: s.device.type.payload for s in plan.streams if s.device and s.device.type.payload}
+        self._own = BuiltinDevices(self, uses, dones, records)
         for behaviour in plan.behaviours:
             if behaviour in plan.on:
                 self._switch_on(behaviour)
@@ -236,20 +239,16 @@ class Engine(ABC):
             for stream, value in arrivals:
                 if stream in streams:
                     streams[stream].on_next(value)
-            if self._sent:
-                self._enter_sent()
+            if self._sent:  # people's values enter after those of the world, as they are the newest
+                sent, self._sent = self._sent, []
+                for stream, value, self.sent_by in sent:
+                    streams[stream].on_next(value)
+                self.sent_by = None
             self.clock.drain()
             commands, self._commands = self._commands, []
             return self._carry_out(commands) if commands and self.plan.own else commands
         finally:
             heartbeat[SETTLING] = 0
-
-    def _enter_sent(self) -> None:
-        """Let the values that people have sent enter after those of the world, as they are the newest."""
-        sent, self._sent = self._sent, []
-        for stream, value, self.sent_by in sent:
-            self.streams[stream].on_next(value)
-        self.sent_by = None
 
     def _carry_out(self, commands: list[Command]) -> list[Command]:
         """The engine's own devices act, after the graph has settled; the commands that are left for the world."""
@@ -286,9 +285,8 @@ class Engine(ABC):
             self.tell(Notice("error", N_("There is no such behaviour to switch.")))
             return
         wanted = (behaviour not in self.on) if state == "toggle" else state == "on"
-        if wanted != (behaviour in self.on):
+        if self.turn(behaviour, wanted):
             self.tell(Notice("note", switch_text(name, wanted)))
-            self.turn(behaviour, wanted)
 
     # ---- what people do, between instants only
     def turn(self, behaviour: str, on: bool) -> bool:
@@ -340,17 +338,18 @@ class Engine(ABC):
                 self._commands.append(replace(last, value=None, release=True))
 
     # ---- wiring
-    def _watch_all(self, observer: RunObserver) -> None:
+    def _watch(self, observer: RunObserver) -> None:
         """Observe every stream but the actuators' (which tell each row's commands), before anything reads it."""
+        clock = self.clock
+
+        def watch(stream: str, row: str) -> None:
+            self.streams[stream].subscribe(lambda value: observer.handle(StreamEvent(clock.us, stream, row, value)))
+
         for stream in (*(s.stream for s in self.plan.sensors), *self.plan.dones):
-            self._watch(self.streams[stream], "", observer)
+            watch(stream, "")
         for step in self.plan.steps:
             if not step.connector.is_sink:
-                self._watch(self.streams[step.output], step.ref, observer)
-
-    def _watch(self, stream: LiveStream, row: str, observer: RunObserver) -> None:
-        clock, stream_id = self.clock, stream.id
-        stream.subscribe(lambda value: observer.handle(StreamEvent(clock.us, stream_id, row, value)))
+                watch(step.output, step.ref)
 
     def _cue(self, stream: str) -> None:
         """Report the events of a stream to the scene's rows that wait for it; a blank is none."""
@@ -358,13 +357,9 @@ class Engine(ABC):
         self.streams[stream].subscribe(lambda value: None if value is None else triggers.heard(stream, clock.us))
 
     def _connect(self, step: Step, wired: CompositeDisposable) -> None:
-        checked = self.plan.checked
-        row = self._running[step.ref] = LiveRow(
-            step, self.streams, checked.graph.streams, self.clock, self._interpreter, Picker(self.seed, step.ref),
-            self._failer(step),
-        )  # fmt: skip
-        edited = self._edits.get(step.ref)
-        formula, period_us = edited if edited else (checked.formulas.get(step.ref), step.period_us)
+        row = self._running[step.ref] = LiveRow(step, self)
+        unedited = self.plan.checked.formulas.get(step.ref), step.period_us
+        formula, period_us = self._edits.get(step.ref, unedited)
         output = self.streams[step.output]
         sink = self._sender(step, output) if step.connector.is_sink else output.on_next
         wired.add(row.wire(formula, period_us).subscribe(sink))
@@ -383,13 +378,11 @@ class Engine(ABC):
 
         return send
 
-    def _failer(self, step: Step) -> Callable[[Failure, tuple[Value, ...]], None]:
-        def fail(failure: Failure, values: tuple[Value, ...]) -> None:
-            self.errors[step.ref] = self.errors.get(step.ref, 0) + 1
-            if self._observer is not None:
-                self._observer.handle(FormulaFailure(self.clock.us, step.ref, failure, values))
-
-        return fail
+    def fail(self, ref: str, failure: Failure, values: tuple[Value, ...]) -> None:
+        """Count and report that a row's formula has failed for some values."""
+        self.errors[ref] += 1
+        if self._observer is not None:
+            self._observer.handle(FormulaFailure(self.clock.us, ref, failure, values))
 
 
 def switch_text(behaviour: str, on: bool) -> str:
@@ -400,27 +393,24 @@ def switch_text(behaviour: str, on: bool) -> str:
 
 
 _SILENT: Observable[Value] = never()  # an input whose rows are switched off: it keeps its place, and gives nothing
-Fail = Callable[[Failure, tuple[Value, ...]], None]
 
 
 class LiveRow:
-    """A row of a run; `shown` are its streams with their names."""
+    """A row of a run."""
 
-    def __init__(
-        self, step: Step, streams: Mapping[str, LiveStream], shown: Mapping[str, Stream], clock: FrameClock,
-        interpreter: GuardedInterpreter, picker: Picker, fail: Fail,
-    ) -> None:  # fmt: skip
+    def __init__(self, step: Step, engine: Engine) -> None:
         self._build = step.connector.build
-        self._interpreter = interpreter
-        self._picker = picker
+        self._interpreter = engine.interpreter
+        self._picker = Picker(engine.seed, step.ref)
         self._evaluate: Callable[..., Value] | None = None
+        shown = engine.plan.checked.graph.streams
         self._wiring = ConnectorContext(
-            inputs=[streams.get(i, _SILENT) for i in step.inputs], clock=clock, rank=step.rank, fail=fail,
-            names=tuple(shown[i].name for i in step.inputs),
+            inputs=[engine.streams.get(i, _SILENT) for i in step.inputs], clock=engine.clock, rank=step.rank,
+            fail=partial(engine.fail, step.ref), names=tuple(shown[i].name for i in step.inputs),
         )  # fmt: skip
 
     def wire(self, formula: Formula | None, period_us: int | None) -> Observable[Value]:
-        """The observable of what the row gives."""
+        """Return the observable of what the row gives."""
         if formula is not None:
             self._wiring.evaluate = self._work_out
         self._use(formula, period_us)
@@ -509,13 +499,12 @@ class LiveStream(Observable[Value]):
         clock = self._clock
         clock.came += 1
         if clock.came > clock.most:
-            raise RunBroken(
-                N_("Rows multiply what they get: more than {most:,} values came in one moment.", most=clock.most),
-                N_(
-                    "Look for two rows that send the same values on to one stream (merge), or command one actuator "
-                    "after its own done stream, and let one of them do so."
-                ),
+            remedy = N_(
+                "Look for two rows that send the same values on to one stream (merge), or command one actuator "
+                "after its own done stream, and let one of them do so."
             )
+            words = N_("Rows multiply what they get: more than {most:,} values came in one moment.", most=clock.most)
+            raise RunBroken(words, remedy)
         self.latest = value
         self.at_us = clock.us
         self.arrived += 1

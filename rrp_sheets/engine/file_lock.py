@@ -15,6 +15,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+if sys.platform != "win32":
+    import fcntl
+
 _TRIES, _PAUSE = 5, 0.002  # s: who asks whether it is held holds it for that moment
 
 
@@ -51,8 +54,6 @@ def _lock(number: int) -> bool:
     """Try to lock an open file, and return whether that was possible."""
     if sys.platform == "win32":
         return False
-    import fcntl
-
     for left in reversed(range(_TRIES)):
         try:
             fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -76,8 +77,6 @@ def is_locked(path: Path) -> bool:
     """Return whether a file or a folder is locked by a process."""
     if sys.platform == "win32":
         return False
-    import fcntl
-
     try:
         number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     except OSError:

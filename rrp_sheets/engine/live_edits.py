@@ -30,7 +30,6 @@ class Edit:
     """Edited rows and formulas that a run uses from the next frame on.
 
     Attributes:
-        checked: the edited workbook.
         steps: the rows as they are now, by the refs that they have in the run.
         renewed: those refs whose formula or period is another one.
         changes: what was changed, in the order of the sheets: place, was, now; of helpers and tables what they are.
@@ -104,9 +103,7 @@ class Editor:
         made = command.what["made"]
         if isinstance(made, SheetsError):
             raise made
-        for ref in made.renewed:
-            step = made.steps[ref]
-            self._engine.edit(ref, made.checked.formulas.get(step.ref), step.period_us)
+        apply(self._engine, made)
         self.checked, self._steps = made.checked, made.steps
         places = list(dict.fromkeys(change["place"] for change in made.changes))
         words = (
@@ -131,7 +128,11 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
     why = next(_differences(plan, edited), "")
     if why:
         raise SheetsError(N_("The run cannot go on with the edited rows: {reason}.", reason=why), REMEDY)
-    rows = {old.ref: new for old, new in _pairs(plan, edited)}
+    rows = {
+        old.ref: new  # by their order in the sheet, whatever their numbers are
+        for behaviour, steps in plan.behaviours.items()
+        for old, new in zip(_in_sheet(steps), _in_sheet(edited.behaviours[behaviour]), strict=True)
+    }
     changes: list[Mapping[str, Any]] = list(_sheets_changed(used.workbook, edited.checked.workbook))
     everything = bool(changes)  # a helper may be in any formula
     renewed = []
@@ -146,10 +147,11 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
     return Edit(edited.checked, rows, tuple(renewed), tuple(changes))
 
 
-def _pairs(plan: Plan, edited: Plan) -> Iterator[tuple[Step, Step]]:
-    """The rows of both that belong together: by their order in the sheet, whatever their numbers are."""
-    for behaviour, steps in plan.behaviours.items():
-        yield from zip(_in_sheet(steps), _in_sheet(edited.behaviours[behaviour]), strict=True)
+def apply(engine: Engine, edit: Edit) -> None:
+    """Let an engine go on with edited rows."""
+    for ref in edit.renewed:
+        step = edit.steps[ref]
+        engine.edit(ref, edit.checked.formulas.get(step.ref), step.period_us)
 
 
 def _in_sheet(steps: Sequence[Step]) -> list[Step]:
@@ -180,14 +182,11 @@ def _differences(plan: Plan, edited: Plan) -> Iterator[str]:
 def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
     old_rows, new_rows = _in_sheet(plan.behaviours[behaviour]), _in_sheet(edited.behaviours[behaviour])
     sheet = next(b.name for b in plan.checked.graph.behaviours if b.key == behaviour)
-    names: dict[str, str] = {}  # streams without a name are called by their rows, which may have moved
-    for old, new in zip(old_rows, new_rows, strict=False):
-        if "!#" in old.output and "!#" in new.output:
-            names[new.output] = old.output
-    for old, new in zip(old_rows, new_rows, strict=False):
-        where = N_("row {row}", row=new.ref)
-        if old.ref != new.ref:
-            where = N_("row {row} (in the run {old})", row=new.ref, old=old.ref)
+    pairs = list(zip(old_rows, new_rows, strict=False))
+    # streams without a name are called by their rows, which may have moved
+    names = {new.output: old.output for old, new in pairs if "!#" in old.output and "!#" in new.output}
+    for old, new in pairs:
+        where = N_("row {row}" if old.ref == new.ref else "row {row} (in the run {old})", row=new.ref, old=old.ref)
         if old.connector.name != new.connector.name:
             yield N_("{where} has another connector", where=where)
         elif old.inputs != tuple(names.get(i, i) for i in new.inputs):
@@ -234,6 +233,6 @@ def _sheets_changed(was: Workbook, now: Workbook) -> Iterator[dict[str, Any]]:
 
 
 def helper_text(helper: Helper) -> str:
-    """A helper as a change tells it."""
+    """Return a helper as a change tells it."""
     inputs = ", ".join(cell.text for cell in helper.inputs)
     return f"({inputs}) {helper.formula.text}" if inputs else helper.formula.text

@@ -38,21 +38,21 @@ class Plan:
 
     @property
     def outer_sensors(self) -> tuple[DeviceUse, ...]:
-        """The sensors that a world must provide."""
+        """Sensors that a world must provide."""
         return tuple(s for s in self.sensors if s.stream not in self.own)
 
     @property
     def outer_actuators(self) -> tuple[DeviceUse, ...]:
-        """The actuators that a world must provide."""
+        """Actuators that a world must provide."""
         return tuple(a for a in self.actuators if a.stream not in self.own)
 
     def rows_by_rank(self) -> dict[int, str]:
-        """The row (as shown) at each place of the order."""
+        """Return the row (as shown) at each place of the order."""
         return {s.rank: s.ref for s in self.steps}
 
 
 def make_plan(checked: Checked, *, everything: bool = False) -> Plan:
-    """The plan of all behaviours that the Protocol lets run, and of those that their rows can switch on, or of all."""
+    """Return the plan of the behaviours that the Protocol lets run or that their rows can switch on, or of all."""
     graph = checked.graph
     chosen = list(graph.behaviours) if everything else _loaded(checked)
     steps = sorted((s for b in chosen for s in b.steps if s.active), key=lambda s: s.rank)
@@ -73,10 +73,7 @@ def make_plan(checked: Checked, *, everything: bool = False) -> Plan:
 
 
 def _loaded(checked: Checked) -> list[BehaviourGraph]:
-    """The behaviours that run or can be switched on, in the order of their sheets.
-
-    A behaviour that nothing can switch on would only start cameras that nobody looks at.
-    """
+    """Return the behaviours that run or can be switched on: any other would only start cameras that nobody looks at."""
     graph = checked.graph
     loaded: set[str] = set()
     waiting = set(checked.run.behaviours)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, SceneAction, WorldSnapshot
 
 if TYPE_CHECKING:
-    from rrp_sheets.engine.engine import Engine
     from rrp_sheets.engine.realtime import EventQueue, SnapshotThrottle
 
 
@@ -98,31 +96,6 @@ class LiveWorld(Protocol):
 
     def close(self) -> Sequence[Notice] | None:
         """Let everything go, the robot in its safe rest; returns what happened meanwhile."""
-        ...
-
-
-class Runner(Protocol):
-    """A run that has been started, whichever its engine."""
-
-    @property
-    def engine(self) -> Engine:
-        """Give access to the rows that this run works out."""
-        ...
-
-    def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
-        """Run until the time is over, a row ends the run or the user stops; the time (µs) and how it ended.
-
-        Raises:
-            RunBroken: when a device has broken.
-        """
-        ...
-
-    def stop(self) -> list[Notice]:
-        """Bring everything to its rest, in bounded time; what could not be stopped is reported.
-
-        Raises:
-            RunBroken: when something broke while stopping.
-        """
         ...
 
 

@@ -25,8 +25,11 @@ Now = Callable[[], float]
 _Item = TypeVar("_Item")
 
 
-class RealtimeAdapter(LiveWorld):
-    """The simulated robot for the event loop: a thread moves its world on, `rate` steps a second."""
+class RealtimeAdapter(LiveWorld, Sensor, Actuator):
+    """The simulated robot for the event loop: a thread moves its world on, `rate` steps a second.
+
+    It is each of its sensors, which deliver from that thread, and each of its actuators.
+    """
 
     def __init__(self, world: World, rate: int) -> None:
         self._world = world
@@ -46,14 +49,17 @@ class RealtimeAdapter(LiveWorld):
         self._thread.start()
 
     def sensor(self, use: DeviceUse) -> Sensor:
-        """All sensors are the world's: they deliver from its thread."""
-        return _Part(self)
+        """Return the world itself."""
+        return self
 
     def actuator(self, use: DeviceUse) -> Actuator:
-        """All actuators are the world's: it carries their commands out in its next step."""
-        return _Part(self)
+        """Return the world itself."""
+        return self
 
-    def give(self, command: Command) -> None:
+    def start(self, queue: EventQueue | None = None) -> None:
+        """Nothing to do: the world has been started."""
+
+    def take(self, command: Command) -> None:
         """Let a command be carried out in the next step."""
         self._commands.put(command)
 
@@ -72,10 +78,13 @@ class RealtimeAdapter(LiveWorld):
         """The clock goes on, or the run is over: do not sleep longer."""
         self._awake.set()
 
-    def halt(self) -> None:
+    def stop(self) -> None:
         """Take no further step."""
         self._over = True
         self._awake.set()
+
+    def rest(self) -> None:
+        """Nothing to do: the world comes to its rest as a whole."""
 
     def close(self) -> Sequence[Notice]:
         """Stop the world, when its last step is done; returns what happened meanwhile.
@@ -83,7 +92,7 @@ class RealtimeAdapter(LiveWorld):
         Raises:
             RunBroken: when the world has broken; it may not have been reported, as the run was over.
         """
-        self.halt()
+        self.stop()
         if self._thread is not None:
             self._thread.join(LAST_STEP_WITHIN)
         left = self._world.stop()
@@ -136,33 +145,8 @@ class RealtimeAdapter(LiveWorld):
 
 
 def _all(queue: SimpleQueue[_Item]) -> list[_Item]:
-    found: list[_Item] = []
-    while True:
-        try:
-            found.append(queue.get_nowait())
-        except Empty:
-            return found
-
-
-class _Part(Sensor, Actuator):
-    """A sensor or an actuator of a pumped world."""
-
-    def __init__(self, world: RealtimeAdapter) -> None:
-        self._world = world
-
-    def start(self, queue: EventQueue | None = None) -> None:
-        """Nothing to do: the world has been started."""
-
-    def stop(self) -> None:
-        """No further step is taken."""
-        self._world.halt()
-
-    def take(self, command: Command) -> None:
-        """Let the command be carried out in the world's next step."""
-        self._world.give(command)
-
-    def rest(self) -> None:
-        """The world comes to its rest as a whole."""
+    """Take out what a queue has now; one thread only takes from it."""
+    return [queue.get_nowait() for _ in range(queue.qsize())]
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,10 +226,7 @@ class EventQueue:
         """
         if self._broken is not None and self.stands:
             raise self._broken
-        found: list[WorldSnapshot] = []
-        while not self._shown.empty():
-            found.append(self._shown.get_nowait())
-        return found
+        return _all(self._shown)
 
     def take(self, until_us: int) -> QueuedEvent | None:
         """The next event, waiting until a time of the run for it; None when there is none by then.
@@ -254,15 +235,12 @@ class EventQueue:
             RunBroken: when so much waits that it grows faster than it is worked out.
         """
         if self._queue.qsize() > MOST_WAITING:
-            raise RunBroken(
-                N_(
-                    "Events come faster than the rows work them out: more than {most:,} are waiting.", most=MOST_WAITING
-                ),
-                N_(
-                    "Look for two rows that command one actuator after its own done stream, and let one of them do so; "
-                    "or let fewer values through (throttle, changes, sample)."
-                ),
+            words = N_("Events come faster than the rows work them out: more than {most:,} are waiting.")
+            remedy = N_(
+                "Look for two rows that command one actuator after its own done stream, and let one of them do so; "
+                "or let fewer values through (throttle, changes, sample)."
             )
+            raise RunBroken(N_(words, most=MOST_WAITING), remedy)
         wait = (until_us - self.now_us) / 1_000_000
         try:
             return self._queue.get(timeout=wait) if wait > 0 else self._queue.get_nowait()

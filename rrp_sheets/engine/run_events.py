@@ -192,11 +192,11 @@ class CommandQueue:
     def ask(self, command: OperatorCommand) -> None:
         """Add a command, to be carried out between this frame and the next."""
         with self._changed:
-            last = self._commands[-1] if self._commands else None
-            if command.kind == "put" and last is not None and _same_thing(last, command):
-                self._commands[-1] = command
-            else:
-                self._commands.append(command)
+            if command.kind == "put" and self._commands:
+                last = self._commands[-1]
+                if (last.kind, last.by, last.what.get("thing")) == ("put", command.by, command.what.get("thing")):
+                    self._commands.pop()
+            self._commands.append(command)
             self._changed.notify_all()
 
     def take(self) -> list[OperatorCommand]:
@@ -212,7 +212,3 @@ class CommandQueue:
         with self._changed:
             if not self._commands and not self.stopped:
                 self._changed.wait(seconds)
-
-
-def _same_thing(one: OperatorCommand, other: OperatorCommand) -> bool:
-    return one.kind == other.kind and one.what.get("thing") == other.what.get("thing") and one.by == other.by

@@ -32,14 +32,29 @@ from rrp_sheets.engine.run_events import (
     StateEvent,
 )
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.model.exchange import Arrivals, Command, Notice, SceneAction
+from rrp_sheets.model.exchange import Arrivals, Command, Notice, SceneAction, WorldSnapshot
 from rrp_sheets.texts import N_
 
 STANDING = 0.25  # s between two looks while the run is paused: whether its watcher has gone
 LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
 
 
-class FrameRunner:
+class _Runner:
+    """Part that both runners have: what people want, and what a display wants and has seen."""
+
+    def __init__(self, control: CommandQueue | None) -> None:
+        self._control = control or CommandQueue()
+        self._showing = SnapshotThrottle()
+        self._things: Collection[str] | None = None  # what a display has last seen in the world
+
+    def _tell(self, shown: WorldSnapshot, us: int, observer: RunObserver) -> None:
+        self._things = shown.state.things
+        observer.handle(StateEvent(us, shown.state))
+        if shown.picture:
+            observer.handle(PictureEvent(us, shown.picture))
+
+
+class FrameRunner(_Runner):
     """A run in frames, one after the other, and what people do between them.
 
     It starts the world and then wires the engine; a run that is paced waits, so that it is not faster than real time.
@@ -48,13 +63,11 @@ class FrameRunner:
     def __init__(
         self, world: World, wire: Callable[[], Engine], *, paced: bool = False, control: CommandQueue | None = None
     ) -> None:
+        super().__init__(control)
         self._world = world
         self._arrivals = world.start()
         self.engine = wire()
-        self._control = control or CommandQueue()
         self._paced = paced
-        self._showing = SnapshotThrottle()
-        self._things: Collection[str] | None = None  # what a display has last seen in the world
         self._pace = FramePacer(0.0)
 
     def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
@@ -120,11 +133,7 @@ class FrameRunner:
         picture = self._showing.due()
         if picture is not None:
             began = time.monotonic()
-            shown = self._world.show(picture)
-            self._things = shown.state.things
-            observer.handle(StateEvent(now, shown.state))
-            if shown.picture:
-                observer.handle(PictureEvent(now, shown.picture))
+            self._tell(self._world.show(picture), now, observer)
             self._showing.cost(time.monotonic() - began)
 
     # ---- the run controller of the command handler
@@ -178,7 +187,7 @@ BEHIND_US = 5_000_000  # a run whose rows cannot keep up with the clock ends so 
 SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies beside a busy thread
 
 
-class RealtimeRunner:
+class RealtimeRunner(_Runner):
     """A run in an event loop; `wire` makes the engine, once the sensors have started.
 
     Raises:
@@ -188,10 +197,8 @@ class RealtimeRunner:
     def __init__(
         self, plan: Plan, world: LiveWorld, wire: Callable[[], EventEngine], control: CommandQueue | None = None
     ) -> None:
+        super().__init__(control)
         self._plan = plan
-        self._control = control or CommandQueue()
-        self._showing = SnapshotThrottle()
-        self._things: Collection[str] | None = None  # what the display has last seen in the world
         self._world = world
         self._queue = EventQueue()
         self._sensors: list[tuple[str, Sensor]] = []
@@ -205,7 +212,7 @@ class RealtimeRunner:
 
     @property
     def engine(self) -> EventEngine:
-        """Give access to the rows; the run must have begun."""
+        """Rows of the run, which must have begun."""
         assert self._engine is not None
         return self._engine
 
@@ -214,14 +221,14 @@ class RealtimeRunner:
         self._world.open(self._queue)
         for use in self._plan.outer_sensors:
             sensor = self._world.sensor(use)
-            what = N_("The sensor stream “{name}”{where}", name=use.name, where=places[use.stream])
-            _start_one(what, partial(sensor.start, self._queue))
+            words = N_("The sensor stream “{name}”{where}", name=use.name, where=places[use.stream])
+            _start_one(words, partial(sensor.start, self._queue))
             self._sensors.append((use.name, sensor))
         self._engine = wire()
         for use in self._plan.outer_actuators:
             hand = ActuatorThread(use.name, self._world.actuator(use), self._queue)
-            what = N_("The actuator stream “{name}”{where}", name=use.name, where=places[use.stream])
-            _start_one(what, hand.start)
+            words = N_("The actuator stream “{name}”{where}", name=use.name, where=places[use.stream])
+            _start_one(words, hand.start)
             self._hands[use.stream] = hand
 
     def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
@@ -279,10 +286,7 @@ class RealtimeRunner:
             if control.stopped:
                 return False
             for shown in self._queue.seen():
-                self._things = shown.state.things
-                observer.handle(StateEvent(clock.us, shown.state))
-                if shown.picture:
-                    observer.handle(PictureEvent(clock.us, shown.picture))
+                self._tell(shown, clock.us, observer)
             if not self._queue.stands:
                 return True
             observer.handle(KeepAliveEvent(clock.us))
@@ -349,7 +353,6 @@ class RealtimeRunner:
         self._world.show(self._showing)
 
     def _settle(self, now_us: int, arrivals: list[tuple[str, object]]) -> None:
-        command: Command
         for command in self.engine.settle(now_us, arrivals):
             if command.stream in self._hands:
                 self._hands[command.stream].give(command)
@@ -393,10 +396,8 @@ def _start_one(what: str, call: Callable[[], None]) -> None:
         why = N_("{what} did not start: {message}", what=what, message=error.message)
         raise RunBroken(why, error.remedy) from None
     if late:
-        raise RunBroken(
-            N_("{what} did not start within {seconds:g} s.", what=what, seconds=START_WITHIN),
-            N_("Check the device, and run again."),
-        )
+        words = N_("{what} did not start within {seconds:g} s.", what=what, seconds=START_WITHIN)
+        raise RunBroken(words, N_("Check the device, and run again."))
 
 
 _LOOK = 0.05  # s between two looks, each of which counts as no more

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol
 
 from rrp_sheets.engine.plan import Plan
-from rrp_sheets.model.exchange import ROW_ABOVE, Notice, SceneAction
+from rrp_sheets.model.exchange import ROW_ABOVE, DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.catalogue import Robot
@@ -16,14 +15,18 @@ from rrp_sheets.scene.scene_words import BALL_SIZE, FACE_HEIGHT, draw_scene
 from rrp_sheets.texts import N_
 
 
+def scene_of(plan: Plan, seed: int) -> tuple[tuple[SceneAction, ...], Sequence[tuple[int, str]]]:
+    """Return the scene of a run, with what was drawn in words by the Scene row; the default one where there is none."""
+    if plan.checked.scene is None:
+        return default_scene(plan.outer_sensors, plan.checked.robot), ()
+    return draw_scene(plan.checked.scene, seed)
+
+
 class SceneEntities:
     """Actions by which things of a scene come in: a ball with its size and colour, a person with number and name."""
 
     def __init__(self, plan: Plan, seed: int = 0) -> None:
-        checked = plan.checked
-        scene, _ = draw_scene(checked.scene or (), seed)
-        if checked.scene is None:
-            scene = default_scene(plan.outer_sensors, checked.robot)
+        scene, _ = scene_of(plan, seed)
         self._entries: dict[str, SceneAction] = {}
         self.add(scene[::-1])  # as it came first
 
@@ -79,7 +82,7 @@ class SceneTriggers:
             self._armed[stream] = late
         for i, since in armed:
             if since <= us:
-                self._due(i, us)
+                self._turn(i + 1, self._happens(i, us))
 
     def take(self) -> tuple[SceneAction, ...]:
         """Return the actions that have become due since the last call, with times of the run's clock."""
@@ -101,9 +104,6 @@ class SceneTriggers:
         if i < len(self._rows) and self._rows[i].cue:
             self._armed.setdefault(self._rows[i].cue, []).append((i, us))
 
-    def _due(self, i: int, us: int) -> None:
-        self._turn(i + 1, self._happens(i, us))
-
     def _happens(self, i: int, us: int) -> int:
         action = self._rows[i]
         self._open.discard(i)
@@ -119,21 +119,7 @@ _DOERS = {"press": ("Operator", "label"), "touch": ("Person", "zone"), "say": ("
 HEIGHT = 0.574  # m: of the robot that the places below suit
 
 
-class SensorUse(Protocol):
-    """A sensor as a behaviour uses it: a name of the device, and its settings by key."""
-
-    @property
-    def device(self) -> str:
-        """The device's name."""
-        ...
-
-    @property
-    def settings(self) -> Mapping[str, Value]:
-        """Its settings by key; those that are not given are the catalogue's."""
-        ...
-
-
-def default_scene(sensors: Sequence[SensorUse], robot: Robot) -> tuple[SceneAction, ...]:
+def default_scene(sensors: Sequence[DeviceUse], robot: Robot) -> tuple[SceneAction, ...]:
     """A small scene in which these sensors have something to see, as the catalogue's `shows` says.
 
     Places suit a robot of NAO's height and grow with the robot.

@@ -64,7 +64,7 @@ class TraceWriter(RunObserver):
         self.flush()
 
     def event(self, us: int, stream: str, row: str, value: Value, sent_by: str | None = None) -> None:
-        """A value on a stream; `sent_by` whoever sent it by hand."""
+        """Write a value on a stream; `sent_by` whoever sent it by hand."""
         self._add(RecordedValue(us, self._labels[stream], row, to_json(value), sent_by))
 
     def action(self, us: int, action: OperatorAction, wall: float) -> None:
@@ -81,11 +81,11 @@ class TraceWriter(RunObserver):
             self._add(RecordedAction(us, "", "", action.kind, action.text, action.by, wall, action.detail))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
-        """A formula failed."""
+        """Write that a formula failed."""
         self._add(RecordedFailure(us, "", row, failure.message, failure.code, [to_json(v) for v in values]))
 
     def happening(self, us: int, happening: Notice) -> None:
-        """Something that the world tells: speech, a clamped command, a note."""
+        """Write what the world tells: speech, a clamped command, a note."""
         self._waiting.append(_line(notice_entry(us, happening, self._labels)))
 
     def _add(self, event: RecordedEvent) -> None:

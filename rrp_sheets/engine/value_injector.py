@@ -29,7 +29,7 @@ class Sender:
         self._interpreter = GuardedInterpreter()
 
     def value(self, sending: Sending, base: Value, name: str) -> Value:
-        """The value, or a Failure of its formula.
+        """Return the value, or a Failure of its formula.
 
         Args:
             sending: what the cell says.
@@ -54,7 +54,7 @@ class Sender:
 
 
 def sensed_now(stream: Stream, robot: Robot, count: int) -> Value:
-    """The example of a sensor stream; `count` of its values, this one included: presses are counted."""
+    """Return the example of a sensor stream; `count` of its values, this one included: presses are counted."""
     value = sensor_fact(stream, robot).example
     if isinstance(value, Record) and key("count") in value.values and not stream.settings.get("rate"):
         return Record(value.type, {**value.values, key("count"): count})
@@ -62,7 +62,7 @@ def sensed_now(stream: Stream, robot: Robot, count: int) -> Value:
 
 
 def ended_now(command: tuple[Value, float] | None) -> Record:
-    """The example of an ended command, with what the actuator stream was last told and how many seconds ago."""
+    """Return the example of an ended command, with what the actuator stream was last told and how many seconds ago."""
     record = DONE.example()
     if command is None:
         return record
@@ -75,12 +75,11 @@ class ValueInjector:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        self._streams = {s.id: s for s in engine.plan.streams}
         self._open = {key(s.name): s for s in engine.plan.streams if s.kind in OPEN_KINDS}
         self._sender = Sender()
 
     def read(self, name: str, text: str, checked: Checked) -> tuple[Stream, Value]:
-        """The stream and the value.
+        """Return the stream and the value.
 
         Args:
             name: of a sensor stream, or of one that tells the ends of commands.
@@ -122,14 +121,13 @@ class ValueInjector:
 
     def _no_stream(self, name: str) -> SheetsError:
         known = [s.name for s in self._open.values()]
-        other = next((s for s in self._streams.values() if key(s.name) == key(name) and s.name), None)
+        remedy = N_("Values can be sent into: {names}.", names=", ".join(known))
+        if not known:
+            remedy = N_("This run has no sensor streams.")
+        other = next((s for s in self._engine.plan.streams if key(s.name) == key(name) and s.name), None)
         if other is not None:
-            message = N_("“{name}” is no sensor stream, and what it has comes from rows.", name=other.name)
-        else:
-            message = N_("No row of this run reads a sensor stream “{name}”.", name=name)
-        near = nearest(name, known)
-        if near and other is None:
-            return SheetsError(message, N_("Did you mean {guess}?", guess=near))
-        if known:
-            return SheetsError(message, N_("Values can be sent into: {names}.", names=", ".join(known)))
-        return SheetsError(message, N_("This run has no sensor streams."))
+            words = N_("“{name}” is no sensor stream, and what it has comes from rows.", name=other.name)
+            return SheetsError(words, remedy)
+        if near := nearest(name, known):
+            remedy = N_("Did you mean {guess}?", guess=near)
+        return SheetsError(N_("No row of this run reads a sensor stream “{name}”.", name=name), remedy)

@@ -76,7 +76,6 @@ class RunEventSender(RunObserver):
 
 class _Reporter(RunEventSender):
     def handle(self, event: RunEvent) -> None:
-        """Send an event; give this process what it may have at the end of the run."""
         if isinstance(event, FinishingEvent):
             lift_limit()  # no more formulas are evaluated, and drawing may take what memory it needs
         super().handle(event)
@@ -97,7 +96,6 @@ class _Engine:
         self._requests: SimpleQueue[tuple[str, RunSettings]] = SimpleQueue()
 
     def serve(self) -> None:
-        """Carry out the request for a run."""
         threading.Thread(target=self._listen, daemon=True).start()
         while True:
             try:
@@ -111,7 +109,6 @@ class _Engine:
                 os._exit(0)
 
     def _listen(self) -> None:
-        """Read messages from the program on a thread of its own, at no cost for the engine."""
         for kind, *words in self._messages:
             if kind == "stop":
                 self._control.stop(*words)

@@ -51,10 +51,7 @@ class RunStart:
     """Description of a run, given to its view at the beginning.
 
     Attributes:
-        title: of the workbook.
         until_us: when it ends by itself.
-        folder: that it will leave.
-        language: of the workbook.
         findings: warnings about the workbook.
         streams: every stream's name as in the trace, by its id.
         actuators: the names of the actuator streams, by their ids.
@@ -157,9 +154,7 @@ class RunResult:
     """Folder, files and summary that a run left.
 
     Attributes:
-        folder: of the run.
-        files: in it, with what each is.
-        summary: counts and times.
+        files: in the folder, with what each is.
         broken: what broke the run off; None when it ended by itself or by the user.
         problems: files that could not be made, in words.
     """

@@ -17,11 +17,11 @@ from rrp_sheets.checks.facts import sensor_fact
 from rrp_sheets.engine.command_handler import buttons, label_of, switched
 from rrp_sheets.engine.engine import Engine, EventEngine, FrameEngine
 from rrp_sheets.engine.plan import Plan, make_plan
-from rrp_sheets.engine.ports import Heartbeat, Runner, World
+from rrp_sheets.engine.ports import Heartbeat, World
 from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.run_events import CommandQueue, NoticeEvent, OperatorEvent, RunEvent, RunObserver
 from rrp_sheets.engine.runners import FrameRunner, RealtimeRunner
-from rrp_sheets.engine.scene import default_scene
+from rrp_sheets.engine.scene import scene_of
 from rrp_sheets.engine.trace import TraceWriter, stream_label
 from rrp_sheets.engine.value_injector import OPEN_KINDS
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -33,7 +33,6 @@ from rrp_sheets.recording.folder import RunFolder
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.scene.scene_sheet import scene_end_us
-from rrp_sheets.scene.scene_words import draw_scene
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
@@ -44,6 +43,7 @@ AFTER_SCENE_US = 5_000_000
 WITHOUT_SCENE_US = 30_000_000
 
 WorldMaker = Callable[[Plan, tuple[SceneAction, ...], int, Path], World]
+Runner = FrameRunner | RealtimeRunner
 
 
 def run(
@@ -78,9 +78,7 @@ def run(
     settings, view = settings or RunSettings(), view or RunObserver()
     plan = _plan(checked, settings)
     seed = checked.run.seed if settings.seed is None else settings.seed
-    scene, drawn = draw_scene(checked.scene or (), seed)
-    if checked.scene is None:
-        scene = default_scene(plan.outer_sensors, checked.robot)
+    scene, drawn = scene_of(plan, seed)
     folder = RunFolder(reading, settings.out, settings.home)
     until = _until(checked, settings)
     recorder = Recorder(view, control or CommandQueue())
