@@ -10,8 +10,8 @@ from typing import Any
 from rrp_sheets.checks import Checked, check_workbook
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.engine.engine import Engine
-from rrp_sheets.engine.live_edits import compare, helper_text
-from rrp_sheets.engine.plan import make_plan
+from rrp_sheets.engine.live_edits import apply, compare, helper_text
+from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
@@ -28,18 +28,17 @@ class Editions:
     """State of the workbook that is played, while edits are applied to it.
 
     Args:
-        engine: that plays it.
+        plan: of the workbook that is played.
         rows: the places of rows in the workbook that is played, by their places in the one that ran.
         ran: the workbook that ran, when another one is played: tables that differ in that one are left as they are.
     """
 
-    def __init__(self, engine: Engine, rows: Mapping[str, str] | None = None, ran: Workbook | None = None) -> None:
-        self._engine = engine
+    def __init__(self, plan: Plan, rows: Mapping[str, str] | None = None, ran: Workbook | None = None) -> None:
+        self._plan = plan
         self._ran = ran
         self._rows = rows
-        self._workbook = engine.plan.checked.workbook
-        self._checked: Checked = engine.plan.checked
-        self._steps: Mapping[str, Step] = {s.ref: s for s in engine.plan.steps}
+        self._checked: Checked = plan.checked
+        self._steps: Mapping[str, Step] = {s.ref: s for s in plan.steps}
         self._left: dict[str, list[str]] = {}
 
     @property
@@ -54,34 +53,26 @@ class Editions:
     def _leave(self, place: str, words: str) -> None:
         self._left.setdefault(place, []).append(words)
 
-    def use(self, changes: Sequence[Change]) -> None:
+    def use(self, engine: Engine, changes: Sequence[Change]) -> None:
         """Apply the changes of one edit to the run that is played; what does not fit is left out."""
-        edited = self._workbook
+        edited = self._checked.workbook
         for change in changes:
             edited = self._changed(edited, change)
-        if edited is self._workbook:
+        if edited is self._checked.workbook:
             return
         checked = check_workbook(edited, Report(), lints=False)
-        errors = checked.report.errors
-        if errors:
-            self._leave(
-                _places(changes),
-                N_("An edit at {places} is left out: {message}", places=_places(changes), message=errors[0].message),
-            )
-            return
-        plan = self._engine.plan
         try:
-            made = compare(plan, self._checked, self._steps, make_plan(checked, everything=plan.everything))
+            if checked.report.errors:
+                raise SheetsError(checked.report.errors[0].message)
+            plan = make_plan(checked, everything=self._plan.everything)
+            made = compare(self._plan, self._checked, self._steps, plan)
         except SheetsError as error:
-            self._leave(
-                _places(changes),
-                N_("An edit at {places} is left out: {message}", places=_places(changes), message=error.message),
-            )
+            places = ", ".join(str(c.get("place")) for c in changes)
+            words = N_("An edit at {places} is left out: {message}", places=places, message=error.message)
+            self._leave(places, words)
             return
-        for ref in made.renewed:
-            step = made.steps[ref]
-            self._engine.edit(ref, checked.formulas.get(step.ref), step.period_us)
-        self._workbook, self._checked, self._steps = edited, checked, made.steps
+        apply(engine, made)
+        self._checked, self._steps = checked, made.steps
 
     def _changed(self, workbook: Workbook, change: Change) -> Workbook:
         place, was, now = (str(change.get(n) or "") for n in ("place", "was", "now"))
@@ -92,31 +83,20 @@ class Editions:
         ref = place if self._rows is None else self._rows.get(place, "")
         row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
         if row is None:
-            self._leave(
-                place, N_("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
-            )
+            words = N_("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
         elif self._rows is not None and row.formula.text != was:
-            here = row.formula.text
-            self._leave(
-                place,
-                N_(
-                    "The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.",
-                    row=in_words(place),
-                    was=was,
-                    now=now,
-                    here=here,
-                ),
-            )
+            told = N_("The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.")
+            words = N_(told, row=in_words(place), was=was, now=now, here=row.formula.text)
         else:
             return replace(workbook, behaviours=tuple(_with(b, row, now) for b in workbook.behaviours))
+        self._leave(place, words)
         return workbook
 
     def _helper(self, workbook: Workbook, name: str, was: str, change: Change) -> Workbook:
         mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
         if self._rows is not None and was != (helper_text(mine) if mine else ""):
-            self._leave(
-                _HELPERS + name, N_("The edit of the helper {name} is left out: here it is another one.", name=name)
-            )
+            words = N_("The edit of the helper {name} is left out: here it is another one.", name=name)
+            self._leave(_HELPERS + name, words)
             return workbook
         others = tuple(h for h in workbook.helpers if h is not mine)
         made = _helper_of(name, change)
@@ -126,9 +106,8 @@ class Editions:
     def _table(self, workbook: Workbook, change: Change) -> Workbook:
         name, told = str(change.get("place")), change["table"]
         if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
-            self._leave(
-                name, N_("The edit of the table {name} is left out: the record does not say what it became.", name=name)
-            )
+            words = N_("The edit of the table {name} is left out: the record does not say what it became.", name=name)
+            self._leave(name, words)
             return workbook
         rows = tuple(tuple(str(text) for text in row) for row in told)
         if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
@@ -162,7 +141,3 @@ def _helper_of(name: str, change: Change) -> tuple[Helper, ...]:
         inputs, formula = ([i.strip() for i in found[1].split(",")], found[2]) if found else ([], now)
     cells = tuple(Cell(i, here, i) for i in inputs)
     return (Helper(Cell(name, here, name), cells, Cell(formula, here, formula)),)
-
-
-def _places(changes: Sequence[Change]) -> str:
-    return ", ".join(str(c.get("place")) for c in changes)

@@ -13,7 +13,7 @@ import json
 import tempfile
 from collections import defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from itertools import groupby
 from statistics import median
 from typing import Any
 
@@ -28,8 +28,8 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_from_mapping, to_json
 from rrp_sheets.replay.edits import Editions
-from rrp_sheets.replay.record import content, same_json
-from rrp_sheets.replay.workbooks import ReplaySource
+from rrp_sheets.replay.record import Recorded, content, moments, same_json
+from rrp_sheets.replay.workbooks import Matching, ReplaySource
 from rrp_sheets.texts import N_, sentences
 
 
@@ -121,30 +121,16 @@ _TOLD_EVERY = 200  # moments between two words to whoever waits
 Told = Callable[[float], None]
 
 
-@dataclass(frozen=True)
-class Script:
-    """Input of a replay: the recorded events, and their mapping to the workbook that is played.
+class ReplayPlayer(RunObserver):
+    """Player of a recorded run, and observer of the engine.
 
-    Attributes:
-        moments: the recorded events, time by time; gone through once.
-        at_end: ends of commands that the run's end has ended: no row has seen them; None when it had no proper end.
-        streams: ids of the streams of the workbook that is played, by their names in the record.
-        seed: of the run.
-        until_us: where it ends.
-        behaviours: keys of behaviours as they are called in the workbook that is played, by those of the record.
-    """
-
-    moments: Iterator[tuple[int, Sequence[RecordedEvent]]]
-    at_end: Sequence[RecordedEvent] | None
-    streams: Mapping[str, str]
-    seed: int
-    until_us: int
-    behaviours: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass
-class Played:
-    """Outcome of playing a script.
+    Args:
+        recorded: what is played; its moments are gone through once.
+        source: the workbook that plays it.
+        found: what of that workbook corresponds to the record.
+        editions: applies the edits of the run again.
+        ends: the source of the ends of commands; None: as recorded.
+        told: called with the progress, from 0 to 1; may raise to break off.
 
     Attributes:
         events: what came, in order, streams by the ids of the workbook that was played.
@@ -154,39 +140,27 @@ class Played:
         left_out: what of the record could not be done again, in words.
     """
 
-    events: Spool = field(default_factory=Spool)
-    until_us: int = 0
-    ended_by: str = ""
-    broken: str = ""
-    left_out: list[str] = field(default_factory=list)
-
-
-class ReplayPlayer(RunObserver):
-    """Player of a script, and observer of the engine.
-
-    Args:
-        source: the workbook.
-        script: what is played.
-        editions: makes the object that applies the edits of the run again.
-        ends: the source of the ends of commands; None: as recorded.
-        told: called with the progress, from 0 to 1; may raise to break off.
-    """
-
     def __init__(
-        self, source: ReplaySource, script: Script, editions: Callable[[Engine], Editions], ends: Ends | None = None,
+        self, recorded: Recorded, source: ReplaySource, found: Matching, editions: Editions, ends: Ends | None = None,
         told: Told = lambda part: None,
     ) -> None:  # fmt: skip
-        self.played = Played()
+        self.events = Spool()
+        self.until_us = 0
+        self.ended_by = self.broken = ""
+        self.left_out: list[str] = []
         self._plan = plan = source.plan
-        self._script = script
-        self._ends = ends
+        self._found = found
+        self._ends = ends or Ends((), {}, {})
         self._told = told
-        self._moments = 0
+        self._at_end, self._last_us = recorded.at_end, recorded.until_us
+        gone = {e.number for e in self._at_end or ()}
+        self._moments = moments(e for e in recorded.played if e.number not in gone)
+        self._count = 0  # of the moments so far
         self._senses = ValueDecoder(plan)
         self._actuators = {s.id for s in plan.streams if s.kind is StreamKind.ACTUATOR}
         kind = FrameEngine if plan.checked.run.engine == "frame" else EventEngine
-        self._engine: Engine = kind(plan, self, script.seed)
-        self._editions = editions(self._engine)
+        self._engine: Engine = kind(plan, self, recorded.header.fields.get("seed", 0))
+        self._editions = editions
         outer = {s.stream for s in plan.outer_sensors}
         self._fed = outer | {done for done, actuator in plan.dones.items() if actuator not in plan.own}
 
@@ -194,24 +168,22 @@ class ReplayPlayer(RunObserver):
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """Store a value on a stream."""
         told = to_json(value)
-        events = self.played.events
-        events.append(RecordedValue(us, stream, row, told))
+        self.events.append(RecordedValue(us, stream, row, told))
         if stream in self._actuators:
             self._senses.command(stream, value)
-            if self._ends is not None:
-                self._ends.made(us, stream, value, told)
-        if len(events) > MOST_CAME:
+            self._ends.made(us, stream, value, told)
+        if len(self.events) > MOST_CAME:
             raise RunBroken(N_("More than {most:,} values came.", most=MOST_CAME), N_("Replay a shorter run."))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Store the failure of a formula."""
         inputs = [to_json(v) for v in values]
-        self.played.events.append(RecordedFailure(us, "", row, failure.message, failure.code, inputs))
+        self.events.append(RecordedFailure(us, "", row, failure.message, failure.code, inputs))
 
     # ---- playing
-    def play(self) -> Played:
-        """Play the script to its end."""
-        played, engine = self.played, self._engine
+    def play(self) -> None:
+        """Play the run to its end."""
+        engine = self._engine
         try:
             if isinstance(engine, EventEngine):
                 self._one_by_one(engine)
@@ -219,37 +191,29 @@ class ReplayPlayer(RunObserver):
                 self._by_frames(engine)
         except RunBroken as error:
             row = engine.row
-            played.broken = sentences(error.message, N_("It was at {row}.", row=row) if row else "")
+            self.broken = sentences(error.message, N_("It was at {row}.", row=row) if row else "")
+        if self.broken or self._at_end is None:
             engine.close()
-        else:
-            self._end()
-        played.until_us = engine.clock.us
-        played.ended_by = engine.ended_by
-        played.left_out += self._editions.left_out
-        return played
-
-    def _end(self) -> None:
-        """End the run with the recorded ends of what still goes on; the engine's own devices add theirs."""
-        ends = self._script.at_end
-        if ends is None:
-            self._engine.close()
-            return
-        self._engine.finish(self._values(e for e in ends if self._is_fed(e)))
+        else:  # with the recorded ends of what still goes on; the engine's own devices add theirs
+            engine.finish(self._values(e for e in self._at_end if self._is_fed(e)))
+        self.until_us = engine.clock.us
+        self.ended_by = engine.ended_by
+        self.left_out += self._editions.left_out
 
     def _by_frames(self, engine: Engine) -> None:
         rate = engine.plan.checked.run.frame_rate
-        moments, last = self._script.moments, _frame(self._script.until_us, rate)
+        last = _frame(self._last_us, rate)
         frame = 0
-        coming = next(moments, None)
+        coming = next(self._moments, None)
         while True:
             now = frame * 1_000_000 // rate
             events: list[RecordedEvent] = []
             while coming is not None and _frame(coming[0], rate) <= frame:
                 events += coming[1]
                 self._tell(coming[0])
-                coming = next(moments, None)
+                coming = next(self._moments, None)
             self._send(events)
-            self._settle(now, [*self._values(e for e in events if self._is_fed(e)), *self._nominal(now)])
+            self._settle(now, [*self._values(e for e in events if self._is_fed(e)), *self._ends.take(now)])
             if engine.ended_by:
                 return
             actions = [e for e in events if isinstance(e, RecordedAction)]
@@ -261,14 +225,12 @@ class ReplayPlayer(RunObserver):
                 following.append(frame + 1)
             if coming is not None:
                 following.append(_frame(coming[0], rate))
-            for due in (engine.clock.next_due, self._ends.next_us if self._ends else None):
-                if due is not None:
-                    following.append(_frame(due, rate))
+            following += [_frame(due, rate) for due in (engine.clock.next_due, self._ends.next_us) if due is not None]
             frame = max(frame + 1, min(following))
 
     def _one_by_one(self, engine: Engine) -> None:
         """Settle every arrival at an instant of its own; timers that are due before it come at their own times."""
-        for us, events in self._script.moments:
+        for us, events in self._moments:
             self._tell(us)
             self._due_before(us)
             first = next((e for e in events if not isinstance(e, RecordedNotice)), None)
@@ -295,22 +257,20 @@ class ReplayPlayer(RunObserver):
                         self._settle(us, self._values([event]))
             if waiting:
                 self._settle(us, [])
-        self._due_before(self._script.until_us)
+        self._due_before(self._last_us)
         if not engine.ended_by:
-            self._settle(self._script.until_us, [])
+            self._settle(self._last_us, [])
 
     def _due_before(self, us: int) -> None:
         """Settle the ends of commands that the record does not have, each at its own time."""
-        while self._ends is not None and (due := self._ends.next_us) is not None and due < us:
-            if self._engine.ended_by:
-                return
-            self._settle(due, self._nominal(due))
+        while not self._engine.ended_by and (due := self._ends.next_us) is not None and due < us:
+            self._settle(due, self._ends.take(due))
 
     def _settle(self, now: int, arrivals: Sequence[tuple[str, Value]]) -> None:
         self._engine.settle(now, arrivals)
         for happening in self._engine.take_happenings():
-            at = now, happening.stream, happening.row
-            self.played.events.append(RecordedNotice(*at, happening.kind, happening.text))
+            notice = RecordedNotice(now, happening.stream, happening.row, happening.kind, happening.text)
+            self.events.append(notice)
         self._engine.triggers.take()
 
     # ---- from the record to the engine
@@ -318,19 +278,15 @@ class ReplayPlayer(RunObserver):
         """Return whether an event is a value from the world; the engine's own devices give theirs by themselves."""
         if not isinstance(event, RecordedValue) or event.row or event.by is not None:
             return False
-        if self._script.streams.get(event.stream) not in self._fed:
-            return False
-        return self._ends is None or self._ends.kept(event)
+        return self._found.streams.get(event.stream) in self._fed and self._ends.kept(event)
 
     def _values(self, events: Iterable[RecordedEvent]) -> list[tuple[str, Value]]:
-        streams = self._script.streams
-        known = [(streams.get(e.stream, ""), e.value) for e in events if isinstance(e, RecordedValue)]
-        return [
-            (stream, self._senses.value(stream, value)) for stream, value in known if stream in self._engine.streams
-        ]
-
-    def _nominal(self, now: int) -> list[tuple[str, Value]]:
-        return self._ends.take(now) if self._ends is not None else []
+        found = []
+        for event in events:
+            stream = self._found.streams.get(event.stream, "")
+            if isinstance(event, RecordedValue) and stream in self._engine.streams:
+                found.append((stream, self._senses.value(stream, event.value)))
+        return found
 
     def _send(self, events: Iterable[RecordedEvent]) -> None:
         for event in events:
@@ -340,32 +296,27 @@ class ReplayPlayer(RunObserver):
 
     def _act(self, actions: Sequence[RecordedAction]) -> None:
         """Repeat what people did to the rows; what they did to the world is in the sensor values."""
-        edit: list[RecordedAction] = []
-        for action in actions:
-            if edit and (action.kind != "edit" or action.wall != edit[0].wall):
-                self._editions.use([e.detail for e in edit])
-                edit = []
-            if action.kind == "edit":
-                edit.append(action)
-            elif action.kind == "switch":
-                self._switch(action.detail)
-        if edit:
-            self._editions.use([e.detail for e in edit])
+        for (kind, _), together in groupby(actions, key=lambda a: (a.kind, a.wall)):
+            details = [action.detail for action in together]
+            if kind == "edit":  # the changes of one have one time
+                self._editions.use(self._engine, details)
+            elif kind == "switch":
+                for detail in details:
+                    self._switch(detail)
 
     def _switch(self, detail: Mapping[str, Any]) -> None:
         name = str(detail.get("behaviour") or "")
-        behaviour = self._script.behaviours.get(key(name), key(name))
+        behaviour = self._found.behaviours.get(key(name), key(name))
         if behaviour in self._plan.behaviours:
             self._engine.turn(behaviour, bool(detail.get("on")))
         else:
-            self.played.left_out.append(
-                N_("The behaviour {name} was switched by hand; it does not run here.", name=name)
-            )
+            words = N_("The behaviour {name} was switched by hand; it does not run here.", name=name)
+            self.left_out.append(words)
 
     def _tell(self, us: int) -> None:
-        self._moments += 1
-        if self._moments % _TOLD_EVERY == 0:
-            self._told(min(us / max(1, self._script.until_us), 1.0))
+        self._count += 1
+        if self._count % _TOLD_EVERY == 0:
+            self._told(min(us / max(1, self._last_us), 1.0))
 
 
 def _frame(us: int, rate: int) -> int:
@@ -375,11 +326,6 @@ def _frame(us: int, rate: int) -> int:
 
 def _is_by_hand(event: RecordedEvent) -> bool:
     return isinstance(event, RecordedAction) or (isinstance(event, RecordedValue) and event.by is not None)
-
-
-@dataclass(eq=False)
-class _Command:
-    made: bool = False  # in what is played now, too
 
 
 class Ends:
@@ -400,36 +346,33 @@ class Ends:
         self.usual: list[tuple[str, Value, float]] = []
         self.unknown: list[tuple[str, Value]] = []
         self._done = {actuator: done for done, actuator in dones.items()}
-        self._commands: dict[tuple[str, str, int], deque[_Command]] = defaultdict(deque)
-        self._by_end: dict[int, _Command] = {}  # by the number of the record's event
+        self._commands: dict[tuple[str, str, int], deque[int]] = defaultdict(deque)  # the numbers of their events
+        self._by_end: dict[int, int] = {}  # the same by the numbers of the events that are their ends
+        self._made: set[int] = set()  # those that are made in what is played now, too
         self._times: dict[tuple[str, str], list[float]] = defaultdict(list)
         self._coming: list[tuple[int, int, str, Value]] = []
         self._number = 0
-        waiting: dict[tuple[str, str], deque[_Command]] = defaultdict(deque)
+        waiting: dict[tuple[str, str], deque[int]] = defaultdict(deque)
         for event in events:
             stream = streams.get(event.stream, "")
             if not isinstance(event, RecordedValue) or event.by is not None:
                 continue
             if event.row and stream in self._done and event.value is not None:
                 mine = stream, same_json(_told(event.value))
-                command = _Command()
-                self._commands[*mine, event.us].append(command)
-                waiting[mine].append(command)
+                self._commands[*mine, event.us].append(event.number)
+                waiting[mine].append(event.number)
             elif not event.row and stream in dones and isinstance(event.value, dict):
-                self._ended(event, dones[stream], waiting)
-
-    def _ended(self, event: RecordedValue, actuator: str, waiting: Mapping[tuple[str, str], deque[_Command]]) -> None:
-        mine = actuator, same_json(event.value.get("value"))
-        if waiting.get(mine):
-            self._by_end[event.number] = waiting[mine].popleft()
-        seconds = event.value.get("seconds")
-        if event.value.get("completed") is True and isinstance(seconds, (int, float)):
-            self._times[mine].append(float(seconds))
+                mine = dones[stream], same_json(event.value.get("value"))
+                if waiting[mine]:
+                    self._by_end[event.number] = waiting[mine].popleft()
+                seconds = event.value.get("seconds")
+                if event.value.get("completed") is True and isinstance(seconds, (int, float)):
+                    self._times[mine].append(float(seconds))
 
     @property
     def dropped(self) -> int:
         """Number of ends in the record that belong to commands that are not made now."""
-        return sum(not command.made for command in self._by_end.values())
+        return sum(command not in self._made for command in self._by_end.values())
 
     def made(self, us: int, stream: str, value: Value, told: Any) -> None:
         """Take note of a command that a row of the workbook that is played has made."""
@@ -438,7 +381,7 @@ class Ends:
         mine = stream, same_json(_told(told))
         same = self._commands.get((*mine, us))
         if same:
-            same.popleft().made = True
+            self._made.add(same.popleft())
         elif mine in self._times:
             seconds = median(self._times[mine])
             self.usual.append((stream, value, seconds))
@@ -452,7 +395,7 @@ class Ends:
     def kept(self, event: RecordedEvent) -> bool:
         """Return whether a value of the record comes now as well: ends of commands that are not made do not."""
         command = self._by_end.get(event.number)
-        return command is None or command.made
+        return command is None or command in self._made
 
     @property
     def next_us(self) -> int | None:

@@ -8,11 +8,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import islice
+from itertools import groupby, islice
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedValue
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.recording.trace_reader import LONGEST_US, TraceHeader, TraceReader, TraceSummary
 
 
@@ -32,7 +34,6 @@ class Recorded:
 
     Attributes:
         path: of the file.
-        header: its first line.
         events: what came, in its order.
         tail: those of the last time.
         before_us: the last time before that, in µs.
@@ -70,6 +71,42 @@ class Recorded:
     def ended(self) -> str:
         """Kind of end: `time`, `stopped`, `end run`, `broken`, or `cut` when the record has no end."""
         return "cut" if self.summary is None else self.summary.text("ended") or "time"
+
+    @property
+    def played(self) -> Events:
+        """Events that can be played again: of a run that broke off, those before its last moment."""
+        if self.ended != "broken":
+            return self.events
+        last = self.last_us
+        return Events(lambda: (e for e in self.events if e.us < last))
+
+    @property
+    def until_us(self) -> int:
+        """Time of the run's clock (µs) up to which it can be played again."""
+        if self.ended != "broken":
+            return self.last_us
+        final = self.tail[-1].us if self.tail else 0
+        return final if final < self.last_us else self.before_us
+
+    @property
+    def at_end(self) -> tuple[RecordedEvent, ...] | None:
+        """Ends of commands that the end of the run has ended: the last lines, which no row has seen.
+
+        None of a run that had no proper end.
+        """
+        last, found = self.last_us, []
+        if self.ended in ("cut", "broken"):
+            return None
+        for event in reversed(self.tail):
+            if isinstance(event, RecordedNotice) and event.us == last:
+                continue
+            if event.us != last or not isinstance(event, RecordedValue) or event.row or event.by is not None:
+                break
+            ended = event.value if isinstance(event.value, dict) else {}
+            if self.streams.get(event.stream) != StreamKind.DONE.value or ended.get("completed") is not False:
+                break
+            found.append(event)
+        return tuple(reversed(found))
 
 
 def read_record(path: Path) -> Recorded:
@@ -121,14 +158,8 @@ def same_json(value: Any) -> str:
 
 def moments(events: Iterable[RecordedEvent]) -> Iterator[tuple[int, list[RecordedEvent]]]:
     """Group the events by their time."""
-    here: list[RecordedEvent] = []
-    for event in events:
-        if here and event.us != here[0].us:
-            yield here[0].us, here
-            here = []
-        here.append(event)
-    if here:
-        yield here[0].us, here
+    for us, here in groupby(events, key=attrgetter("us")):
+        yield us, list(here)
 
 
 def content(event: RecordedEvent) -> Any:

@@ -15,8 +15,8 @@ from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.run_files import WORKBOOK, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.recording.metadata import stamp_of
 from rrp_sheets.replay.edits import Editions
-from rrp_sheets.replay.play import Ends, Played, ReplayPlayer, Script, Told
-from rrp_sheets.replay.record import Events, Recorded, moments, read_record
+from rrp_sheets.replay.play import Ends, ReplayPlayer, Told
+from rrp_sheets.replay.record import Events, Recorded, read_record
 from rrp_sheets.replay.report import ending, unknown
 from rrp_sheets.replay.result import Comparer, Replayed
 from rrp_sheets.replay.workbooks import (
@@ -49,119 +49,77 @@ def replay(trace: Path, other: Path | None = None, told: Told = lambda part: Non
         SheetsError: when a workbook has errors, or the one that ran is not there and no other is named.
     """
     recorded = read_record(trace)
-    ran = _ran(recorded, needed=other is None)
-    if other is None:
-        assert ran is not None
-        return _exactly(recorded, ran, told)
-    source = another(other, recorded, ran)
-    if source.reading.digest == recorded.header.text("workbook"):
-        return _exactly(recorded, source, told)
-    return _otherwise(recorded, ran, source, told)
-
-
-def _ran(recorded: Recorded, *, needed: bool) -> ReplaySource | None:
-    """Return the workbook that ran; when it is not needed, None for one that cannot be used."""
     try:
-        found = the_one_that_ran(recorded)
+        ran = the_one_that_ran(recorded)
     except SheetsError:
-        if needed:
+        if other is None:
             raise
-        return None
-    if found is None and needed:
-        raise SheetsError(
-            N_("The workbook that ran is not beside “{trace}” ({file}).", trace=recorded.path.name, file=WORKBOOK),
-            N_(
-                "Name the run's folder, or the workbook: --with {file}.",
-                file=recorded.header.text("name") or "FILE.xlsx",
-            ),
-        )
-    return found
+        ran = None
+    if other is not None:
+        source = another(other, recorded, ran)
+        if source.reading.digest != recorded.header.text("workbook"):
+            return _otherwise(recorded, ran, source, told)
+        return _exactly(recorded, source, told)
+    if ran is None:
+        words = N_("The workbook that ran is not beside “{trace}” ({file}).", trace=recorded.path.name, file=WORKBOOK)
+        name = recorded.header.text("name") or "FILE.xlsx"
+        raise SheetsError(words, N_("Name the run's folder, or the workbook: --with {file}.", file=name))
+    return _exactly(recorded, ran, told)
 
 
 def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     """Replay with the same workbook: everything is to be the same."""
     found = itself(source)
-    events, cut = _whole(recorded)
-    engines = partial(_is_engines, source=source, found=found)
-    script = _script(recorded, events, found)
-    played = ReplayPlayer(source, script, Editions, told=told).play()
-    tally = _Tally(engines)
+    player = ReplayPlayer(recorded, source, found, Editions(source.plan), told=told)
+    player.play()
+    is_engines = partial(_is_engines, source=source, found=found)
     kinds = (RecordedValue, RecordedFailure)
-    expected = Events(lambda: tally.expected(events, lambda e: isinstance(e, kinds) or engines(e)))
-    came = _named(played, found)
+    expected = Events(lambda: (e for e in recorded.played if isinstance(e, kinds) or is_engines(e)))
+    came = Events(lambda: player.events.named(found.names))
     if recorded.ended == "cut":
         came = _as_long(came, expected)
     differences, counts = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
-    unread = tally.streams - found.streams.keys()
-    notes = [*remarks(recorded, source, own=True), *played.left_out]
-    if unread:
+    world: Counter[str] = Counter()  # what the robot and its world did, with how often
+    streams: set[str] = set()
+    for event in recorded.played:
+        if isinstance(event, RecordedValue):
+            streams.add(event.stream)
+        elif isinstance(event, RecordedNotice) and not is_engines(event):
+            world[event.kind] += 1
+    notes = [*remarks(recorded, source, own=True), *player.left_out]
+    if unread := streams - found.streams.keys():
         notes.append(N_("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))
     return replace(
-        _about(recorded, source, None), compared=tally.count, differences=differences,
-        counts=counts, ending=ending(recorded, played), remarks=tuple(notes),
-        unknown=tuple(unknown(recorded, tally.world, cut)), recorded=expected, came=came,
+        _about(recorded, source, None), compared=sum(c.recorded for c in counts), differences=differences,
+        counts=counts, ending=ending(recorded, player), remarks=tuple(notes),
+        unknown=tuple(unknown(recorded, world, _cut(recorded))), recorded=expected, came=came,
     )  # fmt: skip
 
 
 def _otherwise(recorded: Recorded, ran: ReplaySource | None, source: ReplaySource, told: Told) -> Replayed:
     """Replay with another workbook: find what would have been different."""
     found = matching(recorded, ran, source)
-    events, cut = _whole(recorded)
-    engines = partial(_is_engines, source=source, found=found)
-    script = _script(recorded, events, found)
     dones = {d: a for d, a in source.plan.dones.items() if a not in source.plan.own}
-    ends = Ends(events, found.streams, dones)
-    base = ran.checked.workbook if ran is not None else None
-    editions = partial(Editions, rows=found.rows, ran=base)
-    played = ReplayPlayer(source, script, editions, ends, told=told).play()
+    ends = Ends(recorded.played, found.streams, dones)
+    editions = Editions(source.plan, found.rows, ran.checked.workbook if ran is not None else None)
+    player = ReplayPlayer(recorded, source, found, editions, ends, told)
+    player.play()
     own = _own(source, found)
-    tally = _Tally(engines)
-    expected = Events(lambda: tally.expected(events, lambda e: _is_rows(e, own) or engines(e)))
-    everything = _named(played, found)
-    came = Events(lambda: (e for e in everything if _is_rows(e, own) or isinstance(e, RecordedNotice)))
+    expected = Events(lambda: (e for e in recorded.played if _is_rows(e, own) or _is_engines(e, source, found)))
+    named = Events(lambda: player.events.named(found.names))
+    came = Events(lambda: (e for e in named if _is_rows(e, own) or isinstance(e, RecordedNotice)))
     back = {there: here for here, there in found.rows.items()}
     ids = {s.ref for s in source.plan.steps}
     differences, counts = Comparer(
         lambda row: there if (there := found.rows.get(row, "")) in ids else "", lambda row: back.get(row, ""),
         exact=False,
     ).compare(expected, came)  # fmt: skip
-    notes = [*remarks(recorded, source, own=False), *differing_remarks(ran, source, found), *played.left_out]
+    notes = [*remarks(recorded, source, own=False), *differing_remarks(ran, source, found), *player.left_out]
     return replace(
-        _about(recorded, source, ran), other=source.name, compared=tally.count, differences=differences,
-        counts=counts, ending=ending(recorded, played), remarks=tuple(notes),
-        unknown=tuple(unknown(recorded, tally.world, cut, ends)), recorded=expected, came=came,
+        _about(recorded, source, ran), other=source.name, compared=sum(c.recorded for c in counts),
+        differences=differences, counts=counts, ending=ending(recorded, player), remarks=tuple(notes),
+        unknown=tuple(unknown(recorded, {}, _cut(recorded), ends)), recorded=expected, came=came,
     )  # fmt: skip
-
-
-class _Tally:
-    """Counts of the events of a record, taken while they are compared.
-
-    Attributes:
-        count: of the events that are compared.
-        streams: that have values among these.
-        world: what the robot and its world did, with how often.
-    """
-
-    def __init__(self, engines: Callable[[RecordedEvent], bool]) -> None:
-        self._engines = engines
-        self._begin()
-
-    def _begin(self) -> None:
-        self.count = 0
-        self.streams: set[str] = set()
-        self.world: Counter[str] = Counter()
-
-    def expected(self, events: Events, is_wanted: Callable[[RecordedEvent], bool]) -> Iterator[RecordedEvent]:
-        """Yield the events that are compared, counting them anew."""
-        self._begin()
-        for event in events:
-            if isinstance(event, RecordedNotice) and not self._engines(event):
-                self.world[event.kind] += 1
-            if is_wanted(event):
-                self.count += 1
-                if isinstance(event, RecordedValue):
-                    self.streams.add(event.stream)
-                yield event
 
 
 def _about(recorded: Recorded, source: ReplaySource, ran: ReplaySource | None) -> Replayed:
@@ -187,47 +145,15 @@ def _spoken(source: ReplaySource) -> Iterator[tuple[str, str]]:
             yield stream.name, str(stream.settings.get("text") or "") if own else ""
 
 
-# ---- the script
-def _whole(recorded: Recorded) -> tuple[Events, str]:
-    """Return the lines that are played, and in words what is left out of a run that broke off."""
+def _cut(recorded: Recorded) -> str:
+    """Return in words what is left out of a run that broke off."""
     if recorded.ended != "broken":
-        return recorded.events, ""
-    last = recorded.last_us
+        return ""
     why = recorded.summary.text("why") if recorded.summary else ""
-    at = N_("{n:g} s", n=last / 1e6)
-    words = N_("The run broke off at {at}. That last moment is not replayed.", at=at)
+    at = N_("{n:g} s", n=recorded.last_us / 1e6)
     if why:
-        words = N_("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
-    return Events(lambda: (e for e in recorded.events if e.us < last)), words
-
-
-def _script(recorded: Recorded, events: Events, found: Matching) -> Script:
-    at_end = _at_end(recorded)
-    gone = {e.number for e in at_end or ()}
-    until = recorded.last_us
-    if recorded.ended == "broken":
-        final = recorded.tail[-1].us if recorded.tail else 0
-        until = final if final < until else recorded.before_us
-    played = moments(e for e in events if e.number not in gone)
-    return Script(played, at_end, found.streams, recorded.header.fields.get("seed", 0), until, found.behaviours)
-
-
-def _at_end(recorded: Recorded) -> tuple[RecordedEvent, ...] | None:
-    """Return the ends of commands that the end of the run has ended: the last lines, which no row has seen."""
-    last, found = recorded.last_us, []
-    if recorded.ended in ("cut", "broken"):
-        return None
-    for event in reversed(recorded.tail):
-        if isinstance(event, RecordedNotice) and event.us == last:
-            continue
-        if event.us != last or not isinstance(event, RecordedValue) or event.row or event.by is not None:
-            break
-        ended = event.value if isinstance(event.value, dict) else {}
-        is_end = recorded.streams.get(event.stream) == StreamKind.DONE.value
-        if not is_end or ended.get("completed") is not False:
-            break
-        found.append(event)
-    return tuple(reversed(found))
+        return N_("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
+    return N_("The run broke off at {at}. That last moment is not replayed.", at=at)
 
 
 # ---- what is compared
@@ -253,11 +179,6 @@ def _is_engines(event: RecordedEvent, source: ReplaySource, found: Matching) -> 
     if event.kind == "note":
         return not event.row and not event.stream and event.text.endswith(_SWITCHED)
     return event.kind == "error" and found.streams.get(event.stream) in source.plan.own
-
-
-def _named(played: Played, found: Matching) -> Events:
-    """Return what came, with streams called as in the record."""
-    return Events(lambda: played.events.named(found.names))
 
 
 def _as_long(came: Events, expected: Events) -> Events:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.model.values import record_from_mapping, show
@@ -12,7 +13,7 @@ from rrp_sheets.replay.result import EXTRA, MISSING, ORDER, ROW, TIME, VALUE, Co
 from rrp_sheets.texts import N_, listed, translate
 
 if TYPE_CHECKING:
-    from rrp_sheets.replay.play import Ends, Played
+    from rrp_sheets.replay.play import Ends, ReplayPlayer
     from rrp_sheets.replay.record import Recorded
     from rrp_sheets.replay.result import Replayed
 
@@ -20,7 +21,7 @@ _KINDS = (N_("say"), N_("sound"), N_("scene"), N_("clamp"), N_("fall"), N_("pers
 """Kinds of entries that `unknown` counts; marked as texts here, since traces hold them as plain words."""
 
 
-def ending(recorded: Recorded, played: Played) -> str:
+def ending(recorded: Recorded, played: ReplayPlayer) -> str:
     """Describe in which way a replay ended otherwise than the run; empty when it did not."""
     at = N_("{n:g} s", n=played.until_us / 1e6)
     by = recorded.summary.text("by") if recorded.summary else ""
@@ -29,19 +30,14 @@ def ending(recorded: Recorded, played: Played) -> str:
     if played.ended_by and recorded.ended != "end run":
         return N_("The run would have ended at {at}, by {row}.", at=at, row=in_words(played.ended_by))
     if recorded.ended == "end run" and not played.ended_by:
-        return N_(
-            "The run was ended at {value:g} s by {row}; it would have gone on.",
-            value=recorded.last_us / 1e6,
-            row=in_words(by),
-        )
+        words = N_("The run was ended at {value:g} s by {row}; it would have gone on.")
+        return N_(words, value=recorded.last_us / 1e6, row=in_words(by))
     if played.ended_by and played.until_us != recorded.last_us:
         return N_("The run would have ended at {at} instead of {value:g} s.", at=at, value=recorded.last_us / 1e6)
     return ""
 
 
-def unknown(
-    recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends | None = None
-) -> list[str]:  # fmt: skip
+def unknown(recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends | None = None) -> list[str]:
     """Return in words the limits of a replay of a session.
 
     Args:
@@ -69,36 +65,34 @@ def unknown(
 
 
 def _ends_said(ends: Ends) -> list[str]:
-    said: list[str] = [
-        N_(
-            "The recorded world does not react: the robot would have moved and spoken otherwise, and people would have "
-            "answered otherwise. What the sensors gave is what they gave in the session."
-        )
-    ]
+    words = N_(
+        "The recorded world does not react: the robot would have moved and spoken otherwise, and people would have "
+        "answered otherwise. What the sensors gave is what they gave in the session."
+    )
+    said: list[str] = [words]
     if ends.dropped:
         one = N_("{commands} of the session is not made; its recorded end is left out.")
         more = N_("{commands} of the session are not made; their recorded ends are left out.")
         said.append(N_(one if ends.dropped == 1 else more, commands=_many(ends.dropped)))
     if ends.usual:
-        times = dict.fromkeys(
-            N_("{value} {seconds:.1f} s", value=show(value, 40), seconds=seconds) for _, value, seconds in ends.usual
-        )
         said.append(N_(
             "{commands} that the session did not have at that time is taken to end after the time that the same took "
             "in it ({shown})." if len(ends.usual) == 1 else
             "{commands} that the session did not have at that time are taken to end after the time that the same took "
-            "in it ({shown}).", commands=_many(len(ends.usual)), shown=_few(list(times)),
+            "in it ({shown}).", commands=_many(len(ends.usual)),
+            shown=_few(N_("{value} {seconds:.1f} s", value=show(v, 40), seconds=s) for _, v, s in ends.usual),
         ))  # fmt: skip
     if ends.unknown:
-        shown = dict.fromkeys(show(value, 40) for _, value in ends.unknown)
         words = N_(
             "Of {commands} that the session never had the end is not known ({shown}): what waits for it does not come."
         )
-        said.append(N_(words, commands=_many(len(ends.unknown)), shown=_few(list(shown))))
+        shown = _few(show(value, 40) for _, value in ends.unknown)
+        said.append(N_(words, commands=_many(len(ends.unknown)), shown=shown))
     return said
 
 
-def _few(words: Sequence[str]) -> str:
+def _few(texts: Iterable[str]) -> str:
+    words = list(dict.fromkeys(texts))
     return listed(words) if len(words) < 5 else N_("{before}, …", before=listed(words[:4]))
 
 
@@ -191,7 +185,8 @@ def _listed(lines: Sequence[AccountLine], language: str) -> list[str]:
 
 def verdict(found: Replayed) -> str:
     """Return the one sentence that says whether it is the same."""
-    events = _events(found.compared)
+    count = found.compared
+    events = N_("{n} event" if count == 1 else "{n} events", n=f"{count:,}")
     seconds = f"{round(found.seconds, 1):g}"
     if found.same and found.other:
         same = N_("The same: with {other} {events} of this session would have come as they came.")
@@ -201,21 +196,15 @@ def verdict(found: Replayed) -> str:
     if found.other:
         different = N_("Different: with {other}, {what} in these {seconds} s.")
         return N_(different, other=found.other, what=_would(found), seconds=seconds)
-    first = found.first
-    if first is None:
+    if found.first is None:
         return N_("Different: {what}.", what=_counted(found))
-    words = N_("Different: {what}. The first at {when}: {first}")
-    return N_(words, what=_counted(found), when=in_seconds(first.us), first=_each(first))
-
-
-def _events(count: int) -> str:
-    return N_("{n} event" if count == 1 else "{n} events", n=f"{count:,}")
+    when, first = in_seconds(found.first.us), _each(found.first)
+    return N_("Different: {what}. The first at {when}: {first}", what=_counted(found), when=when, first=first)
 
 
 def _would(found: Replayed) -> str:
-    extra = len(found.of(EXTRA))
+    extra, parts = len(found.of(EXTRA)), []
     others, of = len(found.differences) - extra, f"{found.compared:,}"
-    parts: list[str] = []
     if others:
         parts.append(N_("{n} of {of} events would not have come as they came", n=f"{others:,}", of=of))
     if extra:
@@ -225,9 +214,8 @@ def _would(found: Replayed) -> str:
 
 
 def _counted(found: Replayed) -> str:
-    extra = len(found.of(EXTRA))
+    extra, parts = len(found.of(EXTRA)), []
     others, of = len(found.differences) - extra, f"{found.compared:,}"
-    parts: list[str] = []
     if others or not extra:
         parts.append(N_("{n} of {of} events", n=f"{others:,}", of=of))
     if extra:
@@ -241,19 +229,14 @@ def row_lines(found: Replayed) -> list[RowLine]:
     of: dict[tuple[str, str, str], list[Difference]] = {}
     for d in found.differences:
         of.setdefault((d.stream, d.row, d.came_row), []).append(d)
+    counts = sorted(found.counts, key=_place)
+    counts += [Count(*place, 0, len(here), 0) for place, here in of.items()]  # for a row in place of another one
     lines = []
-    for count in sorted(found.counts, key=_place):
+    for count in counts:
         here = of.pop((count.stream, count.row, count.came_row), [])
         if here:
-            lines.append(_row_line(here, count, found))
-    for (stream, row, came_row), here in of.items():  # of a row in place of another one
-        count = Count(stream, row, came_row, 0, len(here), 0)
-        lines.append(_row_line(here, count, found))
+            lines.append(RowLine(_whose(count, found), _how_many(here, count, found), count.came_row))
     return lines
-
-
-def _row_line(here: Sequence[Difference], count: Count, found: Replayed) -> RowLine:
-    return RowLine(_whose(count, found), _how_many(here, count, found), count.came_row)
 
 
 def _place(count: Count) -> tuple[str, int, str]:
@@ -318,7 +301,10 @@ def _each(d: Difference) -> str:
     where = _quoted(name)
     if row:
         where = N_("{row} → {name}", row=in_words(row), name=name) if name else in_words(row)
-    recorded, came = (_error(v) if d.what == "error" else shown(v) for v in (d.recorded, d.came))
+    recorded, came = (
+        N_("the error “{text}”", text=v[0]) if d.what == "error" and isinstance(v, list) and v else shown(v)
+        for v in (d.recorded, d.came)
+    )
     if d.kind == ROW:
         words = N_("{recorded} came from {now} instead of {then}")
         return N_(words, recorded=recorded, now=in_words(d.came_row), then=in_words(d.row))
@@ -331,10 +317,6 @@ def _each(d: Difference) -> str:
     return N_(words, where=where, recorded=recorded, came=came, when=in_seconds(d.came_us))
 
 
-def _error(value: Any) -> str:
-    return N_("the error “{text}”", text=value[0]) if isinstance(value, list) and value else shown(value)
-
-
 _TOGETHER_US = 2_000_000  # between two of a row that are told in one line
 
 
@@ -343,8 +325,8 @@ def robot_lines(found: Replayed) -> list[AccountLine]:
     actuators = set(found.actuators)
     mine = [d for d in found.differences if d.stream in actuators and d.what == "event" and d.kind != ROW]
     lines: list[AccountLine] = []
-    by_stream = sorted(mine, key=lambda d: (d.stream, d.row, d.came_row))
-    for (stream, *_), group in groupby(by_stream, key=lambda d: (d.stream, d.row, d.came_row)):
+    place = attrgetter("stream", "row", "came_row")
+    for (stream, *_), group in groupby(sorted(mine, key=place), key=place):
         for run in _runs(sorted(group, key=_when), spoken=stream in found.spoken):
             lines.append(_robot_line(run, found))
     return sorted(lines, key=lambda t: t.us)

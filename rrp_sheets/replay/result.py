@@ -168,7 +168,7 @@ class Comparer:
         Both are read once and side by side, time by time: only what has no counterpart is kept.
         """
         lanes: dict[tuple[str, str], _Lane] = {}
-        order = _Order(self._text) if self._exact else None
+        swapped: tuple[RecordedEvent, RecordedEvent] | None = None  # the first that came in another order
         for was, now in _side_by_side(recorded, came):
             here: dict[tuple[str, str], tuple[list[RecordedEvent], list[RecordedEvent]]] = {}
             for event in was:
@@ -180,40 +180,33 @@ class Comparer:
                 if lane is None:
                     lane = lanes[key] = _Lane((pair[0] or pair[1])[0].stream)
                 self._count(lane, *pair)
-                left, over = self._moment(*pair, lane.same, lane.found)
-                lane.left += left
-                lane.over += over
-                lane.recorded |= bool(pair[0])
-            if order is not None:
-                order.add(was, now)
+                self._moment(*pair, lane)
+            if self._exact and swapped is None:
+                swapped = next((pair for pair in zip(was, now, strict=False) if not self._is_same(*pair)), None)
         found: list[Difference] = []
         counts: list[Count] = []
-        for lane in sorted(lanes.values(), key=lambda lane: not lane.recorded):
+        for lane in sorted(lanes.values(), key=lambda lane: not lane.was):
             lane.found += self._moved(lane.left, lane.over)
             lane.found += [self._difference(MISSING, e, None) for e in lane.left]
             lane.found += [self._difference(EXTRA, None, e) for e in lane.over]
             found += lane.found
             counts += lane.counts()
-        if not found and order is not None and order.first is not None:
-            found.append(self._difference(ORDER, *order.first))
+        if not found and swapped is not None:  # each event has its counterpart at the same time
+            found.append(self._difference(ORDER, *swapped))
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
         return tuple(found), tuple(counts)
 
     def _count(self, lane: _Lane, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
         """Count the events by row, as several rows may command one actuator stream."""
-        for event in was:
-            lane.was.setdefault((event.row, self._here(event.row)), [0, 0, 0])[0] += 1
-        for event in now:
-            lane.now.setdefault((self._there(event.row), event.row), [0, 0, 0])[1] += 1
+        lane.was.update((event.row, self._here(event.row)) for event in was)
+        lane.now.update((self._there(event.row), event.row) for event in now)
 
     # ---- one stream
-    def _moment(
-        self, was: list[RecordedEvent], now: list[RecordedEvent], same: Counter[str], found: list[Difference]
-    ) -> tuple[list[RecordedEvent], list[RecordedEvent]]:
-        """Pair what came at one time: equal values first, then others in their order; return what is left of both."""
+    def _moment(self, was: list[RecordedEvent], now: list[RecordedEvent], lane: _Lane) -> None:
+        """Pair what came at one time: equal values first, then others in their order; the lane keeps what is left."""
         if len(was) == len(now) == 1 and _is_alike(was[0], now[0]) and self._same_row(was[0], now[0]):
-            same[was[0].row] += 1
-            return [], []
+            lane.same[was[0].row] += 1
+            return
         values: dict[str, deque[RecordedEvent]] = defaultdict(deque)
         for event in now:
             values[self._text(event)].append(event)
@@ -228,13 +221,14 @@ class Comparer:
             others.remove(mine)
             used.add(id(mine))
             if self._same_row(event, mine):
-                same[event.row] += 1
+                lane.same[event.row] += 1
             else:
-                found.append(self._difference(ROW, event, mine))
+                lane.found.append(self._difference(ROW, event, mine))
         over = [e for e in now if id(e) not in used]
         pairs = min(len(left), len(over))
-        found += [self._difference(VALUE, a, b) for a, b in zip(left, over, strict=False)]
-        return left[pairs:], over[pairs:]
+        lane.found += [self._difference(VALUE, a, b) for a, b in zip(left, over, strict=False)]
+        lane.left += left[pairs:]
+        lane.over += over[pairs:]
 
     def _moved(self, left: list[RecordedEvent], over: list[RecordedEvent]) -> list[Difference]:
         """Pair equal values that came at another time, not far away, and remove them from both lists."""
@@ -253,6 +247,11 @@ class Comparer:
         left[:] = [e for e in left if id(e) not in gone]
         over[:] = [e for e in over if id(e) not in gone]
         return found
+
+    def _is_same(self, a: RecordedEvent, b: RecordedEvent) -> bool:
+        if (a.us, a.what, a.stream, a.row) != (b.us, b.what, b.stream, b.row):
+            return False
+        return _is_alike(a, b) or self._text(a) == self._text(b)
 
     def _same_row(self, a: RecordedEvent, b: RecordedEvent) -> bool:
         return self._here(a.row) == b.row
@@ -279,7 +278,6 @@ class _Lane:
         same: how many recorded events of a row are the same.
         left, over: recorded events that did not come, and such that came, with no counterpart at their time.
         was, now: how many were recorded and came, by the row and its place in the other workbook.
-        recorded: whether the record has anything of it.
     """
 
     stream: str
@@ -287,47 +285,15 @@ class _Lane:
     found: list[Difference] = field(default_factory=list)
     left: list[RecordedEvent] = field(default_factory=list)
     over: list[RecordedEvent] = field(default_factory=list)
-    was: dict[tuple[str, str], list[int]] = field(default_factory=dict)
-    now: dict[tuple[str, str], list[int]] = field(default_factory=dict)
-    recorded: bool = False
+    was: Counter[tuple[str, str]] = field(default_factory=Counter)
+    now: Counter[tuple[str, str]] = field(default_factory=Counter)
 
     def counts(self) -> list[Count]:
         """Return the counts by row, those of the record first."""
-        rows = {key: list(numbers) for key, numbers in self.was.items()}
-        for (row, _), numbers in rows.items():
-            numbers[2] = self.same[row]
-        for key, (_, came, _) in self.now.items():
-            rows.setdefault(key, [0, 0, 0])[1] += came
-        return [Count(self.stream, row, came_row, *numbers) for (row, came_row), numbers in rows.items()]
-
-
-class _Order:
-    """Search for the first two events that came in another order.
-
-    Attributes:
-        first: these two; None when there are none so far.
-    """
-
-    def __init__(self, text: Callable[[RecordedEvent], str]) -> None:
-        self.first: tuple[RecordedEvent, RecordedEvent] | None = None
-        self._text = text
-        self._waiting: tuple[deque[RecordedEvent], deque[RecordedEvent]] = deque(), deque()
-
-    def add(self, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
-        """Add the events that were recorded, and those that came, at one time."""
-        if self.first is not None:
-            return
-        mine, other = self._waiting
-        mine.extend(was)
-        other.extend(now)
-        while mine and other:
-            a, b = mine.popleft(), other.popleft()
-            if _is_alike(a, b) and a.stream == b.stream and a.row == b.row:
-                continue
-            if (a.us, a.what, a.stream, a.row) != (b.us, b.what, b.stream, b.row) or self._text(a) != self._text(b):
-                self.first = a, b
-                self._waiting = deque(), deque()
-                return
+        return [
+            Count(self.stream, *rows, self.was[rows], self.now[rows], self.same[rows[0]] if rows in self.was else 0)
+            for rows in {**self.was, **self.now}
+        ]
 
 
 def _side_by_side(

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked
+from rrp_sheets.checks.protocol import RunPlan
 from rrp_sheets.compare.match import match
 from rrp_sheets.compare.side import Side, open_checked
 from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.engine.trace import stream_label
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.replay.record import Recorded
@@ -31,7 +32,6 @@ class ReplaySource:
     Attributes:
         name: of its file, for people.
         reading, checked: as it was read; it has no errors.
-        plan: what of it runs.
         everything: whether behaviours that no row can switch on are loaded too, as in the recorded run.
     """
 
@@ -66,15 +66,12 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
             N_("Copy the run's folder again, or name the workbook: --with FILE."),
         ) from None
     if checked.report.errors:
-        first, program = checked.report.errors[0], recorded.header.text("program")
-        raise SheetsError(
-            N_(
-                "The workbook of this run has errors for this version of the program ({version}): {message}",
-                version=__version__,
-                message=first.message,
-            ),
-            N_("Replay it with the version that made it ({program}), or --with a mended workbook.", program=program),
+        message, program = checked.report.errors[0].message, recorded.header.text("program")
+        words = N_("The workbook of this run has errors for this version of the program ({version}): {message}")
+        remedy = N_(
+            "Replay it with the version that made it ({program}), or --with a mended workbook.", program=program
         )
+        raise SheetsError(N_(words, version=__version__, message=message), remedy)
     plan, everything = _plan(checked, recorded)
     return ReplaySource(recorded.header.text("name") or path.name, reading, checked, plan, everything)
 
@@ -101,9 +98,8 @@ def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> Replay
     else:
         plan, everything = make_plan(checked, everything=like.everything), like.everything
     if not plan.steps:
-        raise SheetsError(
-            N_("No row of “{name}” is switched on.", name=path.name), N_("Write TRUE in the On cells of some rows.")
-        )
+        words = N_("No row of “{name}” is switched on.", name=path.name)
+        raise SheetsError(words, N_("Write TRUE in the On cells of some rows."))
     return ReplaySource(path.name, reading, checked, plan, everything)
 
 
@@ -120,25 +116,17 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
     found: list[str] = []
     program = recorded.header.text("program") or N_("unknown")
     if program != __version__:
-        found.append(
-            N_(
-                "The run was made with version {program} of the program, and is replayed with {version}.",
-                program=program,
-                version=__version__,
-            )
-        )
+        words = N_("The run was made with version {program} of the program, and is replayed with {version}.")
+        found.append(N_(words, program=program, version=__version__))
     digest = recorded.header.text("workbook")
-    if own and digest != source.reading.digest and _was_xlsx(recorded):
+    was_xlsx = recorded.header.text("name").casefold().endswith(".xlsx")
+    if own and digest != source.reading.digest and was_xlsx:
         words = N_("The copy of the workbook beside the trace is not the one that ran (its SHA-256 is {own}…, "
                    "the run's {ran}…).")  # fmt: skip
         found.append(N_(words, own=source.reading.digest[:12], ran=digest[:12]))
     if own:
         found += _catalogue(recorded, source)
     return found
-
-
-def _was_xlsx(recorded: Recorded) -> bool:
-    return recorded.header.text("name").casefold().endswith(".xlsx")
 
 
 def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:
@@ -151,14 +139,8 @@ def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:
                 changed.append(name)
         except OSError:
             continue
-    if not changed:
-        return []
-    return [
-        N_(
-            "The robot's catalogue ({changed}) has changed since the run; the one of now is used.",
-            changed=", ".join(changed),
-        )
-    ]
+    words = N_("The robot's catalogue ({changed}) has changed since the run; the one of now is used.")
+    return [N_(words, changed=", ".join(changed))] if changed else []
 
 
 _FED = (StreamKind.SENSOR, StreamKind.DONE)
@@ -198,11 +180,7 @@ def matching(recorded: Recorded, ran: ReplaySource | None, other: ReplaySource) 
         return Matching(streams, _names(streams, labels), rows)
     first, second = Side(ran.reading, ran.checked), Side(other.reading, other.checked)
     found = match(first, second)
-    streams = {}
-    for stream_id, label in ran.labels.items():
-        there = found.streams.of(stream_id)
-        if there in labels:
-            streams[label] = there
+    streams = {label: there for i, label in ran.labels.items() if (there := found.streams.of(i)) and there in labels}
     rows, behaviours = {}, {}
     for (a, b), pairs in found.rows.items():
         mine, theirs = first.behaviours[a], second.behaviours[b]
@@ -224,47 +202,27 @@ def differing_remarks(ran: ReplaySource | None, other: ReplaySource, found: Matc
     else:
         was, now = ran.checked.run, other.checked.run
         if was.engine != now.engine or (now.engine == "frame" and was.frame_rate != now.frame_rate):
-            words = [
-                N_("{engine}, {rate} frames a second", engine=r.engine, rate=r.frame_rate)
-                if r.engine == "frame"
-                else r.engine
-                for r in (was, now)
-            ]
-            told.append(
-                N_(
-                    "The engine is another one ({value} → {value2}), so times may differ by a frame.",
-                    value=words[0],
-                    value2=words[1],
-                )
-            )
+            words = N_("The engine is another one ({value} → {value2}), so times may differ by a frame.")
+            told.append(N_(words, value=_engine(was), value2=_engine(now)))
         told += _settings(ran, other, found)
         if ran.checked.scene != other.checked.scene and ran.reading.workbook.scene != other.reading.workbook.scene:
             told.append(N_("Its Scene is another one; what the robot sensed is what the record says."))
-    known = set(found.streams.values())
+    own, dones = other.plan.own, other.plan.dones
+    known = own.union(found.streams.values())
     for stream in other.plan.streams:
-        if stream.kind in _FED and stream.id not in known and _is_outer(other, stream):
-            rows = [s.ref for s in other.plan.steps if stream.id in s.inputs]
-            if not rows:  # no row asks for it: a row that is switched off, or something else of the workbook, names it
-                continue
-            told.append(
-                N_(
-                    "The session has no record of “{name}”, so {rows} no value of it.",
-                    name=stream.name,
-                    rows=_rows(rows),
-                )
-            )
+        if stream.kind in _FED and stream.id not in known and dones.get(stream.id, "") not in own:
+            rows = [in_words(s.ref) for s in other.plan.steps if stream.id in s.inputs]
+            if rows:  # else a row that is switched off, or something else of the workbook, names it
+                get = N_("{row} gets", row=rows[0]) if len(rows) == 1 else N_("{rows} get", rows=listed(rows))
+                words = N_("The session has no record of “{name}”, so {rows} no value of it.")
+                told.append(N_(words, name=stream.name, rows=get))
     return told
 
 
-def _is_outer(source: ReplaySource, stream: Stream) -> bool:
-    own = source.plan.own
-    return stream.id not in own and source.plan.dones.get(stream.id, "") not in own
-
-
-def _rows(rows: list[str]) -> str:
-    if len(rows) == 1:
-        return N_("{row} gets", row=in_words(rows[0]))
-    return N_("{rows} get", rows=listed([in_words(row) for row in rows]))
+def _engine(run: RunPlan) -> str:
+    if run.engine != "frame":
+        return run.engine
+    return N_("{engine}, {rate} frames a second", engine=run.engine, rate=run.frame_rate)
 
 
 def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[str]:
@@ -276,7 +234,6 @@ def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[s
     for label, there in found.streams.items():
         a, b = was.get(ids[label]), now.get(there)
         if a and b and (a.device, dict(a.settings)) != (b.device, dict(b.settings)):
-            told.append(
-                N_("“{name}” is another device or set otherwise; its values are those that were recorded.", name=b.name)
-            )
+            words = N_("“{name}” is another device or set otherwise; its values are those that were recorded.")
+            told.append(N_(words, name=b.name))
     return told
