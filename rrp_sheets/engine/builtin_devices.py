@@ -62,7 +62,7 @@ class BuiltinDevices:
             self._engine.switch(key(str(name)), key(str(state)))
             self._tell_done(_Waiting(command, self._engine.clock.us), completed=True)
         elif device == "endrun" and command.value is not None:
-            self._engine.end(command.row)
+            self._engine.ended_by = command.row
 
     def end(self) -> None:
         """End every wait, since the run is over."""

@@ -24,7 +24,7 @@ from reactivex.typing import AbsoluteTime, RelativeTime
 from rrp_sheets.connectors.spec import ConnectorContext
 from rrp_sheets.engine.builtin_devices import MIN_DELAY_US, BuiltinDevices
 from rrp_sheets.engine.plan import Plan
-from rrp_sheets.engine.ports import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat, new_heartbeat
+from rrp_sheets.engine.ports import INSTANT, NO_ROW, RANK, SETTLING, Heartbeat
 from rrp_sheets.engine.run_events import FormulaFailure, RunObserver, StreamEvent
 from rrp_sheets.engine.scene import SceneTriggers
 from rrp_sheets.errors import RunBroken
@@ -59,7 +59,7 @@ class FrameClock(PeriodicScheduler):
     def __init__(self, heartbeat: Heartbeat | None = None) -> None:
         super().__init__()
         self.us = 0
-        self.heartbeat = heartbeat if heartbeat is not None else new_heartbeat()
+        self.heartbeat: Heartbeat = heartbeat if heartbeat is not None else [0, 0, NO_ROW]
         self.came = 0  # values on streams since the frame began
         self.most = MOST_AT_ONCE  # how many those may be
         self._timers: list[Entry] = []  # (due, rank, sequence, action): after this frame
@@ -132,19 +132,14 @@ class FrameClock(PeriodicScheduler):
         return self._schedule(round((self.to_datetime(duetime) - _EPOCH).total_seconds() * 1e6), action, state)
 
     def _schedule(self, due: int, action: ScheduledAction[Any], state: Any) -> DisposableBase:
-        cancelled = [False]
-        inner = SingleAssignmentDisposable()
+        acting = SingleAssignmentDisposable()
 
         def act() -> None:
-            if not cancelled[0]:
-                inner.disposable = action(self, state) or Disposable()
-
-        def cancel() -> None:
-            cancelled[0] = True
-            inner.dispose()
+            if not acting.is_disposed:
+                acting.disposable = action(self, state) or Disposable()
 
         self.push(due, _LAST, act)
-        return Disposable(cancel)
+        return acting
 
 
 class Engine(ABC):
@@ -156,7 +151,7 @@ class Engine(ABC):
         errors: how often each row's formula has failed, by row ref.
         triggers: the rows of the scene that wait for an event.
         on: keys of the behaviours that are switched on now.
-        ended_by: the row that has ended the run with the actuator End run; empty while it goes on.
+        ended_by: the row that has ended the run with the actuator End run, as Stop does; empty while it goes on.
         sent_by: who sent the value that is entering now by hand; None while others do.
     """
 
@@ -217,11 +212,7 @@ class Engine(ABC):
         self.clock.clear()
 
     def finish(self, events: Iterable[tuple[str, Value]] = ()) -> None:
-        """The run is over: the rows are taken apart, and what was still going on has ended.
-
-        Args:
-            events: what the world's end has ended; observers see it, no row does.
-        """
+        """Take the rows apart, end what still goes on; `events`: what the world's end has ended, for observers only."""
         self.close()
         self._own.end()
         for stream, value in events:
@@ -273,10 +264,6 @@ class Engine(ABC):
     def tell(self, happening: Notice) -> None:
         """Report a notice to the observers of the run."""
         self._happenings.append(happening)
-
-    def end(self, row: str) -> None:
-        """End the run, as Stop does."""
-        self.ended_by = row
 
     def switch(self, behaviour: str, state: str) -> None:
         """Switch a behaviour (its key) `on`, `off`, or the other way (`toggle`); between instants only."""
@@ -471,9 +458,7 @@ class EventEngine(Engine):
 
 
 class LiveStream(Observable[Value]):
-    """Passes values on in the order of subscription, and keeps the latest one and its time for the display.
-
-    It has no locks, since one thread runs the whole graph.
+    """Passes values on in the order of subscription; without locks, since one thread runs the whole graph.
 
     Attributes:
         at_us: when the latest value came; -1 before the first.
@@ -491,11 +476,7 @@ class LiveStream(Observable[Value]):
         self._sinks: tuple[tuple[int, Callable[[Value], Any]], ...] = ()  # each with the rank of its row
 
     def on_next(self, value: Value) -> None:
-        """A new value.
-
-        Raises:
-            RunBroken: when too many values have come in one instant.
-        """
+        """Pass a value on. Raises RunBroken when too many have come in one instant."""
         clock = self._clock
         clock.came += 1
         if clock.came > clock.most:

@@ -90,11 +90,7 @@ class Editor:
         return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
 
     def use(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        """Let the run go on with an edited workbook.
-
-        Raises:
-            SheetsError: when it cannot.
-        """
+        """Let the run go on with an edited workbook. Raises SheetsError when it cannot."""
         self._thread = None
         if self._next is not None:  # it was edited again meanwhile
             following, self._next = self._next, None
@@ -114,16 +110,13 @@ class Editor:
 
 
 def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) -> Edit:
-    """Return what a run can take over from an edited workbook.
+    """Return what a run can take over from an edited workbook. Raises SheetsError when the graphs differ in shape.
 
     Args:
         plan: of the run.
         used: the workbook that it uses now.
         steps: its rows as they are used now, by the run's refs.
         edited: the plan of the edited workbook, which has no errors.
-
-    Raises:
-        SheetsError: when the graphs have not the same shape.
     """
     why = next(_differences(plan, edited), "")
     if why:

@@ -31,11 +31,7 @@ class World(Protocol):
         ...
 
     def stop(self) -> Arrivals | None:
-        """Bring the robot to its safe rest and let everything go; in bounded time, whatever hangs.
-
-        Returns:
-            The ends of the commands that were still being carried out, and what happened meanwhile.
-        """
+        """Bring the robot to its safe rest in bounded time, whatever hangs; returns ends of commands, and notices."""
         ...
 
 
@@ -103,16 +99,5 @@ INSTANT, SETTLING, RANK = range(3)
 """Places: how many instants (frames) have begun; 1 while one settles, else 0; the rank of the row being worked out."""
 PLACES = 3
 NO_ROW = -1
-
-
-class Heartbeat(Protocol):
-    """Whole numbers by place: a list, or a memory view."""
-
-    def __getitem__(self, place: int, /) -> int: ...
-
-    def __setitem__(self, place: int, number: int, /) -> None: ...
-
-
-def new_heartbeat() -> Heartbeat:
-    """Return a heartbeat for a run without a watchdog."""
-    return [0, 0, NO_ROW]
+Heartbeat = list[int] | memoryview
+"""Whole numbers by place."""

@@ -19,6 +19,7 @@ LAST_STEP_WITHIN = 15.0  # s, for a step that has begun when the run stops
 STANDING = 0.25  # s between two looks while the run is paused, if nobody wakes it
 MOST_WAITING = 20_000  # events in the queue: minutes of work for any workbook, which it would not catch up with
 STATE_EVERY = 1 / 12  # s of wall time, between two states for a display
+TICK_US = 33_333  # how often an event loop writes the trace and tells the display; the length of a single step
 PICTURE_EVERY = 1 / 8  # s, between two pictures
 SHARE = 12.0  # a display may cost one part in so many of the time
 Now = Callable[[], float]
@@ -87,11 +88,7 @@ class RealtimeAdapter(LiveWorld, Sensor, Actuator):
         """Nothing to do: the world comes to its rest as a whole."""
 
     def close(self) -> Sequence[Notice]:
-        """Stop the world, when its last step is done; returns what happened meanwhile.
-
-        Raises:
-            RunBroken: when the world has broken; it may not have been reported, as the run was over.
-        """
+        """Stop the world after its last step; returns notices. Raises RunBroken, perhaps not reported before."""
         self.stop()
         if self._thread is not None:
             self._thread.join(LAST_STEP_WITHIN)
@@ -174,6 +171,7 @@ class EventQueue:
         self._broken: RunBroken | None = None
         self._zero = 0
         self._most: int | None = None  # the run's time at which it stands still
+        self.paused = False
 
     def begin(self) -> None:
         """Start the run's clock."""
@@ -193,13 +191,18 @@ class EventQueue:
 
     def pause(self) -> None:
         """Let the clock stand still where it is; what is put in meanwhile waits."""
-        self._most = self.now_us
+        self._most, self.paused = self.now_us, True
 
-    def resume(self, for_us: int | None = None) -> None:
-        """Let the clock go on from where it stands, for some time only if that is given."""
+    def resume(self, us: int) -> None:
+        """Let the clock go on from where it stands, whenever the rows were worked out last (µs)."""
+        self._zero = time.monotonic_ns() - self.now_us * 1_000
+        self._most, self.paused = None, False
+
+    def step(self) -> None:
+        """Let the clock go on for one tick; while one goes on, it is made longer."""
         now = self.now_us
         self._zero = time.monotonic_ns() - now * 1_000
-        self._most = None if for_us is None else now + for_us
+        self._most = now + TICK_US
 
     def event(self, stream: str, value: Value) -> None:
         """Put a value of a stream into the queue."""
@@ -219,21 +222,13 @@ class EventQueue:
         self._shown.put(shown)
 
     def seen(self) -> list[WorldSnapshot]:
-        """Return the snapshots for a display since the last call; they do not wait behind events.
-
-        Raises:
-            RunBroken: when a device has broken while the clock stood still.
-        """
+        """Return the snapshots since the last call. Raises RunBroken of a device while the clock stands still."""
         if self._broken is not None and self.stands:
             raise self._broken
         return _all(self._shown)
 
     def take(self, until_us: int) -> QueuedEvent | None:
-        """The next event, waiting until a time of the run for it; None when there is none by then.
-
-        Raises:
-            RunBroken: when so much waits that it grows faster than it is worked out.
-        """
+        """Return the next event, or None if there is none by a time of the run. Raises RunBroken when too many wait."""
         if self._queue.qsize() > MOST_WAITING:
             words = N_("Events come faster than the rows work them out: more than {most:,} are waiting.")
             remedy = N_(
@@ -253,7 +248,7 @@ class FramePacer:
 
     Args:
         factor: 1 real time, 2 twice as fast; 0 as fast as the machine can.
-        now: the wall clock, in seconds.
+        now: the wall clock, s.
     """
 
     def __init__(self, factor: float, now: Now = time.monotonic) -> None:

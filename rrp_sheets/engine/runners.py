@@ -21,7 +21,7 @@ from rrp_sheets.engine.command_handler import CommandHandler
 from rrp_sheets.engine.engine import Engine, EventEngine
 from rrp_sheets.engine.plan import Plan
 from rrp_sheets.engine.ports import Actuator, LiveWorld, Sensor, World
-from rrp_sheets.engine.realtime import EventQueue, FramePacer, QueuedEvent, SnapshotThrottle
+from rrp_sheets.engine.realtime import TICK_US, EventQueue, FramePacer, QueuedEvent, SnapshotThrottle
 from rrp_sheets.engine.run_events import (
     CommandQueue,
     FrameEnd,
@@ -40,7 +40,10 @@ LONGEST_WAIT = 1.0  # s between two signs of life, however slow a run is
 
 
 class _Runner:
-    """Part that both runners have: what people want, and what a display wants and has seen."""
+    """Part that both runners have: what people want of clock and world, and what a display has seen of it."""
+
+    _world: World | LiveWorld
+    _pace: FramePacer | EventQueue
 
     def __init__(self, control: CommandQueue | None) -> None:
         self._control = control or CommandQueue()
@@ -53,12 +56,51 @@ class _Runner:
         if shown.picture:
             observer.handle(PictureEvent(us, shown.picture))
 
+    def _wake(self) -> None:
+        """The clock has changed, by which the world may sleep."""
+
+    def pause(self, us: int) -> bool:
+        """Let the clock stand still, and with it timers and world; False when it does already."""
+        if self._pace.paused:
+            return False
+        self._pace.pause()
+        self._showing.again()
+        self._wake()
+        return True
+
+    def resume(self, us: int) -> bool:
+        """Let the clock go on; False when it does already."""
+        if not self._pace.paused:
+            return False
+        self._pace.resume(us)
+        self._wake()
+        return True
+
+    def step(self, us: int) -> None:
+        """Let the clock go on for one frame or tick."""
+        self._pace.step()
+        self._showing.again()
+        self._wake()
+
+    def act(self, actions: Sequence[SceneAction]) -> None:
+        """Let something happen in the world."""
+        if self._pace.paused:
+            self._showing.again()
+        self._world.act(actions)
+
+    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
+        """Set whether a display wants the world, and pictures; None changes nothing."""
+        self._showing.want(wanted, look)
+
 
 class FrameRunner(_Runner):
     """A run in frames, one after the other, and what people do between them.
 
     It starts the world and then wires the engine; a run that is paced waits, so that it is not faster than real time.
     """
+
+    _world: World
+    _pace: FramePacer
 
     def __init__(
         self, world: World, wire: Callable[[], Engine], *, paced: bool = False, control: CommandQueue | None = None
@@ -136,36 +178,9 @@ class FrameRunner(_Runner):
             self._tell(self._world.show(picture), now, observer)
             self._showing.cost(time.monotonic() - began)
 
-    # ---- the run controller of the command handler
-    def pause(self, us: int) -> bool:
-        """Let the frames stand still; False when they do already."""
-        if self._pace.paused:
-            return False
-        self._pace.pause()
-        self._showing.again()
-        return True
-
-    def resume(self, us: int) -> bool:
-        """Let the frames go on; False when they do already."""
-        if not self._pace.paused:
-            return False
-        self._pace.resume(us)
-        return True
-
-    def step(self, us: int) -> None:
-        """Let one frame go on."""
-        self._pace.step()
-        self._showing.again()
-
     def speed(self, factor: float, us: int) -> None:
         """Be so fast from now on; 0 is as fast as the machine can."""
         self._pace.speed(factor, us)
-
-    def act(self, actions: Sequence[SceneAction]) -> None:
-        """Let something happen in the world."""
-        self._world.act(actions)
-        if self._pace.paused:
-            self._showing.again()
 
     def things(self) -> Collection[str] | None:
         """Return the things in the world now."""
@@ -173,16 +188,11 @@ class FrameRunner(_Runner):
             self._things = self._world.show(False).state.things
         return self._things
 
-    def watch(self, *, wanted: bool | None = None, look: bool | None = None) -> None:
-        """Set whether a display wants the world, and pictures; None changes nothing."""
-        self._showing.want(wanted, look)
-
 
 START_WITHIN = 20.0  # s, for one device
 STOP_WITHIN = 2.0  # s, for all sensors
 REST_WITHIN = 5.0  # s, for all actuators
 CLOSE_WITHIN = 300.0  # s, for the world, with what it writes; the simulator's supervisor ends one that hangs before
-TICK_US = 33_333  # how often the trace is written and the display is told
 BEHIND_US = 5_000_000  # a run whose rows cannot keep up with the clock ends so much later at most
 SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies beside a busy thread
 
@@ -194,17 +204,18 @@ class RealtimeRunner(_Runner):
         RunBroken: when a device does not start; then everything that was started has been stopped.
     """
 
+    _world: LiveWorld
+
     def __init__(
         self, plan: Plan, world: LiveWorld, wire: Callable[[], EventEngine], control: CommandQueue | None = None
     ) -> None:
         super().__init__(control)
         self._plan = plan
         self._world = world
-        self._queue = EventQueue()
+        self._queue = self._pace = EventQueue()
         self._sensors: list[tuple[str, Sensor]] = []
         self._hands: dict[str, ActuatorThread] = {}
         self._engine: EventEngine | None = None
-        self._paused = False
         with ExitStack() as unless_started:
             unless_started.callback(self.stop)  # also after Ctrl-C: no sensor or actuator stays running
             self._start(wire)
@@ -232,11 +243,7 @@ class RealtimeRunner(_Runner):
             self._hands[use.stream] = hand
 
     def go(self, until_us: int, observer: RunObserver) -> tuple[int, str]:
-        """Run until the time is over, a row ends the run, or the user stops; the time (µs) and how it ended.
-
-        Raises:
-            RunBroken: when a device has broken.
-        """
+        """Run until the time is over, a row ends the run or the user stops; the time (µs) and how it ended."""
         interval = sys.getswitchinterval()
         sys.setswitchinterval(SWITCH_SECONDS)
         try:
@@ -303,45 +310,14 @@ class RealtimeRunner(_Runner):
         observer.handle(NoticeEvent(self.engine.clock.us, queued.happening))
         return []
 
-    # ---- the run controller of the command handler
-    def pause(self, us: int) -> bool:
-        """Let the clock stand still, and with it timers and world."""
-        if self._paused:
-            return False
-        self._paused = True
-        self._queue.pause()
-        self._showing.again()
-        self._world.wake()
-        return True
-
-    def resume(self, us: int) -> bool:
-        """Let the clock go on."""
-        if not self._paused:
-            return False
-        self._paused = False
-        self._queue.resume()
-        self._world.wake()
-        return True
-
-    def step(self, us: int) -> None:
-        """Let the clock go on for one tick; while one goes on, it is made longer."""
-        self._queue.resume(TICK_US)
-        self._showing.again()
+    def _wake(self) -> None:
         self._world.wake()
 
     def speed(self, factor: float, us: int) -> None:
         """Not here: the event loop goes by the wall clock. Raises SheetsError."""
         if factor != 1:
-            raise SheetsError(
-                N_("This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed."),
-                N_("Write frame as the Engine of its Protocol, and run again."),
-            )
-
-    def act(self, actions: Sequence[SceneAction]) -> None:
-        """Let something happen in the world."""
-        if self._paused:
-            self._showing.again()
-        self._world.act(actions)
+            words = N_("This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed.")
+            raise SheetsError(words, N_("Write frame as the Engine of its Protocol, and run again."))
 
     def things(self) -> Collection[str] | None:
         """Return the things in the world as a display has last seen them."""
@@ -360,11 +336,7 @@ class RealtimeRunner(_Runner):
             self._world.act(cued)
 
     def stop(self) -> list[Notice]:
-        """Stop in order; returns what happened meanwhile and what hung. Always comes back in bounded time.
-
-        Raises:
-            RunBroken: the first thing that broke while stopping.
-        """
+        """Stop in order, in bounded time; returns what happened and what hung. Raises the first RunBroken."""
         hung: list[str] = []
         errors: list[RunBroken] = []
 
@@ -404,12 +376,9 @@ _LOOK = 0.05  # s between two looks, each of which counts as no more
 
 
 def run_with_timeout(seconds: float, calls: Iterable[tuple[str, Callable[[], None]]]) -> list[str]:
-    """Make calls at the same time; the names of those that have not come back after the bound.
+    """Make calls at once; the names of those that have not come back in time. Raises the first RunBroken of a call.
 
     Time that this process did not get on a busy machine does not count: a call may have waited for it too.
-
-    Raises:
-        RunBroken: the first that a call raised.
     """
     errors: list[RunBroken] = []
 

@@ -79,15 +79,12 @@ class ValueInjector:
         self._sender = Sender()
 
     def read(self, name: str, text: str, checked: Checked) -> tuple[Stream, Value]:
-        """Return the stream and the value.
+        """Return the stream and the value. Raises SheetsError when one is not understood, or the formula fails.
 
         Args:
             name: of a sensor stream, or of one that tells the ends of commands.
             text: as the Send cell of a test has it; blank is the example.
             checked: the workbook, with its helpers.
-
-        Raises:
-            SheetsError: when the one or the other is not understood, or the formula fails.
         """
         stream = self._open.get(key(name))
         if stream is None:

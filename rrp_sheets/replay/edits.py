@@ -15,7 +15,7 @@ from rrp_sheets.engine.plan import Plan, make_plan
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Address, Behaviour, Cell, Helper, Row, Workbook
+from rrp_sheets.model.workbook import Address, Cell, Helper, Workbook
 from rrp_sheets.replay.report import in_words
 from rrp_sheets.texts import N_, sentences
 
@@ -88,7 +88,11 @@ class Editions:
             told = N_("The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.")
             words = N_(told, row=in_words(place), was=was, now=now, here=row.formula.text)
         else:
-            return replace(workbook, behaviours=tuple(_with(b, row, now) for b in workbook.behaviours))
+            changed = replace(row, formula=Cell(now, row.formula.address, now))
+            behaviours = [
+                replace(b, rows=tuple(changed if r is row else r for r in b.rows)) for b in workbook.behaviours
+            ]
+            return replace(workbook, behaviours=tuple(behaviours))
         self._leave(place, words)
         return workbook
 
@@ -119,13 +123,6 @@ class Editions:
             tables[key(name)] = rows
             sheets = sheets if key(name) in map(key, sheets) else (*sheets, name)
         return replace(workbook, tables=tables, sheets=sheets)
-
-
-def _with(behaviour: Behaviour, row: Row, formula: str) -> Behaviour:
-    if row not in behaviour.rows:
-        return behaviour
-    changed = replace(row, formula=Cell(formula, row.formula.address, formula))
-    return replace(behaviour, rows=tuple(changed if r is row else r for r in behaviour.rows))
 
 
 def _helper_of(name: str, change: Change) -> tuple[Helper, ...]:

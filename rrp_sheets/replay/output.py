@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -38,8 +39,7 @@ _MOST_PICTURES = 4
 def write(found: Replayed, target: Path) -> list[str]:
     """Write the differences in the format of the suffix; return what the picture lacks, in words.
 
-    Raises:
-        SheetsError: when it cannot be written, or would take the place of what is no table of a run.
+    Raises SheetsError when it cannot be written, or would take the place of what is no table of a run.
     """
     suffix = target.suffix.casefold()
     refuse_other_table(target)
@@ -50,10 +50,9 @@ def write(found: Replayed, target: Path) -> list[str]:
         if suffix == ".xlsx":
             from rrp_sheets.workbook.table import write_table
 
-            more = [about_runs([found.stamp])]
-            properties = properties_of([found.stamp])
+            about, properties = [about_runs([found.stamp])], properties_of([found.stamp])
             count = len(found.differences)
-            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, more, properties, count)
+            write_table(target, "differences", _HEADER, _rows(found), _WIDTHS, about, properties, count)
             return []
     except OSError as error:
         raise unwritable(target, error) from None
@@ -67,13 +66,9 @@ def write(found: Replayed, target: Path) -> list[str]:
 
 def _rows(found: Replayed) -> Iterator[list[Any]]:
     for d in found.differences:
-        recorded, came = (_cell(v) for v in (d.recorded, d.came))
+        recorded, came = (same_json(v) if isinstance(v, (list, dict)) else v for v in (d.recorded, d.came))
         yield [Seconds(d.us / 1e6), d.kind, d.stream or None, d.row or None, d.came_row or None, recorded, came,
                Seconds(d.came_us / 1e6), d.what]  # fmt: skip
-
-
-def _cell(value: Any) -> Any:
-    return same_json(value) if isinstance(value, (list, dict)) else value
 
 
 def _csv(found: Replayed) -> str:
@@ -86,12 +81,16 @@ def _csv(found: Replayed) -> str:
 
 
 def difference_scores(found: Replayed) -> list[MarbleDiagram]:
-    """Return the diagram of the first streams that differ, around the first difference; none when nothing does."""
-    streams = _streams(found)
+    """Return the diagram of the first streams that differ, actuator streams first, around the first difference."""
+    names = dict.fromkeys(d.stream for d in found.differences if d.what == "event" and d.kind in _MARKS)
+    streams = sorted(names, key=lambda n: n not in found.actuators)[:MOST_STREAMS]
     if not streams:
         return []
     here = [d for d in found.differences if d.stream in streams and d.what == "event"]
-    first, last = _window(here, round(found.seconds * 1e6))
+    first, last = 0, max(round(found.seconds * 1e6), 1)
+    if last > _WHOLE_US:
+        first = max(0, min(d.us for d in here) - _BEFORE_US)
+        last = min(last, first + _SHOWN_US)
     groups = []
     courses = [_by_stream(course, streams, first, last) for course in (found.recorded, found.came)]
     for stream in streams:
@@ -101,26 +100,13 @@ def difference_scores(found: Replayed) -> list[MarbleDiagram]:
             name = translate(N_("row {n}", n=name[1:]), found.language)
         for which, label in enumerate((name, f"  {translate(N_('instead'), found.language)}")):
             groups.append(Group((), Lane(f"{stream} {which}", label, kind, tuple(courses[which][stream]))))
-    title = N_("{run}: as it was recorded, and below each line replayed", run=found.run)
+    words = N_("{run}: as it was recorded, and below each line replayed")
     if found.other:
         words = N_("{run}: as it was recorded, and below each line with {other}")
-        title = N_(words, run=found.run, other=found.other)
+    title = N_(words, run=found.run, other=found.other)
     marks = tuple((us, translate(mark, found.language)) for us, mark in _marks(here, first, last))
     score = MarbleDiagram(translate(title, found.language), tuple(groups), 0, last, marks)
     return stamped([score.between(first, last)], found.stamp)
-
-
-def _streams(found: Replayed) -> list[str]:
-    """Return the first streams that differ, actuator streams before the others."""
-    names = dict.fromkeys(d.stream for d in found.differences if d.what == "event" and d.kind in _MARKS)
-    return sorted(names, key=lambda n: n not in found.actuators)[:MOST_STREAMS]
-
-
-def _window(here: Sequence[Difference], until: int) -> tuple[int, int]:
-    if until <= _WHOLE_US:
-        return 0, max(until, 1)
-    first = max(0, min(d.us for d in here) - _BEFORE_US)
-    return first, min(until, first + _SHOWN_US)
 
 
 def _by_stream(
@@ -139,18 +125,19 @@ def _marks(here: Sequence[Difference], first: int, last: int) -> tuple[tuple[int
     marks: list[tuple[int, str]] = []
     for d in here:
         us = d.came_us if d.kind == EXTRA else d.us
-        if not first <= us <= last or (marks and us - marks[-1][0] < (last - first) * _MARKS_APART):
-            continue
-        marks.append((us, _MARKS[d.kind]))
-        if len(marks) == _MOST_MARKS:
-            break
-    return tuple(marks)
+        if first <= us <= last and (not marks or us - marks[-1][0] >= (last - first) * _MARKS_APART):
+            marks.append((us, _MARKS[d.kind]))
+    return tuple(marks[:_MOST_MARKS])
 
 
 def account(found: Replayed) -> dict[str, Any]:
     """Return what a page shows of a replay, as JSON."""
     robot, language = robot_lines(found), found.language
     each = [] if found.other else each_line(found)
+
+    def told(line: AccountLine) -> dict[str, Any]:
+        return {**asdict(line), "when": translate(line.when, language), "text": translate(line.text, language)}
+
     return {
         "same": found.same, "verdict": translate(verdict(found), language),
         "remarks": [translate(r, language) for r in found.remarks], "ending": translate(found.ending, language),
@@ -158,15 +145,8 @@ def account(found: Replayed) -> dict[str, Any]:
             {"whose": translate(line.whose, language), "text": translate(line.text, language), "row": line.row}
             for line in row_lines(found)[:MOST]
         ],
-        "robot": _first(robot, language), "robot_left_out": max(0, len(robot) - MOST),
-        "each": _first(each, language), "each_left_out": max(0, len(each) - MOST),
+        "robot": [told(line) for line in robot[:MOST]], "robot_left_out": max(0, len(robot) - MOST),
+        "each": [told(line) for line in each[:MOST]], "each_left_out": max(0, len(each) - MOST),
         "unknown": [translate(u, language) for u in found.unknown], "differs": bool(found.differences),
         "pictures": [p.svg for p in draw_marbles(difference_scores(found), strips=1)[:_MOST_PICTURES]],
     }  # fmt: skip
-
-
-def _first(lines: Sequence[AccountLine], language: str) -> list[dict[str, Any]]:
-    return [
-        {"when": translate(line.when, language), "us": line.us, "text": translate(line.text, language), "row": line.row}
-        for line in lines[:MOST]
-    ]

@@ -110,14 +110,7 @@ class Recorded:
 
 
 def read_record(path: Path) -> Recorded:
-    """Read the trace of a run.
-
-    Args:
-        path: a run's folder, or its trace.jsonl.
-
-    Raises:
-        UnreadableFile: when it is no trace.
-    """
+    """Read the trace of a run, by its folder or its trace.jsonl. Raises UnreadableFile when it is no trace."""
     reader = TraceReader(path, is_named=True)
     header = reader.header
     seed, rate = header.fields.get("seed", 0), header.fields.get("frame_rate", 30)

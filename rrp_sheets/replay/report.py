@@ -41,7 +41,7 @@ def unknown(recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends |
     """Return in words the limits of a replay of a session.
 
     Args:
-        recorded: the record.
+        recorded: the session.
         world: what the robot and its world did in it, with how often.
         cut: what is left out of a run that broke off, in words.
         ends: what was made of the ends of commands, when another workbook was played.
@@ -140,21 +140,15 @@ _EXTRA = (
 """Wordings of events that were not recorded, each with another workbook and with the one that ran."""
 
 
-def _plain(text: str, role: str) -> str:
-    return text
-
-
-def as_text(found: Replayed, style: Style = _plain) -> str:
+def as_text(found: Replayed, style: Style | None = None) -> str:
     """Return the account for people to read, in the language of the workbook that ran.
 
-    Args:
-        found: the replay.
-        style: colours a text by its role: `same`, `different`, `head`, `quiet`.
+    `style` colours a text by its role: `same`, `different`, `head`, `quiet`.
     """
 
     def say(text: str, role: str = "") -> str:
         words = translate(text, found.language)
-        return style(words, role) if role else words
+        return style(words, role) if role and style else words
 
     lines = [say(verdict(found), "same" if found.same else "different")]
     lines += [say(remark, "quiet") for remark in found.remarks]
@@ -435,7 +429,6 @@ class AccountLine:
     Attributes:
         when: in words: `12.4 s`, or `6 to 6.9 s`.
         us: when it begins.
-        text: what is different then.
         row: whose it is, in the workbook that was played, or in the one that ran if that has none.
     """
 

@@ -131,9 +131,6 @@ class Count:
     Attributes:
         stream: its name in the trace; empty for the errors of a row.
         row, came_row: as in :class:`Difference`.
-        recorded: how many there were.
-        came: how many came now.
-        same: how many are the same.
     """
 
     stream: str
@@ -164,7 +161,6 @@ class Comparer:
     ) -> tuple[tuple[Difference, ...], tuple[Count, ...]]:
         """Return all differences in the order of time, and the counts in the order of the first events.
 
-        Streams of both have the names of the record.
         Both are read once and side by side, time by time: only what has no counterpart is kept.
         """
         lanes: dict[tuple[str, str], _Lane] = {}
@@ -179,7 +175,9 @@ class Comparer:
                 lane = lanes.get(key)
                 if lane is None:
                     lane = lanes[key] = _Lane((pair[0] or pair[1])[0].stream)
-                self._count(lane, *pair)
+                # by row, as several rows may command one actuator stream
+                lane.was.update((event.row, self._here(event.row)) for event in pair[0])
+                lane.now.update((self._there(event.row), event.row) for event in pair[1])
                 self._moment(*pair, lane)
             if self._exact and swapped is None:
                 swapped = next((pair for pair in zip(was, now, strict=False) if not self._is_same(*pair)), None)
@@ -195,11 +193,6 @@ class Comparer:
             found.append(self._difference(ORDER, *swapped))
         found.sort(key=lambda d: (min(d.us, d.came_us), d.stream))
         return tuple(found), tuple(counts)
-
-    def _count(self, lane: _Lane, was: list[RecordedEvent], now: list[RecordedEvent]) -> None:
-        """Count the events by row, as several rows may command one actuator stream."""
-        lane.was.update((event.row, self._here(event.row)) for event in was)
-        lane.now.update((self._there(event.row), event.row) for event in now)
 
     # ---- one stream
     def _moment(self, was: list[RecordedEvent], now: list[RecordedEvent], lane: _Lane) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,8 +23,6 @@ from rrp_sheets.replay.report import in_words
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook import Reading
 
-_KEPT = ("robot.toml", "gestures.toml")
-
 
 @dataclass(frozen=True)
 class ReplaySource:
@@ -32,14 +31,12 @@ class ReplaySource:
     Attributes:
         name: of its file, for people.
         reading, checked: as it was read; it has no errors.
-        everything: whether behaviours that no row can switch on are loaded too, as in the recorded run.
     """
 
     name: str
     reading: Reading
     checked: Checked
     plan: Plan
-    everything: bool
 
     @property
     def labels(self) -> dict[str, str]:
@@ -50,9 +47,7 @@ class ReplaySource:
 def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
     """Read the workbook of the run's folder; return None when it is not there.
 
-    Raises:
-        UnreadableFile: when it is there and cannot be read.
-        SheetsError: when it has errors now.
+    Raises UnreadableFile when it cannot be read, SheetsError when it has errors now.
     """
     path = recorded.path.with_name(WORKBOOK)
     if not path.is_file():
@@ -72,16 +67,14 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
             "Replay it with the version that made it ({program}), or --with a mended workbook.", program=program
         )
         raise SheetsError(N_(words, version=__version__, message=message), remedy)
-    plan, everything = _plan(checked, recorded)
-    return ReplaySource(recorded.header.text("name") or path.name, reading, checked, plan, everything)
+    name = recorded.header.text("name") or path.name
+    return ReplaySource(name, reading, checked, _plan(checked, recorded))
 
 
 def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> ReplaySource:
     """Read another workbook, to be played with a record.
 
-    Raises:
-        UnreadableFile: when it cannot be read.
-        SheetsError: when it has errors.
+    Raises UnreadableFile when it cannot be read, SheetsError when it has errors.
     """
     reading, checked = open_checked(path)
     if checked.report.errors:
@@ -93,22 +86,18 @@ def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> Replay
             N_(words, name=path.name, address=str(first.address or ""), message=first.message),
             N_("See `rrp-sheets check`, mend them, and replay again."),
         )
-    if like is None:
-        plan, everything = _plan(checked, recorded)
-    else:
-        plan, everything = make_plan(checked, everything=like.everything), like.everything
+    plan = _plan(checked, recorded) if like is None else make_plan(checked, everything=like.plan.everything)
     if not plan.steps:
         words = N_("No row of “{name}” is switched on.", name=path.name)
         raise SheetsError(words, N_("Write TRUE in the On cells of some rows."))
-    return ReplaySource(path.name, reading, checked, plan, everything)
+    return ReplaySource(path.name, reading, checked, plan)
 
 
-def _plan(checked: Checked, recorded: Recorded) -> tuple[Plan, bool]:
-    """Return the plan whose streams are those of the record, and whether all behaviours are in it."""
+def _plan(checked: Checked, recorded: Recorded) -> Plan:
+    """Return the plan whose streams are those of the record: of two that fit, the one where more can be switched on."""
     whole = make_plan(checked, everything=True)
-    if {stream_label(s) for s in whole.streams} == set(recorded.streams):  # of two that fit: more can be switched on
-        return whole, True
-    return make_plan(checked), False
+    fits = {stream_label(s) for s in whole.streams} == set(recorded.streams)
+    return whole if fits else make_plan(checked)
 
 
 def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]:
@@ -124,23 +113,16 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
         words = N_("The copy of the workbook beside the trace is not the one that ran (its SHA-256 is {own}…, "
                    "the run's {ran}…).")  # fmt: skip
         found.append(N_(words, own=source.reading.digest[:12], ran=digest[:12]))
-    if own:
-        found += _catalogue(recorded, source)
-    return found
-
-
-def _catalogue(recorded: Recorded, source: ReplaySource) -> list[str]:
-    """Return a remark when the robot's catalogue is not the one that the run was made with."""
     changed = []
-    for name in _KEPT:
+    for name in ("robot.toml", "gestures.toml") if own else ():
         kept, now = recorded.place / name, source.checked.robot.folder / name
-        try:
+        with suppress(OSError):
             if kept.is_file() and now.is_file() and kept.read_bytes() != now.read_bytes():
                 changed.append(name)
-        except OSError:
-            continue
-    words = N_("The robot's catalogue ({changed}) has changed since the run; the one of now is used.")
-    return [N_(words, changed=", ".join(changed))] if changed else []
+    if changed:
+        words = N_("The robot's catalogue ({changed}) has changed since the run; the one of now is used.")
+        found.append(N_(words, changed=", ".join(changed)))
+    return found
 
 
 _FED = (StreamKind.SENSOR, StreamKind.DONE)

@@ -74,47 +74,20 @@ class RunOutcome:
     language: str = "en"
 
 
-class EngineProcess(WorkerProcess):
-    """A process that checks and runs a workbook.
-
-    Args:
-        simulator: the number of the connection to the simulator that it runs them on; it inherits it.
-
-    Attributes:
-        heartbeat: of the engine.
-        cpu: its processor time in seconds.
-    """
-
-    def __init__(self, simulator: int) -> None:
-        self._shared = SharedCounters(PLACES)
-        self.heartbeat = self._shared.numbers
-        self.heartbeat[RANK] = NO_ROW
-        super().__init__(ENGINE, self._shared.fd, simulator)
-        self.cpu = cpu_clock(self.pid)
-
-    def close(self, within: float = 2.0) -> None:
-        """End the process, and release everything."""
-        super().close(within)
-        self._shared.close()
-
-
 class RunProcess:
-    """A run in a process of its own, which starts at once; `listen` reports it, any thread may stop it.
+    """A run in a process of its own, which starts at once, and reads and checks the workbook.
 
-    Args:
-        path: of the workbook, which that process reads and checks.
-        settings: how to run.
-
-    Raises:
-        MissingPart: when the simulator is not installed here.
+    `listen` reports it, any thread may stop it. Raises MissingPart when the simulator is not installed here.
     """
 
     def __init__(self, path: Path, settings: RunSettings | None = None) -> None:
         require()
         self._simulator = Simulator()
-        self._worker = EngineProcess(self._simulator.requests.fileno())
+        self._shared = SharedCounters(PLACES)
+        self._shared.numbers[RANK] = NO_ROW
+        self._worker = WorkerProcess(ENGINE, self._shared.fd, self._simulator.requests.fileno())
         self._simulator.requests.close()  # else it would not be told when the engine has gone
-        self._watchdog = Watchdog(self._worker.heartbeat, self._worker.cpu)
+        self._watchdog = Watchdog(self._shared.numbers, cpu_clock(self._worker.pid))
         self._sending = threading.Lock()
         self._asked: float | None = None  # when it was to stop
         self._stopped_by = ""
@@ -142,10 +115,7 @@ class RunProcess:
 
     # ---- what people do: from any thread, waiting at most SEND_WITHIN; the view is told what came of it
     def stop(self, by: str = "") -> None:
-        """Bring the robot to its rest and end the run, whatever its rows are doing.
-
-        The command goes directly to the simulator, then to the engine; an engine whose rows do not end is killed.
-        """
+        """Bring the robot to its rest and end the run; an engine whose rows do not end is killed."""
         if self._asked is None:
             self._asked, self._stopped_by = time.monotonic(), by
             self._simulator.rest()
@@ -179,6 +149,7 @@ class RunProcess:
                 return self._listen(view, selector)
         finally:
             self._worker.close()
+            self._shared.close()
             self._simulator.close(CLOSE_WITHIN)
             if self._finisher is not None:
                 self._finisher.close()
@@ -252,7 +223,7 @@ class RunProcess:
 
     def _row(self) -> str:
         """Return the name of the row that is being evaluated; empty when there is none."""
-        return self._started.rows.get(self._worker.heartbeat[RANK], "") if self._started else ""
+        return self._started.rows.get(self._shared.numbers[RANK], "") if self._started else ""
 
     def _tell_finishing(self, view: RunObserver) -> None:
         """Tell the view once that the robot is brought to rest: as the simulator reports it, not as the engine asks."""
@@ -267,24 +238,21 @@ class RunProcess:
         if kind == "failed":
             raise unpack(SheetsError, rest[0])
         if kind == "memory":
-            raise RunBroken(
-                N_("The workbook needs more memory than a run may have."), N_("Divide it into smaller ones.")
-            )
+            words = N_("The workbook needs more memory than a run may have.")
+            raise RunBroken(words, N_("Divide it into smaller ones."))
         if kind == "checked":
             return RunOutcome(unpack(tuple[Diagnostic, ...], rest[0]), language=known_language(rest[1]))
         if kind == "starting":
             self._starting = True
-        else:
-            self._pass_on(unpack(RunEvent.kinds[kind], message), view)
-        return None
-
-    def _pass_on(self, event: RunEvent, view: RunObserver) -> None:
+            return None
+        event = unpack(RunEvent.kinds[kind], message)
         if isinstance(event, FinishingEvent):  # the view is told when the simulator says so
             self._finishing = True
-            return
+            return None
         if isinstance(event, StartEvent):
             self._started, self._began = event.start, time.monotonic()
         view.handle(event)
+        return None
 
     # ---- a run whose engine has gone, or is ended
     def _finish_without_engine(self, view: RunObserver, error: RunBroken | None) -> RunOutcome:
@@ -305,10 +273,8 @@ class RunProcess:
         self._finisher = WorkerProcess()  # it starts while the robot comes to rest
         notices, hindrance = self._await_rest(view)
         if error is None and hindrance is None:
-            words = N_(
-                "The rows did not end within {seconds:g} s of Stop, so the engine was ended", seconds=ROWS_END_WITHIN
-            )
-            notices = (*notices, Notice("note", _sentence(words, row)))
+            words = N_("The rows did not end within {seconds:g} s of Stop, so the engine was ended")
+            notices = (*notices, Notice("note", _sentence(N_(words, seconds=ROWS_END_WITHIN), row)))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
         summary = close_trace(start, row, error, notices, by)
@@ -388,12 +354,11 @@ def close_trace(
         summary = Summary(*counts, "broken", row, by, error.message, error.remedy)
     lines = [notice_entry(round(last * 1e6), notice, start.streams) for notice in notices]
     lines.append({"type": "summary", **summary.as_dict(wall=False)})
+    text = "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in lines)
     with reader.path.open("r+b") as file:
         file.truncate(whole)
         file.seek(whole)
-        file.write(
-            "".join(json.dumps(entry, ensure_ascii=False) + "\n" for entry in lines).encode("utf-8", "backslashreplace")
-        )
+        file.write(text.encode("utf-8", "backslashreplace"))
     return summary
 
 
@@ -403,9 +368,9 @@ class Watchdog:
     A paced wait is no stall: only an engine that is settling, at the same instant as before, is slow or stuck.
 
     Args:
-        heartbeat: the engine's heartbeat: instant, row, and whether rows are being evaluated.
-        cpu: its processor time in seconds.
-        now: the wall clock in seconds.
+        heartbeat: of the engine.
+        cpu: its processor time, s.
+        now: the wall clock, s.
     """
 
     def __init__(
@@ -422,9 +387,7 @@ class Watchdog:
     def failure(
         self, *, heard: bool, silent_after: float = SILENT_AFTER, waits: bool = False, rows: Mapping[int, str]
     ) -> tuple[str, bool] | None:
-        """Return the reason to end the process as a sentence without its full stop, and whether rows are just slow.
-
-        None while it goes on.
+        """Return why to end the process, as a sentence without its full stop, and whether rows are just slow; or None.
 
         Args:
             heard: whether a message has come since the last look.

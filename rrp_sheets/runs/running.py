@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import socket
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +32,6 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TRACE, faces_file
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.recording.folder import RunFolder
-from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunResult, RunSettings, RunStart, StartEvent, Summary
 from rrp_sheets.scene.scene_sheet import scene_end_us
 from rrp_sheets.texts import N_
@@ -83,8 +84,8 @@ def run(
     until = _until(checked, settings)
     recorder = Recorder(view, control or CommandQueue())
     try:
-        live = (world or _simulated(settings, simulator, ending))(plan, scene, seed, folder.path)
-        runner = _begin(plan, live, recorder, seed, settings, heartbeat)
+        make = world or partial(_simulated, settings=settings, simulator=simulator, ending=ending)
+        runner = _begin(plan, make(plan, scene, seed, folder.path), recorder, seed, settings, heartbeat)
     except SheetsError:
         folder.drop()
         raise
@@ -139,14 +140,10 @@ def _begin(
 ) -> Runner:
     """Start the devices and wire the rows, for the engine that the Protocol asks for."""
     if plan.checked.run.engine == "frame":
-        return FrameRunner(
-            world,
-            lambda: FrameEngine(plan, recorder, seed, heartbeat),
-            paced=not settings.fast,
-            control=recorder.control,
-        )
-    pumped = RealtimeAdapter(world, plan.checked.run.frame_rate)
-    return RealtimeRunner(plan, pumped, lambda: EventEngine(plan, recorder, seed, heartbeat), recorder.control)
+        wire = partial(FrameEngine, plan, recorder, seed, heartbeat)
+        return FrameRunner(world, wire, paced=not settings.fast, control=recorder.control)
+    live = RealtimeAdapter(world, plan.checked.run.frame_rate)
+    return RealtimeRunner(plan, live, partial(EventEngine, plan, recorder, seed, heartbeat), recorder.control)
 
 
 def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> tuple[Summary, RunBroken | None]:
@@ -166,12 +163,10 @@ def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> t
             row = runner.engine.row
         if out_of_memory:
             runner.engine.close()
-            broken = RunBroken(
-                N_("The row {row} needs more memory than a run may have.", row=row)
-                if row
-                else N_("The run needs more memory than a run may have."),
-                N_("Keep less in that row: fewer values, or shorter texts and lists."),
-            )
+            words = N_("The run needs more memory than a run may have.")
+            if row:
+                words = N_("The row {row} needs more memory than a run may have.", row=row)
+            broken = RunBroken(words, N_("Keep less in that row: fewer values, or shorter texts and lists."))
         wall = time.monotonic() - began
         try:
             recorder.view.handle(FinishingEvent())
@@ -196,9 +191,7 @@ def _summary(engine: Engine, recorder: Recorder, wall: float, ended: str, row: s
     labels = {s.id: stream_label(s) for s in engine.plan.streams}
     counts = {labels[i]: s.arrived for i, s in engine.streams.items()}
     commands = {a.name: engine.streams[a.stream].arrived for a in engine.plan.actuators}
-    errors = dict(engine.errors)
-    for place, count in recorder.unusable.items():
-        errors[place] = errors.get(place, 0) + count
+    errors = dict(engine.errors + recorder.unusable)
     by = recorder.control.stopped_by if ended == "stopped" else ""
     return Summary(counts, errors, commands, engine.clock.us / 1e6, wall, ended, row, by)
 
@@ -215,32 +208,26 @@ def _until(checked: Checked, settings: RunSettings) -> int:
     return wanted if limit is None else min(wanted, limit)
 
 
-def _faces(settings: RunSettings, checked: Checked) -> Path | None:
-    """Return the file that keeps faces beyond a run; None when none are kept."""
-    folder = settings.home or Path(checked.workbook.source).absolute().parent
-    return faces_file(folder) if checked.run.keeps_faces else None
+def _simulated(
+    plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path, *, settings: RunSettings,
+    simulator: socket.socket | None, ending: Callable[[], str] | None,
+) -> World:  # fmt: skip
+    from rrp_sheets.drivers.simulated import SimulatedWorld
+    from rrp_sheets.sim.process import require
+
+    require()
+    checked = plan.checked
+    home = settings.home or Path(checked.workbook.source).absolute().parent
+    return SimulatedWorld(
+        checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
+        frame_rate=checked.run.frame_rate, out=out, film=settings.film, record=True,
+        camera=settings.camera and checked.run.keeps_pictures,
+        title=checked.workbook.protocol.text("Title"),
+        beside=folder_of(checked.workbook).absolute(),
+        faces=faces_file(home) if checked.run.keeps_faces else None, requests=simulator, ending=ending,
+    )  # fmt: skip
 
 
-def _simulated(settings: RunSettings, simulator: socket.socket | None, ending: Callable[[], str] | None) -> WorldMaker:
-    def make(plan: Plan, scene: tuple[SceneAction, ...], seed: int, out: Path) -> World:
-        from rrp_sheets.drivers.simulated import SimulatedWorld
-        from rrp_sheets.sim.process import require
-
-        require()
-        checked = plan.checked
-        return SimulatedWorld(
-            checked.robot, plan.outer_sensors, plan.outer_actuators, scene, dones=plan.dones, seed=seed,
-            frame_rate=checked.run.frame_rate, out=out, film=settings.film, record=True,
-            camera=settings.camera and checked.run.keeps_pictures,
-            title=checked.workbook.protocol.text("Title"),
-            beside=folder_of(checked.workbook).absolute(),
-            faces=_faces(settings, checked), requests=simulator, ending=ending,
-        )  # fmt: skip
-
-    return make
-
-
-_STANDS = ("appear", "seen")  # verbs that bring a thing into the scene
 Thing = tuple[str, str, tuple[float, float, float] | None]
 
 
@@ -250,12 +237,12 @@ def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Pa
     workbook, robot = checked.workbook, checked.robot
     names = {b.key: b.name for b in checked.graph.behaviours}
     streams = {s.id: s for s in plan.streams}
-    uses = {
-        a.stream: tuple(sorted(d.type.resources_for(a.settings)))
+    resources = {
+        a.stream: tuple(sorted(device.type.resources_for(a.settings)))
         for a in plan.actuators
-        if (d := streams[a.stream].device)
+        if (device := streams[a.stream].device)
     }
-    hfov, vfov = _camera(robot)
+    camera: Mapping[str, float] = robot.data.get("camera", {}).get("top", {})
     return RunStart(
         title=workbook.protocol.text("Title") or Path(workbook.source).stem, until_us=until_us, folder=folder,
         findings=tuple(checked.report), language=checked.run.language,
@@ -267,7 +254,8 @@ def start_of(plan: Plan, scene: Sequence[SceneAction], until_us: int, folder: Pa
             for s in plan.streams if s.kind in OPEN_KINDS
         ),
         buttons=tuple((use.name, label_of(use)) for use in buttons(plan.sensors)),
-        things=_things(scene), hfov=hfov, vfov=vfov, resources=uses,
+        things=_things(scene), hfov=float(camera.get("hfov", 0.0)), vfov=float(camera.get("vfov", 0.0)),
+        resources=resources,
     )  # fmt: skip
 
 
@@ -284,25 +272,17 @@ def example_text(value: Value) -> str:
     return '"' + value.replace('"', '""') + '"' if isinstance(value, str) else show(value)
 
 
-def _camera(robot: Robot) -> tuple[float, float]:
-    camera: Mapping[str, float] = robot.data.get("camera", {}).get("top", {})
-    return float(camera.get("hfov", 0.0)), float(camera.get("vfov", 0.0))
-
-
 def _things(scene: Sequence[SceneAction]) -> tuple[Thing, ...]:
     """Return the things that will be in the scene, each with its place if it is there at the beginning."""
     found: dict[str, Thing] = {}
     for action in scene:
-        if action.verb in _STANDS and key(action.thing) not in found:
-            kind = action.what
-            there = action.time_us == 0 and not action.cue and "at" in action.values
-            found[key(action.thing)] = (action.thing, kind, _place(action.values["at"]) if there else None)
+        if action.verb in ("appear", "seen") and key(action.thing) not in found:
+            place = None
+            if action.time_us == 0 and not action.cue and "at" in action.values:
+                x, y, *z = (float(c) for c in action.values["at"])
+                place = x, y, z[0] if z else 0.0
+            found[key(action.thing)] = action.thing, action.what, place
     return tuple(found.values())
-
-
-def _place(at: Value) -> tuple[float, float, float]:
-    x, y, *z = (float(c) for c in at)
-    return x, y, z[0] if z else 0.0
 
 
 _ROBOT = N_("the robot itself")  # where an error is counted that is no row's: it has fallen
@@ -314,51 +294,40 @@ class Recorder(RunObserver):
     def __init__(self, view: RunObserver, control: CommandQueue) -> None:
         self.view = view
         self.control = control
-        self.trace: TraceWriter | None = None
-        self.engine: Engine | None = None
-        self.unusable: dict[str, int] = {}  # how often an actuator could not use a row's value
-        self._began = time.monotonic()
-        self._on: set[str] = set()  # the behaviours that the view knows to be on
+        self.unusable: Counter[str] = Counter()  # how often an actuator could not use a row's value
+        self._began = 0.0
+        self._is_recording = False
 
     def begin(self, trace: TraceWriter, engine: Engine) -> None:
         """Start the wall clock and the recording into a trace."""
         self.trace, self.engine, self._began = trace, engine, time.monotonic()
-        self._on = set(engine.on)
-
-    @property
-    def wall(self) -> float:
-        """Seconds of the wall clock since the beginning."""
-        return time.monotonic() - self._began
+        self._on = set(engine.on)  # the behaviours that the view knows to be on
+        self._is_recording = True
 
     def handle(self, event: RunEvent) -> None:
-        """Record an event, and pass it to the view."""
-        super().handle(event)
+        """Record an event, once the recording has begun, and pass it to the view."""
+        if self._is_recording:
+            super().handle(event)
         self.view.handle(event)
 
     def event(self, us: int, stream: str, row: str, value: Value) -> None:
         """Record a value on a stream (its id)."""
-        if self.trace is not None:
-            by = self.engine.sent_by if self.engine is not None and not row else None
-            self.trace.event(us, stream, row, value, by)
+        self.trace.event(us, stream, row, value, None if row else self.engine.sent_by)
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Record that a formula failed."""
-        if self.trace is not None:
-            self.trace.error(us, row, failure, values)
+        self.trace.error(us, row, failure, values)
 
     def happening(self, us: int, happening: Notice) -> None:
         """Record a notice; one of kind `error` is counted for its row."""
-        if self.trace is not None:
-            self.trace.happening(us, happening)
+        self.trace.happening(us, happening)
         if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
-            place = happening.row or happening.stream or _ROBOT
-            self.unusable[place] = self.unusable.get(place, 0) + 1
+            self.unusable[happening.row or happening.stream or _ROBOT] += 1
 
     def frame(self, us: int) -> None:
         """Flush the trace after a frame, and tell the view which behaviours a row has switched: a note in the trace."""
-        if self.trace is not None:
-            self.trace.flush()
-        if self.engine is not None and self.engine.on != self._on:
+        self.trace.flush()
+        if self.engine.on != self._on:
             for behaviour in self.engine.plan.checked.graph.behaviours:
                 on = behaviour.key in self.engine.on
                 if on != (behaviour.key in self._on):
@@ -367,11 +336,9 @@ class Recorder(RunObserver):
 
     def acted(self, us: int, action: OperatorAction) -> None:
         """Record what an operator did."""
-        if self.trace is not None:
-            self.trace.action(us, action, self.wall)
-            self.trace.flush()
-        if self.engine is not None:
-            self._on = set(self.engine.on)
+        self.trace.action(us, action, time.monotonic() - self._began)
+        self.trace.flush()
+        self._on = set(self.engine.on)
 
     def stopped(self) -> bool:
         """Return whether the run should stop now."""
