@@ -51,7 +51,6 @@ def lock_folder(folder: Path) -> int | None:
 
 
 def _lock(number: int) -> bool:
-    """Try to lock an open file, and return whether that was possible."""
     if sys.platform == "win32":
         return False
     for left in reversed(range(_TRIES)):

@@ -302,7 +302,6 @@ class RealtimeRunner(_Runner):
             control.wait(STANDING / 5)  # what the world shows comes soon
 
     def _open(self, queued: QueuedEvent, observer: RunObserver) -> list[tuple[str, object]]:
-        """Report a notice, or return the value that is to enter."""
         if queued.broken is not None:
             raise queued.broken
         if queued.happening is None:

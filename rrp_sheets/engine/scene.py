@@ -190,14 +190,11 @@ def _approach(grow: float) -> list[SceneAction]:
     """A wall farther away, before which somebody comes near, waits, goes back and leaves."""
     face = FACE_HEIGHT * grow
     wall: dict[str, Value] = {"at": (2.2, 0.0, 0.0), "size": (2.0, 0.8 * grow)}
-    moves = ((4, (0.6, 0.1), 4), (11, (1.5, -0.3), 3))
     return [
         SceneAction(0, "Wall", "appear", wall, kind="wall"),
         SceneAction(2_000_000, "Person", "appear", {"at": (1.6, 0.3, face)}, kind=PERSON),
-        *(
-            SceneAction(second * 1_000_000, "Person", "move", {"to": to, "seconds": float(seconds)}, kind=PERSON)
-            for second, to, seconds in moves
-        ),
+        SceneAction(4_000_000, "Person", "move", {"to": (0.6, 0.1), "seconds": 4.0}, kind=PERSON),
+        SceneAction(11_000_000, "Person", "move", {"to": (1.5, -0.3), "seconds": 3.0}, kind=PERSON),
         SceneAction(16_000_000, "Person", "disappear", kind=PERSON),
     ]
 

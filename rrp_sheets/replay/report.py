@@ -179,42 +179,34 @@ def _listed(lines: Sequence[AccountLine], language: str) -> list[str]:
 
 def verdict(found: Replayed) -> str:
     """Return the one sentence that says whether it is the same."""
-    count = found.compared
-    events = N_("{n} event" if count == 1 else "{n} events", n=f"{count:,}")
+    count, of = found.compared, f"{found.compared:,}"
+    events = N_("{n} event" if count == 1 else "{n} events", n=of)
     seconds = f"{round(found.seconds, 1):g}"
     if found.same and found.other:
         same = N_("The same: with {other} {events} of this session would have come as they came.")
         return N_(same, other=found.other, events=events)
     if found.same:
         return N_("The same: {events} in {seconds} s, as they were recorded.", events=events, seconds=seconds)
+    extra = len(found.of(EXTRA))
+    others = len(found.differences) - extra
+    parts: list[str] = []
     if found.other:
+        if others:
+            parts.append(N_("{n} of {of} events would not have come as they came", n=f"{others:,}", of=of))
+        if extra:
+            further = others or count
+            parts.append(N_("{n} more would have come" if further else "{n} would have come", n=f"{extra:,}"))
+        what = listed(parts, "and") if parts else N_("the run would have ended otherwise")
         different = N_("Different: with {other}, {what} in these {seconds} s.")
-        return N_(different, other=found.other, what=_would(found), seconds=seconds)
-    if found.first is None:
-        return N_("Different: {what}.", what=_counted(found))
-    when, first = in_seconds(found.first.us), _each(found.first)
-    return N_("Different: {what}. The first at {when}: {first}", what=_counted(found), when=when, first=first)
-
-
-def _would(found: Replayed) -> str:
-    extra, parts = len(found.of(EXTRA)), []
-    others, of = len(found.differences) - extra, f"{found.compared:,}"
-    if others:
-        parts.append(N_("{n} of {of} events would not have come as they came", n=f"{others:,}", of=of))
-    if extra:
-        further = others or found.compared
-        parts.append(N_("{n} more would have come" if further else "{n} would have come", n=f"{extra:,}"))
-    return listed(parts, "and") if parts else N_("the run would have ended otherwise")
-
-
-def _counted(found: Replayed) -> str:
-    extra, parts = len(found.of(EXTRA)), []
-    others, of = len(found.differences) - extra, f"{found.compared:,}"
+        return N_(different, other=found.other, what=what, seconds=seconds)
     if others or not extra:
         parts.append(N_("{n} of {of} events", n=f"{others:,}", of=of))
     if extra:
         parts.append(N_("{n} that was not recorded" if extra == 1 else "{n} that were not recorded", n=f"{extra:,}"))
-    return listed(parts, "and")
+    if found.first is None:
+        return N_("Different: {what}.", what=listed(parts, "and"))
+    when, first = in_seconds(found.first.us), _each(found.first)
+    return N_("Different: {what}. The first at {when}: {first}", what=listed(parts, "and"), when=when, first=first)
 
 
 # ---- row by row
@@ -239,7 +231,6 @@ def _place(count: Count) -> tuple[str, int, str]:
 
 
 def _whose(count: Count, found: Replayed) -> str:
-    """Return a row and its stream, in words."""
     name = _name(count.stream)
     row = count.came_row or count.row
     if not row:

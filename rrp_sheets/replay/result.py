@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import groupby
+from heapq import merge
+from itertools import groupby, repeat
 from typing import Any
 
 from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice, Stamp
@@ -282,7 +283,6 @@ class _Lane:
     now: Counter[tuple[str, str]] = field(default_factory=Counter)
 
     def counts(self) -> list[Count]:
-        """Return the counts by row, those of the record first."""
         return [
             Count(self.stream, *rows, self.was[rows], self.now[rows], self.same[rows[0]] if rows in self.was else 0)
             for rows in {**self.was, **self.now}
@@ -293,17 +293,12 @@ def _side_by_side(
     first: Iterable[RecordedEvent], second: Iterable[RecordedEvent]
 ) -> Iterator[tuple[list[RecordedEvent], list[RecordedEvent]]]:
     """Yield the events of both for each time, in the order of time."""
-    moments = [groupby(course, key=lambda e: e.us) for course in (first, second)]
-    heads = [next(moment, None) for moment in moments]
-    while times := [head[0] for head in heads if head is not None]:
-        us = min(times)
-        here: list[list[RecordedEvent]] = [[], []]
-        for n in range(2):
-            head = heads[n]
-            if head is not None and head[0] == us:
-                here[n] = list(head[1])
-                heads[n] = next(moments[n], None)
-        yield here[0], here[1]
+    both = merge(zip(first, repeat(0)), zip(second, repeat(1)), key=lambda entry: entry[0].us)
+    for _, here in groupby(both, key=lambda entry: entry[0].us):
+        sides: tuple[list[RecordedEvent], list[RecordedEvent]] = [], []
+        for event, side in here:
+            sides[side].append(event)
+        yield sides
 
 
 def _lane(event: RecordedEvent, row: str) -> tuple[str, str]:

@@ -124,7 +124,6 @@ def _plan(checked: Checked, settings: RunSettings) -> Plan:
 
 
 def _header(reading: Reading, checked: Checked, settings: RunSettings, seed: int) -> dict[str, Any]:
-    """Return the first line of the trace."""
     return {
         "program": __version__, "workbook": reading.digest, "name": Path(reading.workbook.source).name,
         "robot": checked.robot.name, "engine": checked.run.engine, "frame_rate": checked.run.frame_rate,

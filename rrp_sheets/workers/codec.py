@@ -27,8 +27,6 @@ from rrp_sheets.texts import LazyMessage, message_from
 T = TypeVar("T")
 Change = Callable[[Any], Any] | None
 _ERRORS = {error.__name__: error for error in (SheetsError, MissingPart, RunBroken, UnreadableFile)}
-
-
 _AS_JSON = frozenset((None, NoneType, bool, int, float, list, dict, bytearray))
 
 
@@ -48,11 +46,7 @@ def pack(value: Any, hint: Any = None) -> Any:
 
 
 def unpack(hint: type[T], packed: Any) -> T:
-    """Return the object that was packed; `hint` is its class, or any other hint that it was packed by.
-
-    Raises:
-        ValueError: when it is something else.
-    """
+    """Return the object that was packed by its class or another hint. Raises ValueError when it is something else."""
     change = _codec(cast(Any, hint)).unpack
     return cast(T, change(packed) if change else packed)
 
@@ -215,13 +209,10 @@ def _pack_error(error: SheetsError) -> list[Any]:
     """Pack an error that a user may see, one with a finding as that; of an unknown kind, as a plain one."""
     if isinstance(error, UnreadableWorkbook):
         return ["UnreadableWorkbook", pack(error.finding)]
-    code = [error.code] if isinstance(error, UnreadableFile) else []
-    return [
-        "UnreadableFile" if code else type(error).__name__,
-        *code,
-        _pack_text(error.message),
-        _pack_text(error.remedy),
-    ]
+    words = [_pack_text(error.message), _pack_text(error.remedy)]
+    if isinstance(error, UnreadableFile):
+        return ["UnreadableFile", error.code, *words]
+    return [type(error).__name__, *words]
 
 
 def _unpack_error(packed: list[Any]) -> SheetsError:

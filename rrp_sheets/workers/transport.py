@@ -92,7 +92,6 @@ class MessageReader:
             yield from found
 
     def _whole(self) -> Iterator[list[Any]]:
-        """Take the messages that are complete out of the buffer."""
         buffer = self._buffer
         begin = self._needed = 0
         while (end := buffer.find(b"\n", max(begin, self._searched)) + 1) > 0:
@@ -187,7 +186,11 @@ class SharedCounters:
 
     def __init__(self, places: int, fd: int | None = None) -> None:
         if fd is None:
-            fd = _memory()
+            if hasattr(os, "memfd_create"):
+                fd = os.memfd_create("rrp-sheets")
+            else:
+                with tempfile.TemporaryFile() as file:
+                    fd = os.dup(file.fileno())
             os.ftruncate(fd, places * _NUMBER_BYTES)
         self.fd = fd
         self._map = mmap.mmap(fd, places * _NUMBER_BYTES)
@@ -198,13 +201,6 @@ class SharedCounters:
         self.numbers.release()
         self._map.close()
         os.close(self.fd)
-
-
-def _memory() -> int:
-    if hasattr(os, "memfd_create"):
-        return os.memfd_create("rrp-sheets")
-    with tempfile.TemporaryFile() as file:
-        return os.dup(file.fileno())
 
 
 def cpu_clock(pid: int) -> Callable[[], float]:
@@ -228,11 +224,7 @@ def cpu_clock(pid: int) -> Callable[[], float]:
 
 
 class Liveness:
-    """Measures for how long a process has made no progress.
-
-    Args:
-        cpu: the process's processor time in seconds, see `cpu_clock`.
-        now: the wall clock in seconds.
+    """Measures for how long a process has made no progress, by its processor time (`cpu_clock`) and the wall clock, s.
 
     Attributes:
         computing: seconds of processor time since its last progress.

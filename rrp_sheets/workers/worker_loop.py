@@ -13,6 +13,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from typing import Any
 
@@ -83,14 +84,13 @@ def answer_requests(link: socket.socket) -> None:
     def report(part: float) -> None:
         link.sendall(encode(["at", part]))
 
-    for name, *arguments in MessageReader(link):
-        link.sendall(answer(lambda: _call(name, arguments, report)))  # noqa: B023  # made at once
+    def call(name: str, *arguments: Any) -> Any:
+        function = named(name)
+        progress = {"report_progress": report} if "report_progress" in inspect.signature(function).parameters else {}
+        return function(*arguments, **progress)
 
-
-def _call(name: str, arguments: Sequence[Any], report: Callable[[float], None]) -> Any:
-    function = named(name)
-    progress = {"report_progress": report} if "report_progress" in inspect.signature(function).parameters else {}
-    return function(*arguments, **progress)
+    for request in MessageReader(link):
+        link.sendall(answer(partial(call, *request)))
 
 
 def limit_memory() -> None:
@@ -100,18 +100,11 @@ def limit_memory() -> None:
     it.
     """
     if resource is not None:
+        most = MOST_MEMORY
+        with suppress(OSError), open("/proc/self/statm") as file:  # the address space that is taken already; on Linux
+            most += int(file.read().split()[0]) * resource.getpagesize()
         hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-        most = MOST_MEMORY + _address_space()
         resource.setrlimit(resource.RLIMIT_AS, (most if hard < 0 else min(most, hard), hard))
-
-
-def _address_space() -> int:
-    """Return the bytes of address space that this process has taken; 0 where the system does not tell."""
-    try:
-        with open("/proc/self/statm") as file:
-            return int(file.read().split()[0]) * resource.getpagesize()
-    except OSError:
-        return 0
 
 
 def lift_limit() -> None:
@@ -167,7 +160,6 @@ def _guard(link: int, alive: int, pid: int, grace: float, still: float) -> None:
 
 
 def _close_files(kept: set[int]) -> None:
-    """Close all files of this process but those with these numbers."""
     last = -1
     for number in (*sorted(kept), os.sysconf("SC_OPEN_MAX")):
         if number > last + 1:  # `closerange(0, 0)` would close all

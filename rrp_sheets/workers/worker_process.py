@@ -132,14 +132,9 @@ class WorkerProcess:
             return False
 
     def send(self, *message: Any, within: float | None = None) -> bool:
-        """Send a message; that the process has ended is noticed only when messages are received.
+        """Send a message; return whether it was taken within some seconds: if not, nothing more can be sent.
 
-        Args:
-            message: what is sent.
-            within: seconds for it to be taken; None waits.
-
-        Returns:
-            Whether it was taken in time; if not, nothing more can be sent.
+        That the process has ended is noticed only when messages are received.
         """
         link = self.link
         data = memoryview(encode(message))
@@ -234,7 +229,6 @@ class WorkerProcess:
 def _start_process(
     task: Task, environment: dict[str, str], log: IO[bytes], files: Sequence[int]
 ) -> subprocess.Popen[bytes]:
-    """Start a process with a new interpreter."""
     package = str(Path(__file__).parents[2])
     environment["PYTHONPATH"] = os.pathsep.join(p for p in (package, environment.get("PYTHONPATH")) if p)
     # -P: a file of the user's in the current folder must not be taken for a library's.
@@ -247,11 +241,7 @@ def _start_process(
 
 
 class ForkServer:
-    """Process that has modules imported, from which this program forks its workers: they begin at once.
-
-    Args:
-        modules: dotted names of the modules.
-    """
+    """Process with imported modules (dotted names), from which this program forks its workers: they begin at once."""
 
     def __init__(self, modules: Sequence[str]) -> None:
         self._requests, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -272,11 +262,7 @@ class ForkServer:
         return self._process.ended
 
     def fork(self, request: bytes, files: Sequence[int]) -> ForkedProcess | None:
-        """Fork a process that inherits some files; None when that is refused, or the fork server has ended.
-
-        Raises:
-            OSError: too many files are open here.
-        """
+        """Fork a process that inherits files; None when it is refused. Raises OSError when too many are open here."""
         status, theirs = socket.socketpair()
         with theirs, suppress(OSError), self._lock:
             socket.send_fds(self._requests, [request], [theirs.fileno(), *files])
@@ -300,12 +286,12 @@ class ForkServer:
 
 
 class ForkedProcess:
-    """A process of the fork server, with what a `subprocess.Popen` has: the fork server reports its exit code.
+    """A process of the fork server, with what a `subprocess.Popen` has.
 
     Args:
         pid: its ID.
         pidfd: its file, which can be read when the process has ended, and never means another one.
-        status: where the exit code comes.
+        status: where the fork server reports its exit code.
     """
 
     def __init__(self, pid: int, pidfd: int, status: socket.socket) -> None:
@@ -408,17 +394,12 @@ class RestartingWorker:
         return worker.pid if worker is not None else None
 
     def ask(self, request: Sequence[Any], within: float, start: float = 0.0) -> Any:
-        """Return the answer to a request.
+        """Return the answer to a request; see `WorkerProcess.ask`. Raises WorkerClosed when this was closed.
 
         Args:
             request: the dotted name of a function, and its arguments.
             within: seconds for the answer.
             start: seconds more when the process has to be started first.
-
-        Raises:
-            WorkerError: when it has ended, or was ended.
-            WorkerClosed: when this was closed.
-            SheetsError: the error that it answers.
         """
         with self._lock:
             if self._worker is not None and self._worker.ended:  # meanwhile: this request is not to blame
