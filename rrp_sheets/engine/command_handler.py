@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rrp_sheets.checks.check import folder_of
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
 from rrp_sheets.engine.engine import Engine, switch_text
@@ -160,8 +160,7 @@ class CommandHandler:
         here = Address("Scene")
         row = SceneRow(Cell("0", here), *(Cell(text, here) for text in parts))
         report = Report()
-        workbook = Path(self._engine.plan.checked.workbook.source)
-        actions = parse_scene((row,), report, self._robot, workbook if workbook.is_dir() else workbook.parent)
+        actions = parse_scene((row,), report, self._robot, folder_of(self._engine.plan.checked.workbook))
         actions, _ = draw_scene(actions, self._engine.seed + us)
         for finding in report:
             if finding.code not in OF_SCENE_ROWS:

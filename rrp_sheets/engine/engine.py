@@ -428,11 +428,7 @@ class FrameEngine(Engine):
 
 
 class EventEngine(Engine):
-    """Every event is an instant of its own, and so is every timer.
-
-    Attributes:
-        halted: whether the run is to stop: timers that are due are then left where they are.
-    """
+    """Every event is an instant of its own, and so is every timer; once `halted`, due timers are left as they are."""
 
     halted: Callable[[], bool] = staticmethod(lambda: False)
 
@@ -458,19 +454,14 @@ class EventEngine(Engine):
 
 
 class LiveStream(Observable[Value]):
-    """Passes values on in the order of subscription; without locks, since one thread runs the whole graph.
-
-    Attributes:
-        at_us: when the latest value came; -1 before the first.
-        arrived: how many have come.
-    """
+    """Passes values on in the order of subscription; without locks, since one thread runs the whole graph."""
 
     def __init__(self, stream_id: str, clock: FrameClock) -> None:
         super().__init__()
         self.id = stream_id
         self.latest: Value = None
-        self.at_us = -1
-        self.arrived = 0
+        self.at_us = -1  # when the latest value came; -1 before the first
+        self.arrived = 0  # how many have come
         self._clock = clock
         self._heartbeat = clock.heartbeat
         self._sinks: tuple[tuple[int, Callable[[Value], Any]], ...] = ()  # each with the rank of its row

@@ -123,8 +123,8 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
         raise SheetsError(N_("The run cannot go on with the edited rows: {reason}.", reason=why), REMEDY)
     rows = {
         old.ref: new  # by their order in the sheet, whatever their numbers are
-        for behaviour, steps in plan.behaviours.items()
-        for old, new in zip(_in_sheet(steps), _in_sheet(edited.behaviours[behaviour]), strict=True)
+        for behaviour, running in plan.behaviours.items()
+        for old, new in zip(_in_sheet(running), _in_sheet(edited.behaviours[behaviour]), strict=True)
     }
     changes: list[Mapping[str, Any]] = list(_sheets_changed(used.workbook, edited.checked.workbook))
     everything = bool(changes)  # a helper may be in any formula

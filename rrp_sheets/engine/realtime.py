@@ -124,11 +124,10 @@ class RealtimeAdapter(LiveWorld, Sensor, Actuator):
                 self._world.show(False)  # whether it is still there: nothing else asks it anything
 
     def _serve(self, queue: EventQueue) -> None:
-        actions, showing = _all(self._actions), self._showing
-        if actions:
+        if actions := _all(self._actions):
             self._world.act(actions)
-        picture = showing.due() if showing is not None else None
-        if showing is not None and picture is not None:
+        showing = self._showing
+        if showing is not None and (picture := showing.due()) is not None:
             began = time.monotonic()
             queue.show(self._world.show(picture))
             showing.cost(time.monotonic() - began)
@@ -158,14 +157,10 @@ class QueuedEvent:
 
 
 class EventQueue:
-    """A queue with the run's clock. Any thread may put something in; one thread takes it out, in order of arrival.
-
-    Attributes:
-        begun: set when the run's clock starts; what is put in before has the time 0.
-    """
+    """A queue with the run's clock. Any thread may put something in; one thread takes it out, in order of arrival."""
 
     def __init__(self) -> None:
-        self.begun = threading.Event()
+        self.begun = threading.Event()  # set when the run's clock starts; what is put in before has the time 0
         self._queue: SimpleQueue[QueuedEvent] = SimpleQueue()
         self._shown: SimpleQueue[WorldSnapshot] = SimpleQueue()
         self._broken: RunBroken | None = None
@@ -244,11 +239,9 @@ class EventQueue:
 
 
 class FramePacer:
-    """Due times of frames. Time that was paused, and a speed that changes, are not caught up with.
+    """Due times of frames: `factor` 1 is real time, 2 twice as fast, 0 as fast as the machine can.
 
-    Args:
-        factor: 1 real time, 2 twice as fast; 0 as fast as the machine can.
-        now: the wall clock, s.
+    Time that was paused, and a speed that changes, are not caught up with.
     """
 
     def __init__(self, factor: float, now: Now = time.monotonic) -> None:

@@ -200,8 +200,7 @@ SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies bes
 class RealtimeRunner(_Runner):
     """A run in an event loop; `wire` makes the engine, once the sensors have started.
 
-    Raises:
-        RunBroken: when a device does not start; then everything that was started has been stopped.
+    Raises RunBroken when a device does not start; then everything that was started has been stopped.
     """
 
     _world: LiveWorld
@@ -340,10 +339,9 @@ class RealtimeRunner(_Runner):
         errors: list[RunBroken] = []
 
         def bounded(seconds: float, calls: list[tuple[str, Callable[[], None]]]) -> None:
-            try:
-                hung.extend(run_with_timeout(seconds, calls))
-            except RunBroken as error:
-                errors.append(error)
+            late, broken = run_with_timeout(seconds, calls)
+            hung.extend(late)
+            errors.extend(broken)
 
         sensors, self._sensors = self._sensors, []
         hands, self._hands = list(self._hands.values()), {}
@@ -355,17 +353,15 @@ class RealtimeRunner(_Runner):
         bounded(CLOSE_WITHIN, [(N_("the robot"), lambda: left.extend(self._world.close() or ()))])
         if errors:
             raise errors[0]
-        late = [N_("{name} did not stop in time and was left behind.", name=name) for name in hung]
-        return [*left, *(Notice("error", text) for text in late)]
+        texts = [N_("{name} did not stop in time and was left behind.", name=name) for name in hung]
+        return [*left, *(Notice("error", text) for text in texts)]
 
 
 def _start_one(what: str, call: Callable[[], None]) -> None:
     """Start a device; an error is raised with the device and its cell."""
-    try:
-        late = run_with_timeout(START_WITHIN, [(what, call)])
-    except RunBroken as error:
-        why = N_("{what} did not start: {message}", what=what, message=error.message)
-        raise RunBroken(why, error.remedy) from None
+    late, errors = run_with_timeout(START_WITHIN, [(what, call)])
+    if errors:
+        raise RunBroken(N_("{what} did not start: {message}", what=what, message=errors[0].message), errors[0].remedy)
     if late:
         words = N_("{what} did not start within {seconds:g} s.", what=what, seconds=START_WITHIN)
         raise RunBroken(words, N_("Check the device, and run again."))
@@ -374,8 +370,10 @@ def _start_one(what: str, call: Callable[[], None]) -> None:
 _LOOK = 0.05  # s between two looks, each of which counts as no more
 
 
-def run_with_timeout(seconds: float, calls: Iterable[tuple[str, Callable[[], None]]]) -> list[str]:
-    """Make calls at once; the names of those that have not come back in time. Raises the first RunBroken of a call.
+def run_with_timeout(
+    seconds: float, calls: Iterable[tuple[str, Callable[[], None]]]
+) -> tuple[list[str], list[RunBroken]]:
+    """Make calls at once; returns the names of those that have not come back in time, and what they have raised.
 
     Time that this process did not get on a busy machine does not count: a call may have waited for it too.
     """
@@ -396,9 +394,7 @@ def run_with_timeout(seconds: float, calls: Iterable[tuple[str, Callable[[], Non
             began = time.monotonic()
             thread.join(min(_LOOK, left))
             left -= min(time.monotonic() - began, _LOOK)
-    if errors:
-        raise errors[0]
-    return [name for name, thread in running if thread.is_alive()]
+    return [name for name, thread in running if thread.is_alive()], errors
 
 
 class ActuatorThread:

@@ -45,10 +45,7 @@ class SceneEntities:
 
 
 class SceneTriggers:
-    """The rows of a scene that wait, and what has become due.
-
-    Args:
-        scene: drawn: every number is one.
+    """The rows of a scene (drawn: every number is one) that wait, and what has become due.
 
     >>> rows = [SceneAction(1_000_000, "Operator", "press", row=2),
     ...         SceneAction(2_000_000, "Child", "say", row=3, cue="askdone"),

@@ -337,7 +337,6 @@ class Ends:
         dones: ids of its streams that tell ends, each with its actuator stream; of the world's actuators only.
 
     Attributes:
-        dropped: ends in the record whose commands are not made now, by actuator stream.
         usual: commands that are taken to end after their usual time.
         unknown: commands of whose end nothing is known.
     """

@@ -217,14 +217,8 @@ def replay_apart(
 ) -> dict[str, Any]:
     """Replay a run in a worker process; return the account of :func:`rrp_sheets.replay.output.account`.
 
-    A server replays in this way, as it never evaluates untrusted formulas itself.
-
-    Args:
-        trace: a run's folder.
-        other: the workbook to play instead of the one that ran.
-        told: called with the progress, from 0 to 1.
-        stopped: polled; the process is ended when it returns True.
-        within: seconds for all of it.
+    A server replays in this way, as it never evaluates untrusted formulas itself. `stopped` is polled: the process is
+    ended when it returns True, or after `within` seconds; for the others see `replay`.
 
     Raises:
         UnreadableFile: when the trace or a workbook cannot be read.

@@ -106,13 +106,7 @@ Style = Callable[[str, str], str]
 
 @dataclass(frozen=True)
 class RowLine:
-    """Differences at a row or of a sensor stream, in words.
-
-    Attributes:
-        whose: the row and its stream, in words.
-        text: how many of how many.
-        row: in the workbook that was played; empty when it is not in it.
-    """
+    """Differences at a row or of a sensor stream, in words; `row` is empty when it is not in the played workbook."""
 
     whose: str
     text: str

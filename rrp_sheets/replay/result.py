@@ -77,10 +77,8 @@ class Replayed:
 
     def as_dict(self, most: int | None = None) -> dict[str, Any]:
         """Return the replay as `replay --json` prints it; with at most so many differences."""
-        shown = self.differences[:most]
         return {
-            "schema": SCHEMA,
-            "same": self.same,
+            "schema": SCHEMA, "same": self.same,
             "run": self.run, "workbook": self.workbook, "other": self.other, "engine": self.engine,
             "seconds": self.seconds, "compared": self.compared, "ending": translate(self.ending, self.language),
             "remarks": [translate(r, self.language) for r in self.remarks],
@@ -88,7 +86,7 @@ class Replayed:
             "actuators": list(self.actuators), "spoken": dict(self.spoken),
             "counts": [asdict(c) for c in self.counts],
             "difference_count": len(self.differences),
-            "differences": [asdict(d) for d in shown],
+            "differences": [asdict(d) for d in self.differences[:most]],
         }  # fmt: skip
 
 

@@ -26,12 +26,7 @@ from rrp_sheets.workbook import Reading
 
 @dataclass(frozen=True)
 class ReplaySource:
-    """A workbook that can be played.
-
-    Attributes:
-        name: of its file, for people.
-        reading, checked: as it was read; it has no errors.
-    """
+    """A workbook without errors, which can be played; `name` is that of its file, for people."""
 
     name: str
     reading: Reading
@@ -141,15 +136,13 @@ class Matching:
 
     streams: Mapping[str, str]
     names: Mapping[str, str]
-    rows: Mapping[str, str]
+    rows: Mapping[str, str] = field(default_factory=dict)
     behaviours: Mapping[str, str] = field(default_factory=dict)
 
 
 def itself(source: ReplaySource) -> Matching:
-    """Match a workbook with the record of its own run: every stream and row with itself."""
-    labels = source.labels
-    rows = {s.ref: s.ref for s in source.plan.steps}
-    return Matching({label: i for i, label in labels.items()}, labels, rows)
+    """Match a workbook with the record of its own run: every stream with itself."""
+    return Matching({label: i for i, label in source.labels.items()}, source.labels)
 
 
 def matching(recorded: Recorded, ran: ReplaySource | None, other: ReplaySource) -> Matching:

@@ -115,7 +115,7 @@ class RunProcess:
 
     # ---- what people do: from any thread, waiting at most SEND_WITHIN; the view is told what came of it
     def stop(self, by: str = "") -> None:
-        """Bring the robot to its rest and end the run; an engine whose rows do not end is killed."""
+        """Have the simulator bring the robot to its rest, then the engine end; one whose rows do not end is killed."""
         if self._asked is None:
             self._asked, self._stopped_by = time.monotonic(), by
             self._simulator.rest()
@@ -365,12 +365,8 @@ def close_trace(
 class Watchdog:
     """Watchdog over an engine: decides from its heartbeat and processor time whether it hangs.
 
-    A paced wait is no stall: only an engine that is settling, at the same instant as before, is slow or stuck.
-
-    Args:
-        heartbeat: of the engine.
-        cpu: its processor time, s.
-        now: the wall clock, s.
+    A paced wait is no stall: only an engine that is settling, at the same instant as before, is slow or stuck. `cpu` is
+    its processor time, `now` the wall clock, s.
     """
 
     def __init__(
