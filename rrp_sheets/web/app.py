@@ -16,6 +16,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
 from rrp_sheets.web import security, statics
+from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import MessagePage, RefusedPage, script_json, show
 from rrp_sheets.web.requests import page_language
 from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink
@@ -88,6 +89,7 @@ def create_app(
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["program"] = statics.build_id
+    app.jinja_env.filters["in_browser"] = in_browser
     page_texts.install(app.jinja_env, lambda _: page_language())
     app.jinja_env.globals |= {"language": page_language, "script_texts": _script_texts}
     app.extensions["services"] = make_services(folder)

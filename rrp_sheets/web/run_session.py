@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
@@ -50,11 +51,7 @@ class RunOptions:
 
 
 class RunSession:
-    """Run of a workbook that is going or has ended, with its process; `tell` notifies all pages of a phase.
-
-    Raises:
-        MissingPart: when the simulator is not installed here.
-    """
+    """Run of a workbook, going or over; `tell` notifies all pages of a phase. Raises MissingPart without simulator."""
 
     def __init__(
         self, session: WorkbookSession, book: str, options: RunOptions, tell: Callable[[RunSession], None]
@@ -69,9 +66,9 @@ class RunSession:
         self.written = False  # everything that it leaves is in its folder
         self._version = session.document.version
         self._tell = tell
+        self._when_over = tell
         self._wall = time.time()
         self._over = threading.Event()
-        self._when_over: Callable[[RunSession], None] = tell
         self._looked = 0.0
         self._rest = TELL_EVERY
         self._looking = False
@@ -89,16 +86,17 @@ class RunSession:
 
     def begin(self, over: Callable[[RunSession], None]) -> None:
         """Start the threads that follow the run and notify the pages; `over` is called when it has ended."""
+        self._when_over = over
         what = N_("Started" if self.options.mode == "simulated" else "Pilot rehearsal started")
         self.run_state.log.add(0, "start", what, by=self.options.by)
-        threading.Thread(target=self._listen, args=(over,), daemon=True).start()
-        threading.Thread(target=self._keep_telling, daemon=True).start()
+        for target in (self._listen, self._keep_telling):
+            threading.Thread(target=target, daemon=True).start()
 
     # ---- the run's thread
 
-    def _listen(self, over: Callable[[RunSession], None]) -> None:
-        self._when_over = over
-        words = lost()
+    def _listen(self) -> None:
+        remedy = N_("The terminal where the server runs tells more.")
+        words = _ending("broken", N_("The run was lost by a fault of this program."), remedy)
         try:
             words = in_words(self.process.listen(self.run_state), self.stopped_by)
         except SheetsError as error:
@@ -121,7 +119,6 @@ class RunSession:
             self._tell(self)
 
     def _changed(self, what: str) -> None:
-        """Handle a notice of the run process that changes more than values."""
         if what == "rested" and self.run_state.rest is not None:
             self._end(at_rest(*self.run_state.rest, self.stopped_by))
             return
@@ -149,9 +146,8 @@ class RunSession:
             over = self._over.wait(self._rest if self.session.listeners else 0.5)
             began = time.monotonic()
             self._look()
-            live, lines = self.run_state.news()
-            if live or lines:
-                self.session.tell_live(self._values(live, lines))
+            if values := self._values(*self.run_state.news()):
+                self.session.tell_all(values, live=True)
             self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _look(self) -> None:
@@ -174,8 +170,7 @@ class RunSession:
         return message("run", self.state()) + self._values(*self.run_state.all())
 
     def _values(self, live: JsonObject | None, lines: list[Line]) -> str:
-        """Format values and log lines as messages that name their run, as another may have begun."""
-        text = message("live", {"run": self.id, **live}) if live else ""
+        text = message("live", {"run": self.id, **live}) if live else ""  # names it, as another may have begun
         return text + (message("log", {"run": self.id, "lines": lines}) if lines else "")
 
     def state(self) -> JsonObject:
@@ -246,31 +241,28 @@ class RunSession:
         self.process.command("apply", self.session.author, path=str(document.path.absolute()))
 
 
-def lost() -> JsonObject:
-    """Return the end notice of a run that was lost by a fault of the program."""
-    return {"how": "broken", "words": N_("The run was lost by a fault of this program."), "broken": True,
-            "remedy": N_("The terminal where the server runs tells more.")}  # fmt: skip
+def _ending(how: str, words: str, remedy: str = "") -> JsonObject:
+    return {"how": how, "words": words, "broken": how == "broken", "remedy": remedy}
 
 
 def failed(error: SheetsError) -> JsonObject:
     """Return the end notice of a run that could not begin, or left no record."""
-    return {"how": "broken", "words": error.message, "broken": True, "remedy": in_browser(error.remedy)}
+    return _ending("broken", error.message, in_browser(error.remedy))
 
 
 def in_words(ended: RunOutcome, by: str) -> JsonObject:
     """Return the end notice of a run that has ended; `by` is who stopped it, or empty."""
     if ended.findings:
-        count = sum(d.severity.value == "error" for d in ended.findings)
-        text = N_(
-            "It did not start: the workbook has {n} error."
-            if count == 1
-            else "It did not start: the workbook has {n} errors.",
-            n=count,
+        n = sum(d.severity.value == "error" for d in ended.findings)
+        one, many = (
+            N_("It did not start: the workbook has {n} error."),
+            N_("It did not start: the workbook has {n} errors."),
         )
-        return {"how": "errors", "words": text, "broken": False, "remedy": N_("Mend them, and press Run again.")}
+        return _ending("errors", N_(one if n == 1 else many, n=n), N_("Mend them, and press Run again."))
     if ended.result is None:
-        text = N_("Stopped by {name} before it began." if by else "Stopped before it began.", name=by)
-        return {"how": "stopped", "words": text, "broken": False, "remedy": ""}
+        return _ending(
+            "stopped", N_("Stopped by {name} before it began." if by else "Stopped before it began.", name=by)
+        )
     data = at_rest(ended.result.summary, ended.result.broken, by)
     return data if data["broken"] else {**data, "remedy": sentences(*ended.result.problems)}
 
@@ -287,14 +279,12 @@ def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> JsonObject:
         "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=by, time=at),
         "end run": N_("Row {row} ended the run at {time}.", row=summary.ended_by, time=at),
     }
-    text = endings.get(summary.ended) or N_("Ended at {time}.", time=at)
     if broken:
-        text = N_("The run broke off at {time}: {why}", time=at, why=broken.message)
-    return {"how": "broken" if broken else summary.ended, "words": text, "broken": broken is not None,
-            "remedy": broken.remedy if broken else ""}  # fmt: skip
+        return _ending("broken", N_("The run broke off at {time}: {why}", time=at, why=broken.message), broken.remedy)
+    return _ending(summary.ended, endings.get(summary.ended) or N_("Ended at {time}.", time=at))
 
 
-NONE: dict[str, Any] = {"phase": "none", "book": ""}
+NONE: JsonObject = {"phase": "none", "book": ""}
 
 
 class RobotBusy(SheetsError):
@@ -316,13 +306,17 @@ class RunManager:
         open_workbooks.opened, open_workbooks.leaving = self._attach, self._leaving
 
     def _attach(self, session: WorkbookSession) -> None:
-        session.about_run = lambda: self._about(session)
-        session.after_check = lambda: self._checked(session)
-        session.after_edit = lambda: self._edited(session)
+        session.about_run = partial(self._about, session)
+        session.after_check = partial(self._checked, session)
+        session.after_edit = partial(self._edited, session)
+
+    def going_run(self, session: WorkbookSession | None = None) -> RunSession | None:
+        """Return the run that is going; with a session, only if it is of that workbook."""
+        run = self.run
+        return run if run is not None and run.is_going and session in (None, run.session) else None
 
     def _leaving(self, session: WorkbookSession) -> None:
-        run = self.run
-        if run is not None and run.session is session and run.is_going:
+        if run := self.going_run(session):
             message = N_("{who} is running {book}.", who=run.options.by, book=run.book)
             raise SheetsError(message, N_("Stop the run first."))
 
@@ -338,12 +332,12 @@ class RunManager:
         if errors:
             raise SheetsError(N_("Run starts when there are no errors."), N_("Mend what is listed under Problems."))
         with self._lock:
-            going = self.run
-            if going is not None and going.is_going:
-                raise RobotBusy(_taken(going), N_("Wait for its end, or stop it there."), going.book)
-            with self._open_workbooks.staying(
-                session
-            ):  # a file is renamed before, and then it is not here, or after the run
+            if going := self.going_run():
+                text = N_("{who} is running {book} since {since}. There is one robot, so one run at a time.",
+                          who=going.options.by, book=going.book, since=clock(going.run_state.us))  # fmt: skip
+                raise RobotBusy(text, N_("Wait for its end, or stop it there."), going.book)
+            # a file is renamed before, and then it is not here, or after the run
+            with self._open_workbooks.staying(session):
                 run = self.run = RunSession(session, book, options, self._tell)
             self._unwritten = [s for s in self._unwritten if not s.written] + [run]
         self._tell(run)
@@ -352,25 +346,25 @@ class RunManager:
 
     def now(self) -> dict[str, Any]:
         """Return the summary of the current run that every page of the server shows."""
-        run = self.run
-        return run.short() if run is not None and run.is_going else NONE
+        run = self.going_run()
+        return run.short() if run else NONE
 
     def going(self) -> set[str]:
         """Return the folder names of the runs that are going."""
-        run = self.run
-        return {run.folder} if run is not None and run.is_going and run.folder else set()
+        run = self.going_run()
+        return {run.folder} if run and run.folder else set()
 
     def joints(self, session: WorkbookSession) -> Mapping[str, float]:
         """Return the joints (rad) of the robot that runs a workbook now; empty when none does."""
-        run = self.run
-        return run.run_state.joints if run is not None and run.session is session and run.is_going else {}
+        run = self.going_run(session)
+        return run.run_state.joints if run else {}
 
     def writing(self) -> set[str]:
         """Return the folder names of the runs that are over and whose table and pictures are still being written."""
         return {s.folder for s in list(self._unwritten) if s.folder and not s.is_going and not s.written}
 
     def clear(self, session: WorkbookSession) -> None:
-        """Forget the last run of a workbook, so that its values disappear from the grid."""
+        """Forget the run of a workbook if it is over, so that its values disappear from the grid."""
         with self._lock:
             run = self.run
             if run is None or run.session is not session or run.is_going:
@@ -396,11 +390,7 @@ class RunManager:
 
     def _about(self, session: WorkbookSession) -> str:
         run = self.run
-        if run is None:
-            return message("run", NONE)
-        if run.session is session:
-            return run.about()
-        return message("run", run.short() if run.is_going else NONE)
+        return run.about() if run is not None and run.session is session else message("run", self.now())
 
     def _over(self, run: RunSession) -> None:
         self._tell(run)
@@ -411,21 +401,10 @@ class RunManager:
                 run.session.tell("trouble", {"message": said(error)})
 
     def _checked(self, session: WorkbookSession) -> None:
-        run = self.run
-        if run is not None and run.session is session:
+        if run := self.going_run(session):
             run.follow_edits()
 
     def _edited(self, session: WorkbookSession) -> None:
-        """Clear a run that is over at the first edit after it, which brings the examples back."""
         run = self.run
-        if run is not None and run.session is session and not run.is_going:
+        if run is not None and run.session is session and not run.is_going:  # over: its rows show examples again
             self.clear(session)
-
-
-def _taken(run: RunSession) -> str:
-    return N_(
-        "{who} is running {book} since {since}. There is one robot, so one run at a time.",
-        who=run.options.by,
-        book=run.book,
-        since=clock(run.run_state.us),
-    )

@@ -31,12 +31,7 @@ Line = dict[str, Any]
 
 
 class RunLog:
-    """Log lines with a serial number each; the newest are kept.
-
-    Args:
-        rows: the ids of the rows by their refs.
-        now: seconds of the wall clock.
-    """
+    """Log lines with a serial number each; the newest are kept. `rows` are the ids of the rows by their refs."""
 
     def __init__(self, rows: Mapping[str, str], now: Callable[[], float] = time.monotonic) -> None:
         self._rows = rows
@@ -139,14 +134,16 @@ class LatestValue:
     kind: str = ""
     renewed_us: int = -1
 
+    def put(self, us: int, value: Value, unit: str) -> None:
+        """Take over the next value."""
+        self.value, self.us, self.unit = value, us, unit
+        self.count += 1
+        if self.error and us - self.error_us > _ERROR_SHOWN_US:
+            self.error = ""
+
 
 class LatestValues:
-    """Newest values of the rows and streams of a run, and which of them have changed.
-
-    Args:
-        rows: the rows' ids by their refs.
-        units: of what rows give, by their refs.
-    """
+    """Newest values of the rows and streams of a run, and which of them have changed; see `RunState`."""
 
     def __init__(self, rows: Mapping[str, str], units: Mapping[str, str]) -> None:
         self._ids = rows
@@ -159,28 +156,27 @@ class LatestValues:
     def value(self, us: int, known: StreamInfo, row: str, value: Value) -> None:
         """Record a value on a stream, from a row or a device."""
         unit = self._units.get(row, "")
-        stream = self._streams.setdefault(known.name, LatestValue(kind=known.kind))
-        _put(stream, us, value, unit)
         self._new_streams.add(known.name)
+        stream = self._streams.setdefault(known.name, LatestValue(kind=known.kind))
+        for entry in (stream, self._entry(row)):
+            entry.put(us, value, unit)
+
+    def _entry(self, row: str) -> LatestValue:
+        """Return the entry of a row, which changes now; one that is shown nowhere for a row that is not in the grid."""
         ident = self._ids.get(row)
-        if ident is not None:
-            _put(self._rows.setdefault(ident, LatestValue()), us, value, unit)
-            self._new_rows.add(ident)
+        if ident is None:
+            return LatestValue()
+        self._new_rows.add(ident)
+        return self._rows.setdefault(ident, LatestValue())
 
     def failed(self, us: int, row: str, message: str) -> None:
         """Record that a row failed to give a value."""
-        ident = self._ids.get(row)
-        if ident is not None:
-            entry = self._rows.setdefault(ident, LatestValue())
-            entry.error, entry.error_us = message[:_LONGEST], us
-            self._new_rows.add(ident)
+        entry = self._entry(row)
+        entry.error, entry.error_us = message[:_LONGEST], us
 
     def renewed(self, us: int, row: str) -> None:
         """Record that a row has a new formula from now on."""
-        ident = self._ids.get(row)
-        if ident is not None:
-            self._rows.setdefault(ident, LatestValue()).renewed_us = us
-            self._new_rows.add(ident)
+        self._entry(row).renewed_us = us
 
     def told(self, row: str, value: Value) -> str:
         """Format a value of a row, with its unit."""
@@ -201,13 +197,6 @@ class LatestValues:
     def all(self) -> tuple[dict[str, JsonObject], dict[str, JsonObject]]:
         """Return the newest values of all rows and all streams."""
         return {i: _row(e) for i, e in self._rows.items()}, {n: _stream(e) for n, e in self._streams.items()}
-
-
-def _put(entry: LatestValue, us: int, value: Value, unit: str) -> None:
-    entry.value, entry.us, entry.unit = value, us, unit
-    entry.count += 1
-    if entry.error and us - entry.error_us > _ERROR_SHOWN_US:
-        entry.error = ""
 
 
 def _row(entry: LatestValue) -> JsonObject:
@@ -234,6 +223,7 @@ def known_streams(start: RunStart) -> dict[str, StreamInfo]:
     The sheet's name is part of a stream's name only when two sheets have a stream of that name.
     """
     plain = Counter(label.partition("!")[2] or label for label in start.streams.values())
+    ends = {f"{name} done".casefold() for name in start.actuators.values()}
     known = {}
     for stream, label in start.streams.items():
         _, _, name = label.partition("!")
@@ -241,16 +231,11 @@ def known_streams(start: RunStart) -> dict[str, StreamInfo]:
             known[stream] = StreamInfo(label, "anonymous")
         elif name:
             known[stream] = StreamInfo(name if plain[name] == 1 else label, "stream")
+        elif stream in start.actuators:
+            known[stream] = StreamInfo(label, "actuator")
         else:
-            known[stream] = StreamInfo(label, _kind(stream, label, start))
+            known[stream] = StreamInfo(label, "done" if label.casefold() in ends else "sensor")
     return known
-
-
-def _kind(stream: str, label: str, start: RunStart) -> str:
-    if stream in start.actuators:
-        return "actuator"
-    ends = {f"{name} done".casefold() for name in start.actuators.values()}
-    return "done" if label.casefold() in ends else "sensor"
 
 
 JsonObject = dict[str, Any]
@@ -334,8 +319,7 @@ class RunState(RunObserver):
         known = self._streams.get(happening.stream)
         name = known.name if known else ""
         with self._lock:
-            if happening.kind in _HEARD:
-                kind = _HEARD[happening.kind]
+            if kind := _HEARD.get(happening.kind):
                 self.log.add(us, kind, happening.text, row=happening.row, stream=name, sound=happening.sound)
                 return
             if happening.kind == "error" and happening.row:
@@ -509,33 +493,29 @@ class Drives:
     def __init__(self) -> None:
         self._kept: deque[Interval] = deque(maxlen=_KEPT_INTERVALS)
         self._last: dict[str, Interval] = {}
-        self._new: list[Interval] = []
+        self._new: dict[Interval, None] = {}  # in their order
 
     def take(self, us: int, driving: Mapping[str, str]) -> None:
         """Update the intervals by the rows that drive resources at a moment."""
         for resource, last in self._last.items():
             if last.ended is None and driving.get(resource) != last.row:
                 last.ended = us
-                self._tell(last)
+                self._new[last] = None
         for resource, row in driving.items():
             before = self._last.get(resource)
             if before is not None and before.row == row and (before.ended is None or us - before.ended <= _GAP_US):
                 if before.ended is not None:
                     before.ended = None
-                    self._tell(before)
+                    self._new[before] = None
                 continue
             fresh = self._last[resource] = Interval(resource, row, us)
             self._kept.append(fresh)
-            self._tell(fresh)
-
-    def _tell(self, stretch: Interval) -> None:
-        if stretch not in self._new:
-            self._new.append(stretch)
+            self._new[fresh] = None
 
     def news(self) -> list[list[object]]:
         """Return the intervals that began or ended since the last call."""
         data = [s.plain() for s in self._new]
-        self._new = []
+        self._new.clear()
         return data
 
     def all(self) -> list[list[object]]:
@@ -559,21 +539,17 @@ class Plots:
 
     def take(self, us: int, name: str, value: Value, *, fields: bool) -> None:
         """Add a value; of a record its numeric fields, if `fields` is true."""
+        parts: dict[str, Value] = {name: value}
         if isinstance(value, Record):
-            if fields:
-                for field, part in value.as_dict().items():
-                    self._put(us, f"{name}.{field}", part)
-        else:
-            self._put(us, name, value)
-
-    def _put(self, us: int, key: str, value: Value) -> None:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            return
-        if key not in self._kept:
-            if len(self._kept) >= MOST_KEYS:
-                return
-            self._kept[key] = deque(maxlen=_KEPT)
-        self._new.setdefault(key, []).append((us, float(value)))
+            parts = {f"{name}.{field}": part for field, part in value.as_dict().items()} if fields else {}
+        for key, number in parts.items():
+            if isinstance(number, bool) or not isinstance(number, (int, float)):
+                continue
+            if key not in self._kept:
+                if len(self._kept) >= MOST_KEYS:
+                    continue
+                self._kept[key] = deque(maxlen=_KEPT)
+            self._new.setdefault(key, []).append((us, float(number)))
 
     def news(self) -> list[list[object]]:
         """Return the points added since the last call, thinned."""

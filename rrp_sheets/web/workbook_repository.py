@@ -37,12 +37,7 @@ POLL_EVERY = 1.0  # seconds between two looks for changes by another program
 
 @dataclass(frozen=True)
 class CheckedWorkbook:
-    """Workbook that was read and checked.
-
-    Attributes:
-        path: as the user's commands name it.
-        changed: when the file was last written.
-    """
+    """Workbook that was read and checked; the file was last written when it `changed`."""
 
     name: str
     path: Path
@@ -67,11 +62,7 @@ class WorkbookRepository:
         self._prose: dict[str, tuple[Stamp, bool]] = {}
 
     def names(self) -> list[str]:
-        """Return the names of the files that may be workbooks, in alphabetical order.
-
-        Raises:
-            SheetsError: the folder cannot be read.
-        """
+        """Return the names of the files that may be workbooks, in alphabetical order; raises SheetsError if it cannot be read."""
         try:
             files = self.folder.iterdir()
             found = [p.name for p in files if p.suffix.casefold() in WORKBOOK_SUFFIXES and p.name[0] not in ".~"]
@@ -88,11 +79,7 @@ class WorkbookRepository:
         return name in self.names()
 
     def workbooks(self) -> list[str]:
-        """Return the names of workbooks that an address can hold; prose in Markdown, such as a README, is none.
-
-        Raises:
-            SheetsError: the folder cannot be read.
-        """
+        """Return the names of workbooks that an address can hold; prose in Markdown, such as a README, is none."""
         return [name for name in self.names() if addressable(name) and not self.is_text(name)]
 
     def is_text(self, name: str) -> bool:
@@ -117,11 +104,7 @@ class WorkbookRepository:
         return path
 
     def open(self, name: str) -> CheckedWorkbook:
-        """Read and check a workbook of the folder.
-
-        Raises:
-            SheetsError: it cannot be read, or its name leads out of the folder.
-        """
+        """Read and check a workbook; raises SheetsError when it cannot be read, or its name leads out of the folder."""
         path = self.path(name)
         stamp = stamp_of(path)
         with self._lock:
@@ -129,16 +112,13 @@ class WorkbookRepository:
         if found is None:
             found = _read(name, path, self.worker)
             if stamp:
-                self._keep((name, stamp), found)
+                with self._lock:
+                    self._kept[name, stamp] = found
+                    while len(self._kept) > _KEPT:
+                        self._kept.popitem(last=False)
         if isinstance(found, SheetsError):
             raise found
         return found
-
-    def _keep(self, key: tuple[str, Stamp], result: CheckedWorkbook | SheetsError) -> None:
-        with self._lock:
-            self._kept[key] = result
-            while len(self._kept) > _KEPT:
-                self._kept.popitem(last=False)
 
 
 def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | SheetsError:
@@ -151,15 +131,6 @@ def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | Sheet
     except OSError as error:
         message = N_("{name} has just gone: {why}.", name=printable(name), why=error.strerror)
         return SheetsError(message, N_("Go back and look again."))
-
-
-def is_prose(reading: Reading) -> bool:
-    """Return whether a Markdown file is prose such as a README: it has no known sheet, nor one that was nearly one."""
-    workbook = reading.workbook
-    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in reading.report)
-    sheets = (workbook.behaviours, workbook.protocol.fields, workbook.scene, workbook.tests, workbook.devices,
-              workbook.helpers, workbook.gestures)  # fmt: skip
-    return reading.format == "markdown" and not near and not any(sheets)
 
 
 def refuse_text(repository: WorkbookRepository, name: str) -> None:
@@ -179,11 +150,15 @@ def _is_text(path: Path) -> bool:
     if _is_readme(path.name):  # also when it shows a table of rows as an example
         return True
     try:
-        return is_prose(api.read(path))
+        reading = api.read(path)
     except UnreadableFile as error:
         return error.code == NO_SHEETS
     except (SheetsError, OSError):
         return False
+    book = reading.workbook
+    sheets = (book.behaviours, book.protocol.fields, book.scene, book.tests, book.devices, book.helpers, book.gestures)
+    near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in reading.report)  # nearly a known sheet
+    return reading.format == "markdown" and not near and not any(sheets)
 
 
 def printable(name: str) -> str:
@@ -208,9 +183,6 @@ class OpenWorkbooks:
         leaving: called with a session that is to be closed; raises SheetsError when that cannot be done now.
     """
 
-    opened: Callable[[WorkbookSession], None]
-    leaving: Callable[[WorkbookSession], None]
-
     def __init__(self, folder: Path, worker: CheckWorker) -> None:
         self.folder = folder
         self._worker = worker
@@ -220,7 +192,8 @@ class OpenWorkbooks:
         self._lock = threading.RLock()
         self._joining = threading.Lock()
         self._closed = threading.Event()
-        self.opened = self.leaving = lambda session: None
+        self.opened: Callable[[WorkbookSession], None] = lambda session: None
+        self.leaving = self.opened
         threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
 
     def close(self) -> None:
@@ -234,12 +207,9 @@ class OpenWorkbooks:
 
     @contextmanager
     def without(self, name: str) -> Iterator[None]:
-        """Close a workbook while its file is moved or renamed in the `with` block; its pages reload afterwards.
+        """Close a workbook while the `with` block moves its file; its pages reload afterwards.
 
-        During the block it cannot be opened, and no run of it begins.
-
-        Raises:
-            SheetsError: when it cannot be closed now.
+        During the block it cannot be opened, and no run of it begins. Raises SheetsError when it cannot be closed now.
         """
         with self._lock:
             session = self._sessions.get(name)
@@ -254,11 +224,7 @@ class OpenWorkbooks:
 
     @contextmanager
     def staying(self, session: WorkbookSession) -> Iterator[None]:
-        """Keep a workbook open during the `with` block.
-
-        Raises:
-            SheetsError: when it has been closed.
-        """
+        """Keep a workbook open during the `with` block; raises SheetsError when it has been closed."""
         with self._lock:
             if session not in self._sessions.values():
                 raise SheetsError(N_("This workbook was renamed or moved meanwhile."), N_("Go to the shelf."))
@@ -272,11 +238,7 @@ class OpenWorkbooks:
             self._journal.rename(before, name)
 
     def session(self, path: Path) -> WorkbookSession:
-        """Return the session of a workbook of the folder; it is opened if necessary.
-
-        Raises:
-            SheetsError: when the workbook cannot be read, or nothing can be written beside it.
-        """
+        """Return the session of a workbook of the folder, opened if necessary; raises SheetsError when it cannot be read or written."""
         with self._lock:
             if path.name not in self._sessions:
                 self._sessions[path.name] = WorkbookSession(self._open(path), self._worker, self._tester)
@@ -299,11 +261,10 @@ class OpenWorkbooks:
     def listen(
         self, session: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
     ) -> EventStream | str:
-        """Open a page's event stream; return the reason instead if there are too many.
+        """Open a page's event stream, instead of an older one; return the reason if there are too many.
 
-        Pages that ask at the same moment are handled one after the other. A page has one event stream: an older one
-        of the same page ends. `person` is the key of the login, whose streams are limited; empty for a browser on this
-        computer.
+        Pages that ask at the same moment are handled one after the other. `person` is the key of the login, whose
+        streams are limited; empty for a browser on this computer.
         """
         with self._joining:
             session.end_streams(client)

@@ -14,7 +14,6 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
-from rrp_sheets.documents.grid import SheetChange
 from rrp_sheets.documents.workfile import made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
@@ -37,6 +36,7 @@ Place = tuple[str, str, int]
 """Sheet, row's id, column."""
 Answer = dict[str, Any]
 """Changes that a page is told of, as JSON."""
+Edit = Callable[[Document], Changed | None]
 
 
 class Broadcaster:
@@ -47,8 +47,6 @@ class Broadcaster:
         self.locks = CellLocks()
         self._lock = threading.RLock()
         self._told = EventBacklog()
-
-    # ---- event streams of the pages
 
     def _enter(self, listener: EventStream, had: str) -> None:
         """Register an event stream; if `had` is the number of an event, first send those that came after it."""
@@ -72,11 +70,7 @@ class Broadcaster:
             self.leave(listener)
 
     def end_streams(self, client: str) -> None:
-        """End the older streams of a page that opens a new one; its cell locks are kept.
-
-        An older stream is no longer registered, so that `leave`, which its thread calls at any time later, releases no
-        cell.
-        """
+        """End the older streams of a page that opens a new one; its cells stay locked when their threads `leave`."""
         with self._lock:
             older = [li for li in self.listeners if client and li.client == client]
             self.listeners = [li for li in self.listeners if li not in older]
@@ -94,7 +88,7 @@ class Broadcaster:
         self.tell_people()
         return places
 
-    def stand(self, client: str, name: str, place: tuple[str, str, int]) -> None:
+    def stand(self, client: str, name: str, place: Place) -> None:
         """Update the cell on which a page's cursor is, and its user's name if one is given."""
         with self._lock:
             for listener in self.listeners:
@@ -123,19 +117,12 @@ class Broadcaster:
                 if listener.client != but:
                     listener.tell(text)
 
-    def tell_all(self, text: str) -> None:
-        """Send every page an unnumbered message, which is not kept for pages that reconnect."""
+    def tell_all(self, text: str, *, live: bool = False) -> None:
+        """Send every page an unnumbered message; if `live`, the newest values of a run, which a slow page may skip."""
         with self._lock:
             listeners = list(self.listeners)
         for listener in listeners:
-            listener.tell(text)
-
-    def tell_live(self, text: str) -> None:
-        """Send every page the newest values of a run; a page that lags behind may skip them."""
-        with self._lock:
-            listeners = list(self.listeners)
-        for listener in listeners:
-            listener.tell_live(text)
+            (listener.tell_live if live else listener.tell)(text)
 
 
 def identity(client: str) -> str:
@@ -155,16 +142,12 @@ class CellLocks:
 
     def holders(self, sheet: str = "") -> dict[Place, tuple[str, str]]:
         """Return the page and the name of the editor of each locked cell, of one sheet or of all."""
-        old = self._expired()
-        return {p: held[:2] for p, held in self._taken.items() if sheet in ("", p[0]) and p not in old}
-
-    def _expired(self) -> list[Place]:
-        now = time.monotonic()
-        return [p for p, (_, _, since) in self._taken.items() if now - since > LOCK_SECONDS]
+        found = {p: held for p, held in self._taken.items() if sheet in ("", p[0])}
+        return {p: (page, name) for p, (page, name, since) in found.items() if not _is_old(since)}
 
     def expire(self) -> list[Place]:
         """Release the cells that were locked too long ago, and return them."""
-        return self._free(self._expired())
+        return self._free(lambda page, since: _is_old(since))
 
     def take(self, client: str, name: str, place: Place) -> str:
         """Lock a cell; return the name of the holder if another page has it, else an empty text."""
@@ -181,14 +164,14 @@ class CellLocks:
 
     def leave(self, client: str) -> list[Place]:
         """Release the cells of a page that was closed, and return them."""
-        return self._free([p for p, held in self._taken.items() if held[0] == client])
+        return self._free(lambda page, since: page == client)
 
     def again(self, client: str) -> list[Place]:
         """Release the cells that a page held before it was reloaded, and return them."""
-        mine = identity(client)
-        return self._free([p for p, held in self._taken.items() if held[0] != client and identity(held[0]) == mine])
+        return self._free(lambda page, since: page != client and identity(page) == identity(client))
 
-    def _free(self, places: list[Place]) -> list[Place]:
+    def _free(self, which: Callable[[str, float], bool]) -> list[Place]:
+        places = [p for p, (page, _, since) in self._taken.items() if which(page, since)]
         for place in places:
             del self._taken[place]
         return places
@@ -200,6 +183,10 @@ class CellLocks:
     def others(self, client: str, sheet: str) -> list[str]:
         """Return the names of those who are editing a cell of a sheet on other pages."""
         return sorted({name for page, name in self.holders(sheet).values() if identity(page) != identity(client)})
+
+
+def _is_old(since: float) -> bool:
+    return time.monotonic() - since > LOCK_SECONDS
 
 
 @dataclass
@@ -219,7 +206,7 @@ class EventStream:
     lives: deque[str] = field(default_factory=deque)
     gone: bool = False
     behind: bool = False
-    place: tuple[str, str, int] | None = None
+    place: Place | None = None
     welcome: str = ": welcome\n\n"
 
     def tell(self, text: str) -> None:
@@ -273,18 +260,15 @@ class EventBacklog:
     def __init__(self) -> None:
         self._opened = secrets.token_hex(4)  # of this session, not of one of an earlier start
         self._count = 0
+        self.number = f"{self._opened}.0"  # of the newest event
         self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
-
-    @property
-    def number(self) -> str:
-        """Identifier of the newest event."""
-        return f"{self._opened}.{self._count}"
 
     def add(self, event: str, data: dict[str, Any], but: str) -> str:
         """Format an event; number and keep it if it is of a lasting kind."""
         if event not in _LASTING:
             return message(event, data)
         self._count += 1
+        self.number = f"{self._opened}.{self._count}"
         text = message(event, data, self.number)
         self._kept.append((self._count, but, text))
         return text
@@ -319,10 +303,7 @@ class Answers:
         self._kept: OrderedDict[str, Future[Answer]] = OrderedDict()
 
     def once(self, request: str, make: Callable[[], Answer]) -> Answer:
-        """Return the answer to a request, which `make` makes once per id; concurrent calls wait for it.
-
-        A request without id is never repeated.
-        """
+        """Return the answer to a request, which `make` makes once per id (always without); concurrent calls wait."""
         if not request:
             return make()
         with self._lock:
@@ -400,28 +381,24 @@ class WorkbookSession(Broadcaster):
 
     # ---- editing
 
-    def change(
-        self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str = ""
-    ) -> dict[str, Any]:
-        """Make an edit, notify the other pages, and return the answer to its author.
+    def change(self, client: str, author: str, tag: str, make: Edit, request: str = "") -> Answer:
+        """Make an edit, notify all pages but `client`, and return the answer to it.
 
-        The author's page, `client`, gets no event; `tag` is a text from it that is sent along with the rows. An edit
-        that is requested again, with the id `request`, is made only once.
+        `tag` is a text from it that is sent along with the rows. An edit with the id `request` is made only once.
         """
         return self._answers.once(request, lambda: self._change(client, author, tag, make, request))
 
-    def _change(
-        self, client: str, author: str, tag: str, make: Callable[[Document], Changed | None], request: str
-    ) -> dict[str, Any]:
+    def _change(self, client: str, author: str, tag: str, make: Edit, request: str) -> Answer:
         if request and self.document.file.made(request):  # before a restart of the server: the page loads again, too
             return {"rows": []}
         try:
             with made_for(request):
                 changed = make(self.document)
         except Refused as refused:
-            clashes = [asdict(c) for c in refused.clashes]
-            fresh = self._fresh({c.row for c in refused.clashes}) if clashes else []
-            return {"message": said(refused), "clashes": clashes, "rows": fresh}
+            rows = {c.row for c in refused.clashes}
+            found = {name: tuple(filter(grid.has, rows)) for name, grid in self.document.grids.items()}
+            fresh = [self._rows(Changed(name, touched=mine)) for name, mine in found.items() if mine]
+            return {"message": said(refused), "clashes": [asdict(c) for c in refused.clashes], "rows": fresh}
         except SheetsError as error:  # the file itself: gone, or no workbook any more
             return {"message": said(error)}
         if changed is None:
@@ -429,53 +406,44 @@ class WorkbookSession(Broadcaster):
         self.author = author
         self.after_edit()
         self._tell_changes(self.document.outside())  # what another program did, if it is found before `poll` does
-        rows = [self._rows(one) for one in (changed, *changed.then)]
-        for one in rows:
+        answer: Answer = {"rows": [self._rows(one) for one in (changed, *changed.then)]}
+        for one in answer["rows"]:
             self.tell("grid", {**one, "tag": tag}, but=client)
-        sheets = {"sheets": self._sheets_changed(changed.change, author, client)} if changed.change else {}
+        if change := changed.change:  # a sheet was added, removed, renamed or moved
+            if change.was:
+                with self._lock:
+                    self.locks.rename(change.was, change.name)
+                    self._renderers.pop(change.was, None)
+            answer["sheets"] = {**asdict(change), "by": author}
+            self.tell("sheets", answer["sheets"], but=client)
         self.check_soon()
-        return {"rows": rows, **sheets}
+        return answer
 
-    def _sheets_changed(self, change: SheetChange, author: str, client: str) -> dict[str, Any]:
-        """Notify the pages that a sheet was added, removed, renamed or moved, so that they update their tabs."""
-        if change.was:
-            with self._lock:
-                self.locks.rename(change.was, change.name)
-                self._renderers.pop(change.was, None)
-        self.tell("sheets", news := {**asdict(change), "by": author}, but=client)
-        return news
-
-    def _fresh(self, rows: set[str]) -> list[dict[str, Any]]:
-        found = ((name, tuple(row for row in rows if grid.has(row))) for name, grid in self.document.grids.items())
-        return [self._rows(Changed(name, touched=mine)) for name, mine in found if mine]
-
-    def _rows(self, changed: Changed) -> dict[str, Any]:
+    def _rows(self, changed: Changed) -> Answer:
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
         with self._lock:
-            return self._row_changes(changed, self.renderer(changed.sheet))
+            renderer = self.renderer(changed.sheet)
+            entry = self._now(changed.sheet)
+            if changed.touched:
+                entry["replace"] = [{"id": row, "html": html} for row, html in renderer.html(changed.touched).items()]
+            if changed.cells:
+                entry["cells"] = [list(place) for place in changed.cells[:1000]]
+            if changed.inserted:
+                made = renderer.html(row for row, _ in changed.inserted)
+                entry["insert"] = [{"before": at, "html": made[row]} for row, at in changed.inserted if row in made]
+            if changed.removed:
+                entry["remove"] = list(changed.removed)
+            if changed.moved:
+                entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
+            if changed.grown:
+                entry["grown"] = list(renderer.html(changed.grown).values())
+            if changed.inserted or changed.removed or changed.moved or changed.grown:
+                version = renderer.grid.version  # before the rows, which are of that version or of a later one
+                entry["order"] = {"version": version, "rows": renderer.grid.rows}
+            return entry
 
-    def _row_changes(self, changed: Changed, renderer: RowRenderer) -> dict[str, Any]:
-        entry = self._now(changed.sheet)
-        if changed.touched:
-            entry["replace"] = [{"id": row, "html": html} for row, html in renderer.html(changed.touched).items()]
-        if changed.cells:
-            entry["cells"] = [list(place) for place in changed.cells[:1000]]
-        if changed.inserted:
-            made = renderer.html(row for row, _ in changed.inserted)
-            entry["insert"] = [{"before": before, "html": made[row]} for row, before in changed.inserted if row in made]
-        if changed.removed:
-            entry["remove"] = list(changed.removed)
-        if changed.moved:
-            entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
-        if changed.grown:
-            entry["grown"] = list(renderer.html(changed.grown).values())
-        if changed.inserted or changed.removed or changed.moved or changed.grown:
-            version = renderer.grid.version  # before the rows, which are of that version or of a later one
-            entry["order"] = {"version": version, "rows": renderer.grid.rows}
-        return entry
-
-    def _now(self, sheet: str) -> dict[str, Any]:
+    def _now(self, sheet: str) -> Answer:
         """Return the sheet and a new serial number, for an event with rows rendered now; call under the lock."""
         self._made += 1
         return {"sheet": sheet, "made": self._made}
@@ -508,30 +476,25 @@ class WorkbookSession(Broadcaster):
                 continue
             with self._lock:
                 self._analysis = analysis
-            self._tell_check()
-
-    def _tell_check(self) -> None:
-        for name in list(self.document.grids):
-            self._tell_rows(name)
-        self.tell("checked", self._checked())
-        self.after_check()
-        self.tests.soon()
+            for name in list(self.document.grids):
+                self._tell_rows(name)
+            self.tell("checked", self._checked())
+            self.after_check()
+            self.tests.soon()
 
     def _tell_rows(self, sheet: str) -> None:
-        """Notify all pages of the rows of a sheet that look different now."""
         with self._lock:
             replaced = self.renderer(sheet).changed()
             about = self._now(sheet)
         if replaced:
-            self.tell("grid", {**about, "replace": [{"id": r, "html": h} for r, h in replaced]})
+            self.tell("grid", about | {"replace": [{"id": r, "html": h} for r, h in replaced]})
 
     def _tell_tests(self, news: str) -> None:
         for name in self.tests.sheets:
             self._tell_rows(name)
         self.tell("tested", {"news": news})
 
-    def _checked(self) -> dict[str, Any]:
-        """Return the result of the check apart from the rows: the version and the number of errors."""
+    def _checked(self) -> Answer:
         return {"version": self.document.version, "errors": self.analysis().errors, "words": self.words()[1]}
 
     # ---- pages and their users
@@ -539,17 +502,12 @@ class WorkbookSession(Broadcaster):
     def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> EventStream:
         """Open the event stream of a page that was loaded or has reconnected.
 
-        Args:
-            client: the unique name of the page.
-            name: of its user.
-            knows: the page was rendered after the first check.
-            had: the number of the last event that it got; those missed since then follow.
-            person: the key of the login.
+        `person` is the key of the login; if the page `knows`, it was rendered after the first check. The events after
+        `had`, the number of the last one that it got, follow.
         """
         with self._lock:
             left = self.locks.again(client)
-        for place in left:
-            self._tell_row(place, but=client)
+        self._tell_cells(left, but=client)
         listener = EventStream(client, name, person)
         listener.tell(message("program", {"version": build_id()}))
         if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
@@ -559,8 +517,7 @@ class WorkbookSession(Broadcaster):
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         self._enter(listener, had)
-        run = self.about_run()
-        if run:
+        if run := self.about_run():
             listener.tell(run)
         self.tell_people()
         self.tests.join()
@@ -569,37 +526,34 @@ class WorkbookSession(Broadcaster):
     def leave(self, listener: EventStream) -> list[Place]:
         """End a page's event stream, release its cells and notify the other pages."""
         places = super().leave(listener)
-        for place in places:
-            self._tell_row(place, but=listener.client)
+        self._tell_cells(places, but=listener.client)
         return places
 
-    def take(self, client: str, name: str, place: tuple[str, str, int]) -> str:
+    def take(self, client: str, name: str, place: Place) -> str:
         """Lock a cell for editing; return the name of the holder if another page has it, else an empty text."""
         with self._lock:
             holder = self.locks.take(client, name, place)
-        if holder:
-            return holder
-        self._tell_row(place, but=client)
-        return ""
+        if not holder:
+            self._tell_cells([place], but=client)
+        return holder
 
-    def release(self, client: str, place: tuple[str, str, int]) -> None:
+    def release(self, client: str, place: Place) -> None:
         """Release a cell, and notify the other pages."""
         with self._lock:
             self.locks.release(client, place)
-        self._tell_row(place, but=client)
+        self._tell_cells([place], but=client)
 
-    def _tell_row(self, place: tuple[str, str, int], but: str) -> None:
-        sheet, row, _ = place
-        grid = self.document.grids.get(sheet)
-        if grid is not None and grid.has(row):
-            self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
+    def _tell_cells(self, places: Sequence[Place], but: str) -> None:
+        for sheet, row, _ in places:
+            grid = self.document.grids.get(sheet)
+            if grid is not None and grid.has(row):
+                self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
 
     def poll(self) -> None:
         """Check whether another program has changed the file, and release cells that were locked too long ago."""
         with self._lock:
             expired = self.locks.expire()
-        for place in expired:
-            self._tell_row(place, but="")
+        self._tell_cells(expired, but="")
         reason = write_block_reason(self.document.path)
         if reason != self._write_block:
             self._write_block = reason
@@ -616,7 +570,7 @@ class WorkbookSession(Broadcaster):
         self._tell_changes(changes)
 
     def _tell_changes(self, changes: Sequence[Changed]) -> None:
-        """Notify all pages of changes by another program: send the rows, or make pages of reshaped sheets reload."""
+        """Send the rows that another program has changed, and make pages of reshaped sheets reload."""
         anew = dict.fromkeys(one.sheet for one in changes if one.change and one.change.what == "reshaped")
         for sheet in (*anew, *self.document.own) if changes else ():
             self.tell("reload", {"why": N_("The file was changed by another program."), "sheet": sheet})

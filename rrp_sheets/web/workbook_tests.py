@@ -28,14 +28,10 @@ from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
 if TYPE_CHECKING:
     from rrp_sheets.testing import CaseResult, RowResult
 
-QUICK = 2.0
-"""Seconds of the processor's time: tests that take longer are run only when somebody asks for it."""
-PATIENT = 60.0
-"""Seconds for tests that somebody has asked for."""
-GRACE = 10.0
-"""Seconds that a process may take besides its time, since it is not alone on the machine; then it is ended."""
-START = 20.0
-"""Seconds more when it has to be started first."""
+QUICK = 2.0  # s of CPU time: tests that take longer are run only when somebody asks for it
+PATIENT = 60.0  # s of CPU time for tests that somebody has asked for
+GRACE = 10.0  # s that a process may take besides, since it is not alone on the machine; then it is ended
+START = 20.0  # s more when it has to be started first
 PASSES, FAILS, IDLE, WAITS, LATE = "passes", "fails", "idle", "waits", "late"
 """States of a test: it passes or fails; it expects nothing; it has errors; it was not reached in time."""
 _TASK = f"{__name__}.run_workbook_tests"
@@ -74,8 +70,6 @@ class Tested:
         count: how many rows expect something.
         unsent: rows that could not send what they should, in words.
     """
-
-    __test__ = False  # no test of pytest's
 
     sheet: str
     state: str
@@ -123,8 +117,6 @@ class TestRun:
         waiting: the names of the tests that have errors; `late` of those that were not reached in time.
         tests: each with its marks by row number; None when the errors concern the whole workbook.
     """
-
-    __test__ = False  # no test of pytest's
 
     rows: tuple[Address, ...]
     waiting: tuple[str, ...]
@@ -264,12 +256,9 @@ class WorkbookTests:
         before, self._said = self._said, {t.sheet: t.state for t in results.tests}
         if not before or before == self._said:
             return ""
-        news = [
-            N_("{test} is done." if number_of(n) else "{test} now passes.", test=n)
-            for n, s in self._said.items()
-            if s == PASSES != before.get(n, PASSES)
-        ]
+        now = [n for n, s in self._said.items() if s == PASSES != before.get(n, PASSES)]
         failed = [n for n, s in self._said.items() if s == FAILS and before.get(n) == PASSES]
+        news = [N_("{test} is done." if number_of(n) else "{test} now passes.", test=n) for n in now]
         news += [N_("{test} now fails.", test=n) for n in failed]
         return sentences(*news[:3], N_("{count}.", count=counted(results))) if news else ""
 
@@ -369,8 +358,6 @@ class TestLine:
     A lesson has the sheet (`told_in`) and the row where it is described; both are empty for other tests.
     """
 
-    __test__ = False  # no test of pytest's
-
     sheet: str
     state: str
     sign: str
@@ -382,19 +369,15 @@ class TestLine:
 
 @dataclass(frozen=True, slots=True)
 class TestsPanel:
-    """Panel with the tests of a workbook beside the sheet.
+    """Panel with the tests of a workbook beside the sheet; `count` says how many pass.
 
     Attributes:
-        count: how many pass, in words.
-        first: the name of the test whose failing rows are listed; empty for none.
-        state: of that test, as of a line.
+        first: the name of the test whose failing rows are listed; empty for none. `state` is as of its line.
         broken: whether it has passed before.
         terms: new words of the current lesson, linked to their help.
         missed: its failing rows; `left_out` is how many more there are.
         unsent: what could not be sent, in words.
     """
-
-    __test__ = False  # no test of pytest's
 
     count: str
     done: bool
@@ -419,23 +402,20 @@ def panel_of(tests: WorkbookTests, document: Document, sheet: str) -> TestsPanel
     told = lessons_of(document.grids) if any(map(number_of, names)) else {}
     now = next((t.sheet for t in results.tests if number_of(t.sheet) and _undone(t, results)), "")
     lines = tuple(_line(t, sheet, now, results, told) for t in results.tests)
-    first = _first(results, sheet, now)
-    state = next((line.state for line in lines if first is not None and line.sheet == first.sheet), "")
+    first = _first(results, sheet, now) or Tested("", "")
+    state = next((line.state for line in lines if line.sheet == first.sheet), "")
     lesson = told.get(number_of(now) or 0) if state == NOW else None
-    missed = first.missed[:MOST_MISSED] if first is not None else ()
-    more = len(first.missed) - len(missed) + first.left_out if first is not None else 0
+    missed = first.missed[:MOST_MISSED]
     return TestsPanel(
         count=counted(results) if results.tests else "", done=bool(lines) and results.passed == len(lines),
-        lines=lines, first=first.sheet if first is not None else "", state=state,
-        broken=first is not None and first.sheet in results.held, terms=lesson.terms if lesson is not None else (),
-        missed=missed, left_out=more,
-        unsent=first.unsent[:MOST_MISSED] if first is not None else (), notes=tuple(_notes(results)),
-        running=results.running or not (results.tests or results.why),
+        lines=lines, first=first.sheet, state=state, broken=first.sheet in results.held,
+        terms=lesson.terms if lesson else (), missed=missed,
+        left_out=len(first.missed) - len(missed) + first.left_out, unsent=first.unsent[:MOST_MISSED],
+        notes=tuple(_notes(results)), running=results.running or not (results.tests or results.why),
     )  # fmt: skip
 
 
 def _undone(test: Tested, results: Results) -> bool:
-    """Return whether a test has not held since the workbook was opened."""
     return test.state != PASSES and test.sheet not in results.held
 
 
@@ -446,10 +426,8 @@ def _line(test: Tested, sheet: str, now: str, results: Results, told: Mapping[in
     if state == FAILS and _undone(test, results):
         state = NOW if test.sheet == now else LATER
     sign, words = _SIGNS.get(state, str(number)), _DONE.get(state, _WORDS[state])
-    lesson = told.get(number)
-    if lesson is None:
-        return TestLine(test.sheet, state, sign, words, here)
-    return TestLine(test.sheet, state, sign, words, here, lesson.sheet, lesson.row)
+    place = (lesson.sheet, lesson.row) if (lesson := told.get(number)) else ("", "")
+    return TestLine(test.sheet, state, sign, words, here, *place)
 
 
 def _first(results: Results, sheet: str, now: str) -> Tested | None:
@@ -463,20 +441,14 @@ def _first(results: Results, sheet: str, now: str) -> Tested | None:
 
 
 def _notes(results: Results) -> list[str]:
-    notes = []
-    if results.why:
-        notes.append(results.why)
-    elif results.rows:
-        more = len(results.rows) - 3
-        notes.append(
-            N_(
-                "Left out, because of errors there: {rows} and {n} more."
-                if more > 0
-                else "Left out, because of errors there: {rows}.",
-                rows=listed(results.rows[:3]),
-                n=more,
-            )
+    notes = [results.why] if results.why else []
+    if results.rows and not results.why:
+        few, many = (
+            N_("Left out, because of errors there: {rows}."),
+            N_("Left out, because of errors there: {rows} and {n} more."),
         )
+        more = len(results.rows) - 3
+        notes.append(N_(many if more > 0 else few, rows=listed(results.rows[:3]), n=more))
     if results.stale:
         why = N_("This is from before the newest change. These tests take long: press Run tests to see how it is now.")
         notes.append(why)

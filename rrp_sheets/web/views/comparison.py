@@ -33,6 +33,8 @@ from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.workbook_repository import refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession
 
+Group = tuple[str, tuple[tuple[str, str], ...]]
+"""Heading, and the workbooks that can be chosen under it: the reference and the words for each."""
 blueprint = Blueprint("comparison", __name__)
 blueprint.after_request(confirm_download)
 _MOST_RUNS = 40
@@ -67,26 +69,16 @@ class VersionsPage:
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
-    """Workbook that can be compared, by its reference."""
-
-    ref: str
-    words: str
-
-
-@dataclass(frozen=True, slots=True)
 class ComparePage:
     """Comparison of two workbooks side by side.
 
     Attributes:
-        groups: the choices, under headings.
         book: the workbook that the page belongs to, or empty.
-        result: the comparison, as trusted HTML.
-        trouble: why there is none.
+        result: the comparison, as trusted HTML; empty when there is `trouble`.
     """
 
     template: ClassVar[str] = "compare.html"
-    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    groups: tuple[Group, ...]
     first: str
     second: str
     book: str
@@ -101,11 +93,8 @@ def compare() -> str:
     names = services().repository.workbooks()
     books = [b for b in dict.fromkeys(filter(None, (request.args.get("book", ""), *map(_book_of, refs)))) if b in names]
     groups = choices(books, refs)
-    words = {
-        c.ref: N_("{book} (as it is now)", book=c.words) if c.ref.startswith("book/") else c.words
-        for _, g in groups
-        for c in g
-    }
+    named = dict(choice for _, group in groups for choice in group)
+    words = {r: N_("{book} (as it is now)", book=w) if r.startswith("book/") else w for r, w in named.items()}
     result, trouble = Markup(""), ""
     if first and second:
         try:
@@ -113,7 +102,7 @@ def compare() -> str:
         except SheetsError as error:
             trouble = said(error)
     book = books[0] if len(books) == 1 else ""
-    return show(ComparePage(tuple(groups), first, second, book, result, trouble))
+    return show(ComparePage(groups, first, second, book, result, trouble))
 
 
 @blueprint.get("/compare/drawn")
@@ -122,8 +111,7 @@ def drawn_changes() -> str:
     with tempfile.TemporaryDirectory() as folder:
         try:
             first, second = (path_of(services(), ref, Path(folder) / str(n)) for n, ref in enumerate(_refs()))
-            drawn = services().drawer.drawn(first, second, page_language())
-            return Markup(drawn)  # of our own making, everything in it is escaped
+            return Markup(services().drawer.drawn(first, second, page_language()))  # ours, everything is escaped
         except SheetsError as error:
             return render("trouble.html", language=page_language(), message=error.message, remedy=error.remedy)
 
@@ -164,34 +152,24 @@ def _refs() -> tuple[str, str]:
     return request.args.get("first", "")[:400], request.args.get("second", "")[:400]
 
 
-def choices(books: Sequence[str], refs: Sequence[str] = ()) -> list[tuple[str, tuple[Choice, ...]]]:
+def choices(books: Sequence[str], refs: Sequence[str] = ()) -> tuple[Group, ...]:
     """Return the choices, in groups: all workbooks, the kept versions of `books`, and workbooks as they ran."""
     runs = services().runs
     names = services().repository.workbooks()
-    groups: list[tuple[str, tuple[Choice, ...]]] = [
-        (N_("Workbooks as they are now"), tuple(Choice(f"book/{n}", n) for n in names)),
-        *(kept_versions(book) for book in books),
-    ]
     ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
     mine = [r for r in ran if not books or r.workbook in books or f"run/{r.run}" in refs][:_MOST_RUNS]
-    groups.append(
-        (
-            N_("As they ran"),
-            tuple(
-                Choice(f"run/{r.run}", N_("{workbook}, ran {when}", workbook=r.workbook, when=r.when))
-                for r in mine
-                if r.opens
-            ),
-        )
-    )
+    words = {f"run/{r.run}": N_("{workbook}, ran {when}", workbook=r.workbook, when=r.when) for r in mine if r.opens}
+    return (*current_and_kept(names, books), *([(N_("As they ran"), tuple(words.items()))] if words else []))
+
+
+def current_and_kept(names: Sequence[str], books: Sequence[str]) -> list[Group]:
+    """Return the groups of all workbooks as they are now, and of the kept versions of `books`; none that is empty."""
+    groups: list[Group] = [(N_("Workbooks as they are now"), tuple((f"book/{n}", n) for n in names))]
+    for book in books:
+        kept = services().open_workbooks.session(services().repository.path(book)).document.file.versions()
+        found = tuple((f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
+        groups.append((N_("Kept versions of {book}", book=book), found))
     return [group for group in groups if group[1]]
-
-
-def kept_versions(book: str) -> tuple[str, tuple[Choice, ...]]:
-    """Return the kept versions of a workbook as a group of choices, with its title."""
-    kept = services().open_workbooks.session(services().repository.path(book)).document.file.versions()
-    kept_as = (Choice(f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
-    return N_("Kept versions of {book}", book=book), tuple(kept_as)
 
 
 def _book_of(ref: str) -> str:
@@ -204,14 +182,12 @@ def _result(refs: tuple[str, str], words: dict[str, str]) -> Markup:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         paths = [path_of(services(), ref, folder / str(n)) for n, ref in enumerate(refs)]
         found = services().queries.compare(*paths)
-    named = [
-        replace(version, source=words.get(ref, version.source))
-        for ref, version in zip(refs, (found.first, found.second), strict=True)
-    ]
-    comparison = replace(found, first=named[0], second=named[1])
+    first, second = (
+        replace(v, source=words.get(ref, v.source)) for ref, v in zip(refs, (found.first, found.second), strict=True)
+    )
     drawn = any(c.part in _DRAWN for c in found.changes)
     later = url_for("comparison.drawn_changes", first=refs[0], second=refs[1]) if drawn else ""
-    return as_part(comparison, later=later, language=page_language())
+    return as_part(replace(found, first=first, second=second), later=later, language=page_language())
 
 
 def path_of(shared: Services, ref: str, folder: Path) -> Path:
@@ -282,12 +258,9 @@ def _restore(session: WorkbookSession, name: str) -> VersionsPage:
     try:
         if found is None:
             raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
-        people = sorted({name for _, name in session.locks.holders().values()})
-        if people:
-            message = N_(
-                "{who} is editing a cell just now." if len(people) == 1 else "{who} are editing a cell just now.",
-                who=both(people[:3]),
-            )
+        if people := sorted({name for _, name in session.locks.holders().values()}):
+            one, many = N_("{who} is editing a cell just now."), N_("{who} are editing a cell just now.")
+            message = N_(one if len(people) == 1 else many, who=both(people[:3]))
             raise Refused(message, N_("Bring it back when they have finished."))
         author = author_name(request.form.get("author", ""))
         session.document.restore(author, found.id)

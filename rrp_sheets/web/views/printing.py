@@ -24,7 +24,7 @@ from rrp_sheets.web.models import TextPiece, date_and_time, pieces, said, show
 from rrp_sheets.web.protocol_printer import Wanted
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.services import services
-from rrp_sheets.web.views.comparison import Choice, choices, path_of
+from rrp_sheets.web.views.comparison import Group, choices, path_of
 from rrp_sheets.web.workbook_repository import printable, refuse_text
 
 blueprint = Blueprint("printing", __name__)
@@ -53,7 +53,7 @@ class PrintPage:
     own: str
     languages: tuple[tuple[str, str], ...]
     papers: tuple[tuple[str, str], ...]
-    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    groups: tuple[Group, ...]
     choice: Mapping[str, str]
     has_approved: bool
     errors: bool
@@ -85,7 +85,7 @@ def page(name: str) -> str:
     kept = services().open_workbooks.session(services().repository.path(name)).document.file.versions()
     against = asked.get("against", "") or _approved(name, kept)
     groups = choices([name], [against])
-    mine = [(title, tuple(c for c in group if c.ref != f"book/{name}")) for title, group in groups]
+    mine = [(title, tuple(c for c in group if c[0] != f"book/{name}")) for title, group in groups]
     choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
               "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
     own = language_code(book.analysis.workbook.protocol.text("Language")) or "en"

@@ -45,17 +45,16 @@ _KINDS = {
 
 @dataclass(frozen=True, slots=True)
 class RunsPage:
-    """List of the recorded runs of the folder.
+    """List of the recorded runs of the folder, only those of a `book` and a `participant` and with some `words`.
 
     Attributes:
-        book: only those of this workbook.
-        words: only those with these words.
+        tables: the formats that take several runs.
         total: how many runs there are; `older` the offset of the next page, 0 on the last one.
         found: how many of them match; `lines_from` the number of the first that is shown.
-        participant: only those of this one; `participants` all codes that there are.
     """
 
     template: ClassVar[str] = "runs.html"
+    tables: ClassVar[Sequence[str]] = [s[1:] for kind in exporting.EXPORTS if not kind.picture for s in kind.types]
     lines: tuple[RunLine, ...]
     book: str
     words: str
@@ -67,29 +66,6 @@ class RunsPage:
     participants: tuple[str, ...] = ()
     found: int = 0
     lines_from: int = 1
-
-    @property
-    def tables(self) -> list[str]:
-        """Formats that take several runs."""
-        return [suffix[1:] for kind in exporting.EXPORTS if not kind.picture for suffix in kind.types]
-
-
-@dataclass(frozen=True, slots=True)
-class RecordDetail:
-    """Property of a run, from its record."""
-
-    name: str
-    value: str
-    code: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Download:
-    """File of the run's folder that can be downloaded."""
-
-    name: str
-    about: str
-    size: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,24 +84,16 @@ class LogLine:
 
 
 @dataclass(frozen=True, slots=True)
-class EditedRow:
-    """Row that was changed during the run: the time of the last change, and its line in the log or 0."""
-
-    row: str
-    when: str
-    line: int
-
-
-@dataclass(frozen=True, slots=True)
 class RecordPage:
     """Page of one recorded run.
 
     Attributes:
         others: further runs of the same workbook.
+        facts: the name and the value of each property, and whether it is code.
         same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
-        pictures: the names of the existing pictures.
-        exports: the kinds of files that can be made of the run.
-        edits: the first rows that were changed, `more_edits` the number of the others.
+        downloads: the name of each file, what it is, and its size.
+        edits: the first rows that were changed, each with the time and the line in the log, or 0; `more_edits` counts
+            the others.
         trouble: why the events cannot be read.
         writing: its last files are still being written.
         window: the seconds that the marbles show at first.
@@ -135,16 +103,16 @@ class RecordPage:
     template: ClassVar[str] = "record.html"
     line: RunLine
     others: tuple[RunLine, ...]
-    facts: tuple[RecordDetail, ...]
+    facts: tuple[tuple[str, str, bool], ...]
     same: str
     pictures: frozenset[str]
     exports: tuple[exporting.ExportKind, ...]
-    downloads: tuple[Download, ...]
+    downloads: tuple[tuple[str, str, str], ...]
     log: tuple[LogLine, ...]
     left_out: int
     sounds: tuple[str, ...]
     errors: Mapping[str, int]
-    edits: tuple[EditedRow, ...]
+    edits: tuple[tuple[str, str, int], ...]
     more_edits: int
     trouble: str
     writing: bool
@@ -188,38 +156,23 @@ class MarblesPage:
 
 
 @dataclass(frozen=True, slots=True)
-class Beside:
-    """Property of two runs; `same` when it is the same in both."""
-
-    name: str
-    values: tuple[str, str]
-    same: bool
-
-
-@dataclass(frozen=True, slots=True)
-class StreamPair:
-    """Stream in two runs: the number of values and the time of the first in words, each with whether it differs."""
-
-    name: str
-    kind: str
-    cells: tuple[tuple[str, bool], ...]
-
-
-@dataclass(frozen=True, slots=True)
 class PairPage:
     """Comparison of two runs side by side.
 
     Attributes:
+        facts: the name of each property, and its value in both runs.
         same_book: whether the same workbook ran, by its SHA-256.
+        streams: the name and kind of each, and its cells: the number of values and the time of the first in both runs,
+            each with whether it differs.
         drawing: the plots of both runs in one picture, as trusted SVG.
         trouble: why there is nothing to show.
     """
 
     template: ClassVar[str] = "runpair.html"
     lines: tuple[RunLine, RunLine]
-    facts: tuple[Beside, ...]
+    facts: tuple[tuple[str, str, str], ...]
     same_book: bool
-    streams: tuple[StreamPair, ...]
+    streams: tuple[tuple[str, str, tuple[tuple[str, bool], ...]], ...]
     drawing: Markup
     trouble: str
 
@@ -249,19 +202,17 @@ def pair() -> str:
     names = list(dict.fromkeys(request.args.getlist("run")))
     if len(names) != 2:
         message = N_("{n} run chosen." if len(names) == 1 else "{n} runs chosen.", n=len(names))
-        raise SheetsError(
-            message if names else N_("No runs chosen."), N_("Tick two runs in the list of runs, and compare them.")
-        )
+        remedy = N_("Tick two runs in the list of runs, and compare them.")
+        raise SheetsError(message if names else N_("No runs chosen."), remedy)
     runs = services().runs
-    places = [runs.place(name) for name in names]
+    places = {name: str(runs.place(name)) for name in names}
     facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
-    places.sort(key=lambda p: [f.run for f in facts].index(p.name))
     books = set(services().repository.names())
     lines = (line_of(facts[0], books), line_of(facts[1], books))
     answer: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        answer = services().exporter.ask(both(names), "pair_table", str(places[0]), str(places[1]))
+        answer = services().exporter.ask(both(names), "pair_table", *(places[f.run] for f in facts))
     except SheetsError as error:
         trouble = said(error)
     same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
@@ -292,16 +243,18 @@ def record(run: str) -> str:
             answer = services().queries.course(place)
         except SheetsError as error:
             trouble = said(error)
-    log = tuple(_log_line(entry) for entry in answer.get("lines", ())[:_LOG])
+    entries = answer.get("lines", ())
+    log = tuple(_log_line(entry) for entry in entries[:_LOG])
     seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
-    left_out = int(answer.get("left_out", 0)) + max(0, len(answer.get("lines", ())) - _LOG)
-    edits = _edits(answer.get("lines", ()))
+    left_out = int(answer.get("left_out", 0)) + max(0, len(entries) - _LOG)
+    edits = _edits(entries)
     spoken = {line.sound for line in log}
     curves = len(answer.get("curves", ()))
+    line = line_of(facts, books)
     return show(RecordPage(
-        line=_with_length(line_of(facts, books), seconds),
+        line=line if line.length or not seconds else replace(line, length=length(seconds)),
         others=tuple(line_of(f, books) for f in others[:_BESIDE]),
-        facts=tuple(_facts(facts)), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
+        facts=_facts(facts), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
         exports=tuple(kind for kind in exporting.EXPORTS if (curves if kind.picture else not trouble)),
         downloads=_downloads(files), log=log, left_out=left_out,
         sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
@@ -354,27 +307,24 @@ def series(run: str) -> Response:
         return jsonify([])
 
 
-def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[Beside]:
-    rows = [
-        (N_("Workbook"), *(f.workbook for f in facts)), (N_("Participant"), *(f.participant for f in facts)),
-        (N_("Condition"), *(f.condition for f in facts)), (N_("Operator"), *(f.operator for f in facts)),
-        (N_("Mode"), *(f.mode for f in facts)), (N_("Length"), *(line.length for line in lines)),
-        (N_("How it ended"), *(line.ended for line in lines)),
-        (N_("Errors"), *(f"{line.errors:,}" for line in lines)), (N_("Seed"), *(f.seed for f in facts)),
-        (N_("Robot"), *(f.robot for f in facts)), (N_("Program"), *(f.program for f in facts)),
-        (N_("Workbook SHA-256"), *(f.digest[:12] for f in facts)),
-    ]  # fmt: skip
-    return [Beside(name, (a, b), a == b) for name, a, b in rows if a or b]
+def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[tuple[str, str, str]]:
+    names = (
+        N_("Workbook"), N_("Participant"), N_("Condition"), N_("Operator"), N_("Mode"), N_("Length"),
+        N_("How it ended"), N_("Errors"), N_("Seed"), N_("Robot"), N_("Program"), N_("Workbook SHA-256"),
+    )  # fmt: skip
+    first, second = (
+        (f.workbook, f.participant, f.condition, f.operator, f.mode, line.length,
+         line.ended, f"{line.errors:,}", f.seed, f.robot, f.program, f.digest[:12])
+        for f, line in zip(facts, lines, strict=True)
+    )  # fmt: skip
+    return [(name, a, b) for name, a, b in zip(names, first, second, strict=True) if a or b]
 
 
-def _stream(answer: dict[str, Any]) -> StreamPair:
-    counts, firsts = answer["counts"], answer["firsts"]
-    pairs = (
-        [N_("not in it") if count is None else f"{count:,}" for count in counts],
-        ["" if first is None else clock(first) for first in firsts],
-    )
-    cells = [(words, one != other) for one, other in pairs for words in (one, other)]
-    return StreamPair(str(answer["name"]), str(answer["kind"]), tuple(cells))
+def _stream(answer: dict[str, Any]) -> tuple[str, str, tuple[tuple[str, bool], ...]]:
+    counts = [N_("not in it") if count is None else f"{count:,}" for count in answer["counts"]]
+    firsts = ["" if first is None else clock(first) for first in answer["firsts"]]
+    cells = tuple((words, one != other) for one, other in (counts, firsts) for words in (one, other))
+    return str(answer["name"]), str(answer["kind"]), cells
 
 
 def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
@@ -386,26 +336,21 @@ def _has(facts: RunMetadata, words: str) -> bool:
     return all(word in place.casefold() for word in words.casefold().split())
 
 
-def _with_length(line: RunLine, seconds: float) -> RunLine:
-    return line if line.length or not seconds else replace(line, length=length(seconds))
-
-
-def _facts(facts: RunMetadata) -> list[RecordDetail]:
+def _facts(facts: RunMetadata) -> tuple[tuple[str, str, bool], ...]:
     engine = facts.engine and N_("{engine} engine", engine=facts.engine)
     rate = facts.frame_rate and f"{facts.frame_rate} Hz"
-    found = [
-        RecordDetail(N_("Began"), when(facts.began)),
-        RecordDetail(N_("Length"), length(facts.seconds) if facts.seconds else ""),
-        RecordDetail(N_("Participant"), facts.participant),
-        RecordDetail(N_("Condition"), facts.condition),
-        RecordDetail(N_("Operator"), facts.operator),
-        RecordDetail(N_("Robot"), listed([part for part in (facts.robot, engine, rate) if part])),
-        RecordDetail(N_("Seed"), facts.seed, True),
-        RecordDetail(N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20])),
-        RecordDetail(N_("Program"), facts.program and N_("RRP Sheets {version}", version=facts.program)),
-        RecordDetail(N_("Folder"), f"runs/{facts.run}", True),
-    ]
-    return [f for f in found if f.value]
+    found = (
+        (N_("Began"), when(facts.began), False),
+        (N_("Length"), length(facts.seconds) if facts.seconds else "", False),
+        (N_("Participant"), facts.participant, False), (N_("Condition"), facts.condition, False),
+        (N_("Operator"), facts.operator, False),
+        (N_("Robot"), listed([part for part in (facts.robot, engine, rate) if part]), False),
+        (N_("Seed"), facts.seed, True),
+        (N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20]), False),
+        (N_("Program"), facts.program and N_("RRP Sheets {version}", version=facts.program), False),
+        (N_("Folder"), f"runs/{facts.run}", True),
+    )  # fmt: skip
+    return tuple(fact for fact in found if fact[1])
 
 
 def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
@@ -420,10 +365,10 @@ def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
         return "unknown"
 
 
-def _downloads(files: Mapping[str, tuple[Path, str]]) -> tuple[Download, ...]:
-    found = [Download(n, describe(n), _size(path)) for n, (path, _) in files.items()]
+def _downloads(files: Mapping[str, tuple[Path, str]]) -> tuple[tuple[str, str, str], ...]:
     order = (TABLE, WORKBOOK, DIAGRAM, STRIP, FILM, TRACE, "robot.toml", "gestures.toml")
-    return tuple(sorted(found, key=lambda d: (order.index(d.name) if d.name in order else len(order), d.name)))
+    names = sorted(files, key=lambda name: (order.index(name) if name in order else len(order), name))
+    return tuple((name, describe(name), _size(files[name][0])) for name in names)
 
 
 def _size(path: Path) -> str:
@@ -437,20 +382,19 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
     kind, t, times = str(entry["kind"]), float(entry["t"]), int(entry["times"])
     word, icon = _KINDS.get(kind, (kind, "mark"))
     text = str(entry["text"])
+    until = clock(float(entry["until"]))
     if times > 1:
-        text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=clock(float(entry["until"])))
+        text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=until)
     elif float(entry["until"]) > t:
-        text = N_("{text} (until {time})", text=text.removesuffix("."), time=clock(float(entry["until"])))
-    by = str(entry["by"])
-    return LogLine(t, clock(t), kind, word, icon, text, str(entry["row"]), by, str(entry["sound"]))
+        text = N_("{text} (until {time})", text=text.removesuffix("."), time=until)
+    return LogLine(t, clock(t), kind, word, icon, text, *(str(entry[name]) for name in ("row", "by", "sound")))
 
 
-def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[EditedRow, ...]:
-    """Return the rows that were changed during the run; the diagram shows them as they were before."""
-    found: dict[str, EditedRow] = {}
+def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, str, int], ...]:
+    found: dict[str, tuple[str, str, int]] = {}
     for number, entry in enumerate(entries, 1):
         sheet, _, row = str(entry["row"]).rpartition("!")
         if entry["kind"] == "edit" and row.isdigit():  # helpers and tables are not in the diagram
             named = N_("row {row} of {sheet}", row=row, sheet=sheet)
-            found[named] = EditedRow(named, clock(float(entry["t"])), number if number <= _LOG else 0)
+            found[named] = named, clock(float(entry["t"])), number if number <= _LOG else 0
     return tuple(found.values())

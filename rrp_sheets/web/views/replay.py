@@ -19,36 +19,25 @@ from rrp_sheets.web.replay_jobs import ReplayJob
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
-from rrp_sheets.web.views.comparison import Choice, kept_versions, path_of
+from rrp_sheets.web.views.comparison import Group, current_and_kept, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
 blueprint = Blueprint("replay", __name__)
 _LONGEST_REF = 400
 
 
-@dataclass(frozen=True, slots=True)
-class LinkedLine:
-    """Difference: the row or the time, a text, and its link to the grid or the time; empty when there is none."""
-
-    label: str
-    text: str
-    address: str
+LinkedLine = tuple[str, str, str]
+"""Difference: the row or the time, a text, and its link to the grid or the time; empty when there is none."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReplayPage:
-    """Page for replaying a run.
-
-    Attributes:
-        trouble: why it cannot be replayed.
-        groups: the workbooks to choose from, with titles.
-        chosen: the reference of the other workbook; empty for the one that ran.
-    """
+    """Page for replaying a run, or its `trouble`; what is `chosen` is empty for the workbook that ran."""
 
     template: ClassVar[str] = "replay.html"
     line: RunLine
     trouble: str
-    groups: tuple[tuple[str, tuple[Choice, ...]], ...]
+    groups: tuple[Group, ...]
     chosen: str
 
 
@@ -91,12 +80,8 @@ def page(run: str) -> str:
     if facts.ended == "going":
         trouble = N_("This run is going on; it can be replayed when it is over.")
     mine = [line.book] if line.book else []
-    books = [*mine, *(n for n in names if n not in mine)]
-    groups: list[tuple[str, tuple[Choice, ...]]] = [
-        (N_("Workbooks as they are now"), tuple(Choice(f"book/{n}", n) for n in books)),
-        *(kept_versions(book) for book in mine),
-    ]
-    return show(ReplayPage(line, trouble, tuple(g for g in groups if g[1]), _asked()))
+    groups = current_and_kept(list(dict.fromkeys([*mine, *names])), mine)
+    return show(ReplayPage(line, trouble, tuple(groups), _asked()))
 
 
 @blueprint.get("/runs/<run>/replay/result")
@@ -159,12 +144,12 @@ def _finished(job: ReplayJob, address: str, run: str, ref: str) -> ReplayResult:
     look = url_for("lookback.page", run=run)
 
     def lines(name: str) -> tuple[LinkedLine, ...]:
-        return tuple(LinkedLine(t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in answer[name])
+        return tuple((t["when"], t["text"], f"{look}#t={t['us'] / 1e6:g}") for t in answer[name])
 
     return ReplayResult(
         address, False, 100, state="same" if answer["same"] else "different", verdict=answer["verdict"],
         ending=answer["ending"], remarks=tuple(answer["remarks"]), differs=answer["differs"],
-        rows=tuple(LinkedLine(r["whose"], r["text"], grids.address(r["row"])) for r in answer["rows"]),
+        rows=tuple((r["whose"], r["text"], grids.address(r["row"])) for r in answer["rows"]),
         robot=lines("robot"), robot_left_out=answer["robot_left_out"],
         each=lines("each"), each_left_out=answer["each_left_out"],
         pictures=tuple(Markup(svg) for svg in answer["pictures"]), unknown=tuple(answer["unknown"]),

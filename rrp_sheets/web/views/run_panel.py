@@ -73,8 +73,8 @@ def act(name: str, action: str) -> tuple[Response, int]:
     if action == "clear":
         run_manager.clear(session)
         return jsonify({}), 200
-    run = run_manager.run
-    if run is None or run.session is not session or not run.is_going:
+    run = run_manager.going_run(session)
+    if run is None:
         return jsonify({"message": N_("No run of this workbook is going.")}), 409
     _ACTIONS[action](run, author_of(sent), sent)
     return jsonify({}), 200
@@ -89,8 +89,8 @@ def now() -> Response:
 @blueprint.get("/run/eye.jpg")
 def eye() -> Response:
     """Send the newest camera picture."""
-    run = services().run_manager.run
-    picture = run.eye() if run is not None and run.is_going else b""
+    run = services().run_manager.going_run()
+    picture = run.eye() if run else b""
     return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
 
 

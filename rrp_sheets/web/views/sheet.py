@@ -14,6 +14,7 @@ from werkzeug.exceptions import BadRequest
 from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.checks.fixing import replaced
+from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Cells, Grid, GridColumn, RestoreRows
@@ -28,7 +29,6 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, said, script_json, show, words_of
 from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
@@ -55,8 +55,7 @@ FIRST_ROWS = 200  # in the page itself; the others follow
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
 _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0  # from line to line of a text in place of a diagram
-MOST_DRAWN_ROWS = 500
-"""Of a behaviour that is drawn and told in words here: nobody reads more beside a table."""
+MOST_DRAWN_ROWS = 500  # of a behaviour that is drawn and told in words here: nobody reads more beside a table
 _TOO_LONG = (
     N_("This is too long to be drawn here: more than {n} rows.", n=MOST_DRAWN_ROWS), N_("Divide the sheet."),
 )  # fmt: skip
@@ -65,43 +64,15 @@ blueprint = Blueprint("sheet", __name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
-    """Finding of the check.
-
-    Attributes:
-        number: its place in the list, and on its flag in the diagram.
-        severity: error, warning or info; also the word that is shown.
-        place: `Tracking!C7`; empty for the whole file.
-        cell: `C7`.
-        anchor: the id of the row, or else of the sheet, on the page; empty where neither is shown.
-        finding: names it in a request.
-        fixes: what can be done about it at once: id and words.
-    """
-
-    number: int
-    severity: str
-    code: str
-    place: str
-    cell: str
-    anchor: str
-    message: str
-    remedy: str
-    sheet: str = ""
-    finding: str = ""
-    fixes: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Panels:
     """Panels beside and below the grid.
 
     Attributes:
-        sheet: the sheet whose diagram and words are shown.
-        left_out: the number of problems that are not listed.
-        drawing: the behaviour's diagram as trusted SVG; empty for none.
+        problems: the number of each, also on its flag in the diagram, the id of its row if that is shown, and the
+            finding; `left_out` is the number of those that are not listed.
+        drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         picture: the behaviour's number, under which the diagram is a file of its own; 0 for none.
         words: the description of the behaviour; None if there is none, it is too long, or cannot be described yet.
-        why: says why there is no diagram.
         checked: False while the first check is under way.
         tests: the results of the tests; None for a workbook without tests.
     """
@@ -110,14 +81,14 @@ class Panels:
     name: str
     sheet: str
     counts: tuple[KindText, ...]
-    problems: tuple[Problem, ...]
+    problems: tuple[tuple[int, str, Diagnostic], ...]
     left_out: int
     drawing: Markup
     words: BehaviourWords | None
     why: str
-    checked: bool = True
-    picture: int = 0
-    tests: TestsPanel | None = None
+    checked: bool
+    picture: int
+    tests: TestsPanel | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,14 +98,10 @@ class GridPage:
     Attributes:
         longest: the most letters of the texts that are sent to a run.
         off_words: the words in the column On that switch a row off, with spaces between them.
-        kind: `behaviour`, `devices`, …
         first: the number of the first row.
         examples: whether the rows show example values.
-        rows: the table's rows, ready-made.
-        vocabulary: the words that are suggested, as JSON.
         read_only: why nothing can be changed; empty when it can.
         write_block: why nothing can be changed just now, because another program has the file, say.
-        errors: the number of errors; with any, the workbook cannot run.
         live: this is the run panel.
         acts: the actions of the scene's things that can be triggered by hand, as JSON.
         newest_event: the number of the newest event that the page includes.
@@ -156,13 +123,13 @@ class GridPage:
     tabs: SheetTabs
     vocabulary: Markup
     panels: Panels
-    read_only: str = ""
-    write_block: str = ""
-    errors: int = 0
+    read_only: str
+    write_block: str
+    errors: int
+    newest_event: str
+    version: int
     live: bool = False
     acts: Markup | None = None
-    newest_event: str = ""
-    version: int = 0
 
 
 @blueprint.get("/book/<name>")
@@ -175,7 +142,9 @@ def page(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
     if now != sheet:  # it was renamed
         return redirect(url_for("sheet.page", name=name, sheet=now))
     if sheet and sheet not in session.document.grids and sheet not in session.document.own:
-        return show(_no_sheet(name, sheet)), 404
+        message = N_("The workbook has no sheet “{sheet}”: somebody has deleted or renamed it.", sheet=printable(sheet))
+        remedy = N_("Look at the workbook’s other sheets.")
+        return show(MessagePage(N_("There is no such sheet"), message, remedy, book=name)), 404
     return show(grid_page(session, name, sheet))
 
 
@@ -228,22 +197,14 @@ def events(name: str) -> Response:
     if request.method == "HEAD" or not session.is_of(client, person.key):  # HEAD: nobody would listen, nor leave
         abort(405 if request.method == "HEAD" else 403)
     back = request.headers.get("Last-Event-ID", "")  # it had a stream already
-    join = partial(
-        session.join,
-        client,
-        author_name(request.args.get("name", "")),
-        knows=bool(back) or request.args.get("knows") != "no",
-        had=back or request.args.get("had", ""),
-        person=person.key,
-    )
+    name, had = author_name(request.args.get("name", "")), back or request.args.get("had", "")
+    knows = bool(back) or request.args.get("knows") != "no"
+    join = partial(session.join, client, name, knows=knows, had=had, person=person.key)
     listener = services().open_workbooks.listen(session, client, person.key, join)
     if isinstance(listener, str):
         return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
-    answer = Response(
-        stream_with_context(stream(listener, session.about_run, session.leave)), mimetype="text/event-stream"
-    )
-    answer.headers["X-Accel-Buffering"] = "no"
-    return answer
+    messages = stream_with_context(stream(listener, session.about_run, session.leave))
+    return Response(messages, mimetype="text/event-stream", headers={"X-Accel-Buffering": "no"})
 
 
 @blueprint.post(f"/book/<name>/<any({', '.join(_ACTIONS)}):action>")
@@ -270,11 +231,6 @@ def change(name: str, action: str) -> Response:
             session.stand(client, author, _place(given, given["stand"]))
         return jsonify(session.change(client, author, tag, partial(_make, session, author, action, given), request_id))
     return jsonify({})
-
-
-def _no_sheet(book: str, sheet: str) -> MessagePage:
-    message = N_("The workbook has no sheet “{sheet}”: somebody has deleted or renamed it.", sheet=printable(sheet))
-    return MessagePage(N_("There is no such sheet"), message, N_("Look at the workbook’s other sheets."), book=book)
 
 
 def _make(session: WorkbookSession, author: str, action: str, given: Asked, document: Document) -> Changed | None:
@@ -349,10 +305,6 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     fix = next((f for f in finding.fixes if f.id == asked.get("fix")), None) if finding else None
     if fix is None:
         raise Refused(_OLD, _LOOK)
-    return _apply(document, author, fix)
-
-
-def _apply(document: Document, author: str, fix: Fix) -> Changed:
     sheets = {e.sheet if isinstance(e, Insert) else e.address.sheet for e in fix.edits}
     missing = sorted(name for name in sheets if name not in document.grids)
     if missing:
@@ -402,33 +354,22 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     version = grid.version if grid else 0  # before the rows, which are of that version or of a later one
     rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS) if renderer else Markup("")
     return GridPage(
-        name=name,
-        title=analysis.workbook.protocol.text("Title") or name,
-        sheet=sheet,
-        kind=grid.kind if grid else "",
-        first=grid.first if grid else 1,
-        heads=tuple(renderer.heads()) if renderer else (),
+        name=name, title=analysis.workbook.protocol.text("Title") or name, sheet=sheet,
+        kind=grid.kind if grid else "", first=grid.first if grid else 1, rows=rows,
+        heads=tuple(renderer.heads()) if renderer else (), count=len(grid.rows) if grid else 0,
         examples=bool(renderer and renderer.has_examples),
-        rows=rows,
-        count=len(grid.rows) if grid else 0,
-        tabs=sheet_tabs(document, name, sheet),
-        vocabulary=script_json(completions.vocabulary(no_analysis())),
-        panels=beside,
-        read_only=document.why,
-        write_block=write_block_reason(document.path),
-        errors=analysis.errors,
-        newest_event=newest_event,
-        version=version,
-    )
+        tabs=sheet_tabs(document, name, sheet), vocabulary=script_json(completions.vocabulary(no_analysis())),
+        panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
+        errors=analysis.errors, newest_event=newest_event, version=version,
+    )  # fmt: skip
 
 
 def run_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     """Build the page of a sheet for the run panel, with the actions of the scene's things."""
     zones = list(session.analysis().robot.touch_zones)
-    acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
+    acts = script_json({**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones})
     page = grid_page(session, name, sheet)
-    tabs = sheet_tabs(session.document, name, page.sheet, live=True)
-    return replace(page, live=True, acts=script_json(acts), tabs=tabs)
+    return replace(page, live=True, acts=acts, tabs=sheet_tabs(session.document, name, page.sheet, live=True))
 
 
 def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
@@ -437,16 +378,9 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     grids = session.document.grids
     problems = []
     for number, d in enumerate(analysis.findings[:MOST_PROBLEMS], 1):
-        place = str(d.address) if d.address else ""
-        row = ""
         grid = grids.get(d.address.sheet) if d.address else None
-        if d.address and grid is not None and 0 <= d.address.row - grid.first < len(grid.rows):
-            row = grid.rows[d.address.row - grid.first]
-        problems.append(
-            Problem(number, d.severity.value, d.code, place, d.address.cell if d.address else "", row,
-                    in_browser(d.message), in_browser(d.remedy), d.address.sheet if d.address else "",
-                    d.id, tuple((f.id, f.title) for f in d.fixes))
-        )  # fmt: skip
+        place = d.address.row - grid.first if d.address and grid else -1
+        problems.append((number, grid.rows[place] if grid and 0 <= place < len(grid.rows) else "", d))
     behaviour = analysis.behaviour(sheet)
     drawing, words, why = Markup(""), None, ""
     number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 from flask import Blueprint, Response, jsonify, request
@@ -34,38 +35,20 @@ _HELP = {
 
 
 @dataclass(frozen=True, slots=True)
-class Tab:
-    """Tab of a sheet; `here` for the one that is shown."""
-
-    name: str
-    kind: str
-    here: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Addable:
-    """Kind of sheet that can be added: its title, a line of help, and the proposed name."""
-
-    kind: str
-    title: str
-    help: str
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
 class SheetTabs:
     """Row of tabs below a sheet.
 
     Attributes:
-        tabs: the sheets of known kinds; then the user's own, whose kind is empty.
-        addable: the sheets that can be added; none if the workbook is read-only, or on the run panel.
+        tabs: the names and kinds of the sheets of known kinds; then of the user's own, whose kind is empty.
+        addable: the kind, title, line of help and proposed name of each sheet that can be added; none if the workbook
+            is read-only, or on the run panel.
     """
 
     template: ClassVar[str] = "tabs.html"
     name: str
     sheet: str
-    tabs: tuple[Tab, ...]
-    addable: tuple[Addable, ...]
+    tabs: tuple[tuple[str, str], ...]
+    addable: tuple[tuple[str, str, str, str], ...]
     live: bool = False
 
 
@@ -97,24 +80,21 @@ def change(name: str, action: str) -> Response:
     """Change the sheets of a workbook."""
     session, given = workbook_or_404(name), json_body()
     client, author = sender_of(session, given)
-    make = _ACTIONS[action]
-    return jsonify(
-        session.change(client, author, text_of(given, "tag"), lambda document: make(session, document, author, given))
-    )
+    make = partial(_ACTIONS[action], session, author, given)
+    return jsonify(session.change(client, author, text_of(given, "tag"), make))
 
 
 def _of(document: Document, given: Asked) -> str:
-    """Return the present name of the sheet that a request is about."""
     return document.current(text_of(given, "of"))
 
 
-def _add(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+def _add(session: WorkbookSession, author: str, given: Asked, document: Document) -> Changed:
     kind, name = text_of(given, "kind"), text_of(given, "title", NAME)
     columns = [text for part in text_of(given, "columns", _COLUMNS).split(",") if (text := " ".join(part.split()))]
     return document.sheets.add(author, kind, name, [columns] if kind == "table" and columns else ())
 
 
-def _move(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
+def _move(session: WorkbookSession, author: str, given: Asked, document: Document) -> Changed | None:
     """Move a sheet one place to the left or right, among the sheets of known kinds or the user's own."""
     sheet, by = _of(document, given), 1 if number_of(given, "by", -1, 1) > 0 else -1
     group = list(document.grids) if sheet in document.grids else list(document.own)
@@ -126,41 +106,30 @@ def _move(session: WorkbookSession, document: Document, author: str, given: Aske
     return document.sheets.move(author, sheet, after[0] if after else "")
 
 
-def _delete(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+def _delete(session: WorkbookSession, author: str, given: Asked, document: Document) -> Changed:
     sheet = _of(document, given)
     people = session.locks.others(text_of(given, "client"), sheet)
     if people:
-        message = N_(
-            "{who} is editing a cell of it just now."
-            if len(people) == 1
-            else "{who} are editing a cell of it just now.",
-            who=both(people[:3]),
-        )
-        raise Refused(message, N_("Try again later."))
+        one, many = N_("{who} is editing a cell of it just now."), N_("{who} are editing a cell of it just now.")
+        raise Refused(N_(one if len(people) == 1 else many, who=both(people[:3])), N_("Try again later."))
     return document.sheets.delete(author, sheet)
 
 
-_ACTIONS: dict[str, Callable[[WorkbookSession, Document, str, Asked], Changed | None]] = {
+_ACTIONS: dict[str, Callable[[WorkbookSession, str, Asked, Document], Changed | None]] = {
     "add": _add, "move": _move, "delete": _delete,
-    "rename": lambda session, document, author, given: document.sheets.rename(
+    "rename": lambda session, author, given, document: document.sheets.rename(
         author, _of(document, given), text_of(given, "title", NAME)
     ),
-    "duplicate": lambda session, document, author, given: document.sheets.duplicate(author, _of(document, given)),
+    "duplicate": lambda session, author, given, document: document.sheets.duplicate(author, _of(document, given)),
 }  # fmt: skip
 
 
 def sheet_tabs(document: Document, name: str, sheet: str, *, live: bool = False) -> SheetTabs:
     """Build the row of tabs, with one sheet selected."""
     kinds = {n: g.kind for n, g in document.grids.items()} | dict.fromkeys(document.own, "")
-    sheet = document.current(sheet)
-    addable = () if live or document.file.read_only else tuple(_addable(kinds))
-    return SheetTabs(name, sheet, tuple(Tab(n, kind, n == sheet) for n, kind in kinds.items()), addable, live)
-
-
-def _addable(kinds: dict[str, str]) -> list[Addable]:
-    there = set(kinds.values())
-    return [
-        Addable(kind, title, _HELP[kind], proposed_name(kind, kinds))
-        for kind, title in TITLES.items()
-        if not is_single(kind) or kind not in there
-    ]
+    wanted = {} if live or document.file.read_only else TITLES
+    addable = tuple(
+        (kind, title, _HELP[kind], proposed_name(kind, kinds)) for kind, title in wanted.items()
+        if not is_single(kind) or kind not in kinds.values()
+    )  # fmt: skip
+    return SheetTabs(name, document.current(sheet), tuple(kinds.items()), addable, live)

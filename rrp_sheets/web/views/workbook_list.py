@@ -63,14 +63,12 @@ Done = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """Card of a workbook on the shelf.
+    """Card of a workbook on the shelf: with its Protocol's purpose (`about`) and its newest run, if it has run.
 
     Attributes:
-        about: the Protocol's purpose.
         size: `2 behaviours, 14 rows`.
         picture: whether its first behaviour can be drawn.
         words: the text that is searched: title, name, purpose, streams, notes.
-        last: the newest run; None of a workbook that has not run.
     """
 
     name: str
@@ -85,24 +83,14 @@ class Card:
 
 
 @dataclass(frozen=True, slots=True)
-class Unreadable:
-    """File on the shelf that cannot be read as a workbook, and why; `addressed`: its name can be used in a URL."""
-
-    name: str
-    message: str
-    remedy: str
-    addressed: bool = True
-
-
-@dataclass(frozen=True, slots=True)
 class ShelfPage:
     """Shelf: the workbooks of the folder.
 
     Attributes:
+        unreadable: the name of each file that cannot be read, why, a remedy, and whether a URL can have its name.
         others: Markdown files without any sheet of ours.
         left_out: the number of files that were not read.
         templates: the templates for a new workbook, with a line about each.
-        sort: `recent`, `name` or `run`.
         notice: the result of the last action, or why it failed (`failed`); `made` is the file that it created.
         tutorial: the copy of the tutorial that was changed last; empty for none.
     """
@@ -110,25 +98,23 @@ class ShelfPage:
     template: ClassVar[str] = "shelf.html"
     folder: str
     cards: tuple[Card, ...]
-    unreadable: tuple[Unreadable, ...]
-    others: tuple[str, ...] = ()
-    left_out: int = 0
-    templates: tuple[tuple[str, str], ...] = ()
-    archived: tuple[str, ...] = ()
-    sort: str = "recent"
-    notice: str = ""
-    failed: bool = False
-    made: str = ""
-    tutorial: str = ""
+    unreadable: tuple[tuple[str, str, str, bool], ...]
+    others: tuple[str, ...]
+    left_out: int
+    templates: tuple[tuple[str, str], ...]
+    archived: tuple[str, ...]
+    sort: str
+    notice: str
+    failed: bool
+    made: str
+    tutorial: str
 
 
 @cache
 def templates() -> tuple[tuple[str, str], ...]:
     """Return the templates for a new workbook, each with a line about it, such as its Protocol's purpose."""
-    found = []
-    for path in sorted(bundled("workbooks").glob("*.xlsx")):
-        found.append((path.stem, api.read(path).workbook.protocol.text("Purpose").partition(". ")[0].rstrip(".")))
-    return (*_MADE, *found)
+    found = {p.stem: api.read(p).workbook.protocol for p in sorted(bundled("workbooks").glob("*.xlsx"))}
+    return (*_MADE, *((n, protocol.text("Purpose").partition(". ")[0].rstrip(".")) for n, protocol in found.items()))
 
 
 def archived(repository: WorkbookRepository) -> tuple[str, ...]:
@@ -147,21 +133,18 @@ def shelf_page(
     names = repository.names()
     runs = _last_runs(repository, names)
     books: list[CheckedWorkbook] = []
-    unreadable: list[Unreadable] = []
+    unreadable: list[tuple[str, str, str, bool]] = []
     others: list[str] = []
     for name in names[:MOST_FILES]:
         if not addressable(name):
-            unreadable.append(Unreadable(printable(name), _UNSHOWABLE, N_("Rename the file."), addressed=False))
-            continue
-        if repository.is_text(name):
+            unreadable.append((printable(name), _UNSHOWABLE, N_("Rename the file."), False))
+        elif repository.is_text(name):
             others.append(name)
-            continue
-        try:
-            book = repository.open(name)
-        except SheetsError as error:
-            unreadable.append(Unreadable(name, error.message, error.remedy))
-            continue
-        books.append(book)
+        else:
+            try:
+                books.append(repository.open(name))
+            except SheetsError as error:
+                unreadable.append((name, error.message, error.remedy, True))
     sort = sort if sort in SORTS else SORTS[0]
     if sort == "recent":
         books.sort(key=lambda b: b.changed, reverse=True)
@@ -176,7 +159,6 @@ def shelf_page(
 
 
 def _last_runs(repository: WorkbookRepository, names: Collection[str]) -> dict[str, RunMetadata]:
-    """Return the newest run of each workbook."""
     runs = RunStore(repository.folder)
     found: dict[str, RunMetadata] = {}
     for facts in runs.facts(runs.names()[:_MOST_RUNS]):
@@ -186,49 +168,37 @@ def _last_runs(repository: WorkbookRepository, names: Collection[str]) -> dict[s
 
 
 def _ran(last: RunMetadata | None) -> float:
-    """Return the timestamp of a workbook's last run; 0 when it has not run."""
     return last.began.timestamp() if last is not None and last.began is not None else 0.0
 
 
 def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
     workbook = book.analysis.workbook
-    rows = sum(len(b.rows) for b in workbook.behaviours)
+    rows = [row for behaviour in workbook.behaviours for row in behaviour.rows]
     drawable = book.analysis.graph.behaviours[:1]
     about = workbook.protocol.text("Purpose")
-    return Card(
-        name=book.name,
-        title=book.title,
-        about=about,
-        size=listed([plural(len(workbook.behaviours), "behaviour"), plural(rows, "row")]),
-        changed=when(book.changed),
-        counts=counts(book.analysis.findings),
-        picture=bool(drawable and drawable[0].steps and book.analysis.understood),
-        words=" ".join([book.title, book.name, about, *_words(book)])[:_MOST_WORDS].casefold(),
-        last=line_of(last, ()) if last else None,
-    )
-
-
-def _words(book: CheckedWorkbook) -> list[str]:
-    """Return the streams' names and the notes, for the search."""
-    behaviours = book.analysis.workbook.behaviours
     streams = dict.fromkeys(s.name for s in book.analysis.graph.streams.values() if s.name)
-    return [*streams, *(row.notes for b in behaviours for row in b.rows if row.notes)]
+    words = [book.title, book.name, about, *streams, *(row.notes for row in rows if row.notes)]
+    return Card(
+        name=book.name, title=book.title, about=about, changed=when(book.changed),
+        size=listed([plural(len(workbook.behaviours), "behaviour"), plural(len(rows), "row")]),
+        counts=counts(book.analysis.findings), words=" ".join(words)[:_MOST_WORDS].casefold(),
+        picture=bool(drawable and drawable[0].steps and book.analysis.understood),
+        last=line_of(last, ()) if last else None,
+    )  # fmt: skip
 
 
-def _new() -> Done:
-    repository = services().repository
+def _new(repository: WorkbookRepository) -> Done:
     path = _free(repository, _name(request.form.get("name", "")))
     api.new(path, template=request.form.get("template", "guided"))
     return N_("Made {name}.", name=path.name), path.name
 
 
-def _tutorial() -> Done:
-    path = begin_tutorial(services().repository.folder)
+def _tutorial(repository: WorkbookRepository) -> Done:
+    path = begin_tutorial(repository.folder)
     return N_("Made {name}.", name=path.name), path.name
 
 
-def _copy() -> Done:
-    repository = services().repository
+def _copy(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
@@ -238,8 +208,7 @@ def _copy() -> Done:
     return N_("Made {name}.", name=target.name), target.name
 
 
-def _rename() -> Done:
-    repository = services().repository
+def _rename(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
     target = _free(repository, _name(request.form.get("name", ""), source.suffix))
     with services().open_workbooks.without(source.name):
@@ -248,34 +217,27 @@ def _rename() -> Done:
     return N_("{old} is now {new}.", old=source.name, new=target.name), target.name
 
 
-def _archive() -> Done:
-    repository = services().repository
+def _archive(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
     folder = repository.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
-    target = folder / source.name
-    if target.exists():
-        target = _numbered(target)
+    target = _numbered(folder / source.name)
     with services().open_workbooks.without(source.name):
         shutil.move(source, target)
     return N_("{name} is in the folder {folder} now.", name=source.name, folder=ARCHIVE), ""
 
 
-def _unarchive() -> Done:
-    repository = services().repository
+def _unarchive(repository: WorkbookRepository) -> Done:
     name = request.form.get("book", "")
     source = repository.folder / ARCHIVE / name
     if name not in archived(repository) or source.is_symlink():
         raise SheetsError(N_("This workbook is not in the archive any more."), N_("Look at the list again."))
-    target = repository.folder / name
-    if target.exists():
-        target = _numbered(target)
+    target = _numbered(repository.folder / name)
     source.rename(target)
     return N_("{name} is back on the shelf.", name=target.name), target.name
 
 
-def _upload() -> Done:
-    repository = services().repository
+def _upload(repository: WorkbookRepository) -> Done:
     files = [f for f in request.files.getlist("file") if f.filename]
     if not files:
         raise SheetsError(N_("No file was chosen."), N_("Choose an .xlsx file, or a bundle (.zip)."))
@@ -297,7 +259,7 @@ def _upload() -> Done:
     return sentences(notice, *notes), stored[0] if len(stored) == 1 else ""
 
 
-_ACTIONS: dict[str, Callable[[], Done]] = {
+_ACTIONS: dict[str, Callable[[WorkbookRepository], Done]] = {
     "new": _new, "copy": _copy, "rename": _rename, "archive": _archive, "unarchive": _unarchive, "upload": _upload,
     "tutorial": _tutorial,
 }  # fmt: skip
@@ -314,10 +276,9 @@ def act(action: str) -> Response:
     """Create, copy, rename, archive or upload workbooks, and show the shelf with the result."""
     repository, sort = services().repository, request.args.get("sort", "")
     try:
-        notice, made = _ACTIONS[action]()
+        notice, made = _ACTIONS[action](repository)
     except SheetsError as error:
-        notice = said(error)
-        return Response(show(shelf_page(repository, notice, failed=True, sort=sort)))
+        return Response(show(shelf_page(repository, said(error), failed=True, sort=sort)))
     answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
     if action in ("new", "tutorial"):  # one wants to write in it now
         answer.headers["HX-Redirect"] = url_for("sheet.page", name=made)
@@ -343,10 +304,11 @@ def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:
 
 
 def _numbered(path: Path) -> Path:
-    """Return the same path with a number added to the name, so that no such file exists."""
-    count = 2
-    while (target := path.with_name(f"{path.stem} ({count}){path.suffix}")).exists():
+    """Return the path, with a number added to the name when there is such a file."""
+    target, count = path, 1
+    while target.exists():
         count += 1
+        target = path.with_name(f"{path.stem} ({count}){path.suffix}")
     return target
 
 
@@ -354,14 +316,8 @@ def _name(wanted: str, suffix: str = ".xlsx") -> str:
     name = wanted.strip()
     if name and Path(name).suffix.casefold() not in WORKBOOK_SUFFIXES:
         name += suffix
-    if (
-        not name
-        or len(name) > _LONGEST
-        or name[0] in ".~"
-        or _FORBIDDEN & set(name)
-        or not name.isprintable()
-        or is_device(name)
-    ):
+    is_bad = _FORBIDDEN & set(name) or not name.isprintable() or is_device(name)
+    if not name or len(name) > _LONGEST or name[0] in ".~" or is_bad:
         message = N_("“{name}” cannot be the name of a file.", name=wanted[:_LONGEST])
         raise SheetsError(message, N_("Use letters, digits and spaces."))
     return name
@@ -394,7 +350,7 @@ def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
             raise SheetsError(message, N_("Use `rrp-sheets run` for it."))
         api.read(book)
         runs_place(folder)  # refuses one that leads elsewhere, before anything is stored
-        _move(folder, _new_files(folder, bundle))
+        _store_together(folder, _new_files(folder, bundle))
         other = catalogue_note(bundle.folder)
         kept = _take_runs(folder, bundle, with_robot=bool(other))
         notes = [note for note in bundle.notes if note not in other]
@@ -415,7 +371,7 @@ def _new_files(folder: Path, bundle: Bundle) -> list[Path]:
     return new
 
 
-def _move(folder: Path, files: list[Path]) -> None:
+def _store_together(folder: Path, files: list[Path]) -> None:
     done: list[Path] = []
     try:
         for path in files:
