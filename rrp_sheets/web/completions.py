@@ -36,19 +36,17 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
     names = {key(a): _stream(a, s, analysis) for s in named for a in [argument_name(s.name)]}
     records = {}
     for device in robot.device_names("sensor"):
-        found = robot.find(device)
+        found, name = robot.find(device), argument_name(device)
         if found is not None and found.type.payload is not None:
-            records[key(argument_name(device))] = _record(found.type.payload)
-            names.setdefault(key(argument_name(device)), {"text": argument_name(device), "help": found.type.help})
+            records[key(name)] = _record(found.type.payload)
+            names.setdefault(key(name), {"text": name, "help": found.type.help})
     known = contents(graph)
     for s in named:
-        record = known[s.id].record if s.id in known else None
-        if record is not None:
+        if s.id in known and (record := known[s.id].record) is not None:
             records[key(argument_name(s.name))] = _record(record)
     return {
         **_fixed(), **cell_words(analysis.workbook, robot), "streams": streams, "names": names, "records": records,
-        "sensors": _devices(analysis, firsts, "sensor", StreamKind.SENSOR),
-        "actuators": _devices(analysis, firsts, "actuator", StreamKind.ACTUATOR),
+        "sensors": _devices(analysis, firsts, "sensor"), "actuators": _devices(analysis, firsts, "actuator"),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
             for s in named if s.kind is StreamKind.ACTUATOR
@@ -68,22 +66,16 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
 @lru_cache(maxsize=1)
 def _fixed() -> dict[str, Any]:
     functions = {f.name: f for f in library()}
+    known = list(dict.fromkeys(connectors()))
     return {
         "connectors": [
-            {"text": c.name, "help": N_("{help} (advanced)", help=c.help) if c.advanced else c.help}
-            for c in dict.fromkeys(connectors())
+            {"text": c.name, "help": N_("{help} (advanced)", help=c.help) if c.advanced else c.help} for c in known
         ],
-        "periods": [key(c.name) for c in dict.fromkeys(connectors()) if c.parameter is Parameter.PERIOD],
-        "durations": [{"text": "500 ms"}, {"text": "1 s"}, {"text": "3 s"}, {"text": "10 s"}, {"text": "1 min"}],
+        "periods": [key(c.name) for c in known if c.parameter is Parameter.PERIOD],
+        "durations": [{"text": text} for text in ("500 ms", "1 s", "3 s", "10 s", "1 min")],
         "functions": [
-            {
-                "text": f"{f.name}(",
-                "name": f.name,
-                "names": f.names,
-                "label": usage(f),
-                "help": first_line(f),
-                "example": next((f"{asked} is {answer}" for asked, answer in examples(f)), ""),
-            }
+            {"text": f"{f.name}(", "name": f.name, "names": f.names, "label": usage(f), "help": first_line(f),
+             "example": next((f"{asked} is {answer}" for asked, answer in examples(f)), "")}
             for f in functions.values()
         ],
         "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
@@ -91,7 +83,7 @@ def _fixed() -> dict[str, Any]:
         "verbs": [{"text": name} for name in verb_names()],
         "fields": [{"text": field.name} for field in FIELDS.values()],
         "closed": [name for name, field in FIELDS.items() if field.closed],
-    }
+    }  # fmt: skip
 
 
 def _helper(helper: Helper) -> Word:
@@ -115,22 +107,15 @@ def _record(record: RecordType) -> dict[str, Any]:
     return {"name": record.name, "fields": fields}
 
 
-def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str, wanted: StreamKind) -> list[Word]:
+def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str) -> list[Word]:
     robot, devices = analysis.robot, analysis.workbook.devices
     mine = [d.stream.text for d in devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
     offered = [n for n in _offered(robot, firsts, kind) if key(n) not in {key(m) for m in mine}]
     declared = {key(d.stream.text): d.device.text for d in devices}
+    own = ((name, declared[key(name)]) for name in mine)
     return [
-        *(
-            {
-                "text": n,
-                "kind": wanted.value,
-                "help": N_("of your Devices: {device}", device=declared[key(n)]),
-                "device": declared[key(n)],
-            }
-            for n in mine
-        ),
-        *({"text": n, "kind": wanted.value, "help": _help(robot, firsts, n)} for n in offered),
+        *({"text": n, "kind": kind, "help": N_("of your Devices: {device}", device=d), "device": d} for n, d in own),
+        *({"text": n, "kind": kind, "help": _help(robot, firsts, n)} for n in offered),
     ]
 
 
@@ -193,13 +178,11 @@ def _takes(robot: Robot, workbook: Workbook) -> dict[str, dict[str, Any]]:
     """Return the settings that each device takes, by the keys of the device's and the setting's names."""
     found = {}
     for name in robot.device_names("sensor") + robot.device_names("actuator"):
-        device = robot.find(name)
-        if device is not None:
-            settings = {k: s for k, s in device.type.settings.items() if k not in device.preset}
+        if device := robot.find(name):
             found[key(name)] = {
                 k: {"name": s.name, "help": described(s), "choices": _choices(s, robot, workbook)}
-                for k, s in settings.items()
-            }
+                for k, s in device.type.settings.items() if k not in device.preset
+            }  # fmt: skip
     return found
 
 
@@ -237,21 +220,18 @@ def _about(joint: Joint) -> Word:
 
 def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
     """Return the verbs of each kind of thing, with examples of their values and a line of help."""
-    found: dict[str, list[Any]] = {
-        kind.name: [
-            [verb.name, [{"text": text, "help": line} for text, line in verb.examples if text]] for verb in kind.verbs
-        ]
-        for kind in KINDS.values()
-    }
     own = {
         ("person", "touches"): [{"text": zone} for zone in robot.touch_zones],
         ("operator", "presses"): [{"text": label} for label in labels if label],
     }
-    for (kind, verb), words in own.items():
-        for entry in found[kind] if words else ():
-            if entry[0] == verb:
-                entry[1] = words
-    return found
+    known = {
+        (kind.name, verb.name): [{"text": text, "help": line} for text, line in verb.examples if text]
+        for kind in KINDS.values() for verb in kind.verbs
+    }  # fmt: skip
+    return {
+        kind.name: [[verb.name, own.get((kind.name, verb.name)) or known[kind.name, verb.name]] for verb in kind.verbs]
+        for kind in KINDS.values()
+    }
 
 
 _HELP = re.compile(r"`rrp-sheets help ([^`]+)`", re.DOTALL)

@@ -66,12 +66,7 @@ class BehaviourWords:
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """Header of a column.
-
-    Attributes:
-        header: as it is spelt in the sheet.
-        spellings: the keys of the header and of its synonyms.
-    """
+    """Header of a column as it is spelt in the sheet; `spellings` are the keys of it and of its synonyms."""
 
     number: int
     letter: str
@@ -191,10 +186,6 @@ def date_and_time(moment: datetime, *, year: bool = True) -> str:
     >>> date_and_time(datetime(2026, 11, 2, 9, 5))
     '2 November 2026, 09:05'
     """
-    return N_(
-        "{day} {month} {year}, {time}" if year else "{day} {month}, {time}",
-        day=moment.day,
-        month=_MONTHS[moment.month - 1],
-        year=moment.year,
-        time=f"{moment:%H:%M}",
-    )
+    month, time = _MONTHS[moment.month - 1], f"{moment:%H:%M}"
+    template = N_("{day} {month} {year}, {time}" if year else "{day} {month}, {time}")
+    return N_(template, day=moment.day, month=month, year=moment.year, time=time)

@@ -25,10 +25,7 @@ _COST = 2**14  # about 50 ms and 16 MB for each try
 
 
 class Password:
-    """Password that users on the network must give; only its hash is kept.
-
-    Raises:
-        SheetsError: it is too short or too long.
+    """Password that users on the network must give; only its hash is kept. Raises SheetsError if too short or long.
 
     >>> Password("green otter").fits("green otter"), Password("green otter").fits("green  otter")
     (True, False)
@@ -36,14 +33,9 @@ class Password:
 
     def __init__(self, text: str) -> None:
         if not SHORTEST <= len(_same_letters(text)) <= LONGEST:
-            raise SheetsError(
-                N_(
-                    "The password must have at least {least} characters and at most {most}.",
-                    least=SHORTEST,
-                    most=LONGEST,
-                ),
-                N_("Take a few words, or leave it empty: then one is made for you."),
-            )
+            text = N_("The password must have at least {least} characters and at most {most}.")
+            remedy = N_("Take a few words, or leave it empty: then one is made for you.")
+            raise SheetsError(N_(text, least=SHORTEST, most=LONGEST), remedy)
         self._salt = secrets.token_bytes(16)
         self._hash = self._hashed(text)
         self._computing = threading.Semaphore(2)
@@ -75,8 +67,7 @@ def invent() -> str:
 
 
 def _same_letters(text: str) -> str:
-    """Normalise letters that keyboards encode in two ways, such as é."""
-    return unicodedata.normalize("NFKC", text)
+    return unicodedata.normalize("NFKC", text)  # keyboards encode letters such as é in two ways
 
 
 _EASY = """
@@ -123,12 +114,9 @@ class _Tried:
 
 
 class LoginThrottle:
-    """Limit on wrong passwords, by address. Safe to use from several threads.
+    """Limit on wrong passwords, by address; `now` is a clock, in seconds. Safe to use from several threads.
 
     The first attempt of an address is always checked, so no flood from elsewhere locks anybody out.
-
-    Args:
-        now: a clock, in seconds.
 
     >>> tries = LoginThrottle(lambda: 0.0)
     >>> [tries.begin("10.0.0.7") for _ in range(7)]
@@ -156,7 +144,8 @@ class LoginThrottle:
                 return max(1, round(one.until - now))
             if now - one.last > _FORGOTTEN:
                 one.wrong = 0
-            free = 1 if self._flooded(now) else FREE
+            flooded = len(self._all) == _MANY and now - self._all[0] < _WINDOW
+            free = 1 if flooded else FREE
             one.wrong, one.last = one.wrong + 1, now
             self._all.append(now)
             if one.wrong >= free:
@@ -170,9 +159,6 @@ class LoginThrottle:
             if self._all:
                 self._all.pop()
 
-    def _flooded(self, now: float) -> bool:
-        return len(self._all) == _MANY and now - self._all[0] < _WINDOW
-
 
 def _who(address: str) -> str:
     """Return the key under which an address is counted; for IPv6 its /64 network, where one user has many addresses.
@@ -184,6 +170,4 @@ def _who(address: str) -> str:
         known = ipaddress.ip_address(address.partition("%")[0])
     except ValueError:
         return address
-    if known.version == 4:
-        return address
-    return str(ipaddress.ip_network((known, 64), strict=False))
+    return address if known.version == 4 else str(ipaddress.ip_network((known, 64), strict=False))

@@ -22,22 +22,20 @@ _EYES = ("LeftEye", "RightEye")
 
 
 def robot_model(robot: Robot) -> dict[str, Any]:
-    """Return everything that a program needs to draw a robot.
+    """Return everything that a program needs to draw a robot; raises SheetsError when its files cannot be read.
 
-    Returns:
-        `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the joint
-        angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that shine),
-        `units` (of the fields that its sensors give, by key), `scene` (how large and of which colours the things beside
-        it are).
-
-    Raises:
-        SheetsError: the model's files are missing or are none.
+    That is `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the
+    joint angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that
+    shine), `units` (of the fields that its sensors give, by key), `scene` (sizes and colours of the things beside it).
     """
     path = robot.folder / robot.data["robot"]["urdf"]
     try:
         root = ET.parse(path).getroot()
         colours = {m.get("name", ""): _colour(m) for m in root.iter("material") if m.find("color") is not None}
-        links = [_link(e, colours) for e in root.findall("link")]
+        links: list[dict[str, Any]] = [
+            {"name": e.get("name", ""), "visuals": [_visual(v, colours) for v in e.findall("visual")]}
+            for e in root.findall("link")
+        ]
         used = {v["mesh"] for link in links for v in link["visuals"] if v["shape"] == "mesh"}
         meshes = {name: _mesh(robot.folder / f"{name}.obj") for name in sorted(used)}
     except (OSError, ET.ParseError, ValueError) as error:
@@ -47,27 +45,21 @@ def robot_model(robot: Robot) -> dict[str, Any]:
         ) from None
     joints = [_joint(e) for e in root.findall("joint")]
     names = {link["name"] for link in links}
+    fields = [field for device in robot.devices.values() if device.payload for field in device.payload.fields]
     return {
-        "name": robot.title,
-        "height": robot.data["robot"]["height"],
-        "links": links,
-        "joints": joints,
-        "meshes": meshes,
+        "name": robot.title, "height": robot.data["robot"]["height"],
+        "links": links, "joints": joints, "meshes": meshes,
         "rest": dict(robot.data["postures"][robot.data["robot"]["start_posture"]]),
         "follow": {j["name"]: _THUMBS[j["name"]] for j in joints if j["name"] in _THUMBS},
         "eyes": [name for name in _EYES if name in names],
-        "units": _units(robot),
+        "units": {key(field.name): field.unit for field in fields if field.unit},
         "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}, "heads": _heads()},
-    }
+    }  # fmt: skip
 
 
 @lru_cache(maxsize=4)
 def robot_json(name: str) -> str:
-    """Return the model of a robot that comes with the program, as JSON; made once.
-
-    Raises:
-        SheetsError: the model's files are missing or are none.
-    """
+    """Return the model of a robot that comes with the program, as JSON; made once. Raises as `robot_model`."""
     return json.dumps(robot_model(load_robot(name)), ensure_ascii=False, separators=(",", ":"))
 
 
@@ -93,16 +85,6 @@ def face_picture(face: int) -> bytes:
     except ImportError:  # the simulator is not installed here
         return b""
     return png(drawn(face).picture)
-
-
-def _units(robot: Robot) -> dict[str, str]:
-    fields = [field for device in robot.devices.values() if device.payload for field in device.payload.fields]
-    return {key(field.name): field.unit for field in fields if field.unit}
-
-
-def _link(element: ET.Element, colours: dict[str, list[float]]) -> dict[str, Any]:
-    visuals = [_visual(v, colours) for v in element.findall("visual")]
-    return {"name": element.get("name", ""), "visuals": visuals}
 
 
 def _visual(element: ET.Element, colours: dict[str, list[float]]) -> dict[str, Any]:
@@ -135,20 +117,15 @@ def _joint(element: ET.Element) -> dict[str, Any]:
         return default if found is None else found.get(attribute, default)
 
     return {
-        "name": element.get("name", ""),
-        "fixed": element.get("type") == "fixed",
-        "parent": of("parent", "link"),
-        "child": of("child", "link"),
-        **_origin(element),
-        "axis": _numbers(of("axis", "xyz", "1 0 0")),
-    }
+        "name": element.get("name", ""), "fixed": element.get("type") == "fixed", "parent": of("parent", "link"),
+        "child": of("child", "link"), **_origin(element), "axis": _numbers(of("axis", "xyz", "1 0 0")),
+    }  # fmt: skip
 
 
 def _origin(element: ET.Element) -> dict[str, list[float]]:
     origin = element.find("origin")
-    if origin is None:
-        return {"xyz": [0.0] * 3, "rpy": [0.0] * 3}
-    return {"xyz": _numbers(origin.get("xyz", "0 0 0")), "rpy": _numbers(origin.get("rpy", "0 0 0"))}
+    given = {} if origin is None else origin.attrib
+    return {name: _numbers(given.get(name, "0 0 0")) for name in ("xyz", "rpy")}
 
 
 def _colour(material: ET.Element) -> list[float]:

@@ -62,7 +62,7 @@ class WorkbookRepository:
         self._prose: dict[str, tuple[Stamp, bool]] = {}
 
     def names(self) -> list[str]:
-        """Return the names of the files that may be workbooks, in alphabetical order; raises SheetsError if it cannot be read."""
+        """Return the sorted names of the files that may be workbooks; raises SheetsError for an unreadable folder."""
         try:
             files = self.folder.iterdir()
             found = [p.name for p in files if p.suffix.casefold() in WORKBOOK_SUFFIXES and p.name[0] not in ".~"]
@@ -238,7 +238,7 @@ class OpenWorkbooks:
             self._journal.rename(before, name)
 
     def session(self, path: Path) -> WorkbookSession:
-        """Return the session of a workbook of the folder, opened if necessary; raises SheetsError when it cannot be read or written."""
+        """Return the session of a workbook; raises SheetsError when it cannot be read, or nothing written beside it."""
         with self._lock:
             if path.name not in self._sessions:
                 self._sessions[path.name] = WorkbookSession(self._open(path), self._worker, self._tester)
