@@ -20,17 +20,12 @@ def install(environment: Environment, language: Language) -> None:
 
     Templates say `_("Runs of {book}", book=page.book)`, `ngettext("{n} run", "{n} runs", n)` and, where one text means
     several things, `pgettext("of a moment", "Note")`. Texts and values are escaped; a value may be `Markup`. A message
-    in the data of a page is shown in the language too.
-
-    Args:
-        environment: of the templates.
-        language: returns the code of the language that a template is rendered in.
+    in the data of a page is shown in the language too. `language` returns the code of the one a template is shown in.
     """
 
     @pass_context
     def text(context: Context, message: str, /, **places: Any) -> Markup:
-        code = language(context)
-        return _filled(translate(LazyMessage(message), code), places, code)
+        return text_in(context, "", message, **places)
 
     @pass_context
     def text_in(context: Context, msgctxt: str, message: str, /, **places: Any) -> Markup:

@@ -77,11 +77,7 @@ class Analysis:
         return {s.output: self.examples[s.ref] for s in steps if s.ref in self.examples}
 
     def drawing(self, behaviour: BehaviourGraph) -> str:
-        """Return the behaviour's diagram for a panel as SVG; it is drawn once and cached.
-
-        Raises:
-            SheetsError: it cannot be laid out, or takes too long.
-        """
+        """Return a behaviour's diagram for a panel as SVG, drawn once; raises SheetsError when it cannot be drawn."""
         if behaviour.key not in self._drawings:
             flags = self.flags(behaviour)
             drawn = draw_diagram(self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS)

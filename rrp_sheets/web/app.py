@@ -17,7 +17,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
 from rrp_sheets.web import security, statics
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import MessagePage, RefusedPage, script_json, show
+from rrp_sheets.web.models import MessagePage, RefusedPage, pieces, script_json, show
 from rrp_sheets.web.requests import page_language
 from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink
 from rrp_sheets.web.services import make_services, services
@@ -89,7 +89,7 @@ def create_app(
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["program"] = statics.build_id
-    app.jinja_env.filters["in_browser"] = in_browser
+    app.jinja_env.filters |= {"in_browser": in_browser, "pieces": pieces}
     page_texts.install(app.jinja_env, lambda _: page_language())
     app.jinja_env.globals |= {"language": page_language, "script_texts": _script_texts}
     app.extensions["services"] = make_services(folder)

@@ -15,11 +15,9 @@ from markupsafe import Markup
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.render.sentences import BehaviourText
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook.schema import Column
 
-MOST_ROWS = 2000  # that are described in words
 _CODE = re.compile(r"(`+)(.+?)\1(?!`)")
 _COUNTED = {
     "error": (N_("{n:,} error"), N_("{n:,} errors")), "warning": (N_("{n:,} warning"), N_("{n:,} warnings")),
@@ -43,25 +41,6 @@ class TextPiece:
     text: str
     code: bool = False
     topic: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class RowSentence:
-    """Description of a row in words; `active` is False when it is switched off or has no input."""
-
-    number: int
-    pieces: tuple[TextPiece, ...]
-    active: bool
-
-
-@dataclass(frozen=True, slots=True)
-class BehaviourWords:
-    """Description of a behaviour in words: a summary, its sensors and actuators, and its rows."""
-
-    paragraph: tuple[TextPiece, ...]
-    sensors: tuple[str, ...]
-    actuators: tuple[str, ...]
-    rows: tuple[RowSentence, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,12 +95,6 @@ def said(error: SheetsError) -> str:
 def script_json(data: object) -> Markup:
     """Format data for a script element of a page."""
     return htmlsafe_json_dumps(data, ensure_ascii=False)
-
-
-def words_of(said: BehaviourText) -> BehaviourWords:
-    """Convert the description of a behaviour for the pages."""
-    rows = tuple(RowSentence(r.number, pieces(r.text), r.active) for r in said.rows[:MOST_ROWS])
-    return BehaviourWords(pieces(said.paragraph), said.sensors, said.actuators, rows)
 
 
 def pieces(text: str) -> tuple[TextPiece, ...]:

@@ -61,8 +61,12 @@ class Password:
 
 
 def invent() -> str:
-    """Generate a password of a few easy words; one of four thousand million."""
-    words = easy_words()
+    """Generate a password of a few easy words; one of four thousand million.
+
+    >>> len(set(_EASY.split()))
+    256
+    """
+    words = _EASY.split()
     return "-".join(secrets.choice(words) for _ in range(_WORDS))
 
 
@@ -87,15 +91,6 @@ pillow pilot pine planet plate pocket pond pony poppy potato pumpkin purple puzz
 rainbow red ribbon rice river robin rocket rose ruby sail salad salt sand silver sister six sky snow soap sofa
 soup spoon spring star
 """
-
-
-def easy_words() -> list[str]:
-    """Return the words from which passwords are generated.
-
-    >>> len(set(easy_words()))
-    256
-    """
-    return _EASY.split()
 
 
 FREE = 5  # wrong ones without a wait

@@ -34,13 +34,7 @@ _MOST_BYTES = 60_000_000
 
 @dataclass(frozen=True)
 class Wanted:
-    """Parameters of a protocol to be printed.
-
-    Attributes:
-        path: of the workbook; `digest` is its SHA-256, `against_digest` that of the one it is compared with.
-        against: the other workbook; None for no comparison.
-        language: its code; empty for the Protocol's.
-    """
+    """Parameters of a protocol to be printed; with `against` it is compared, an empty language is the Protocol's."""
 
     path: Path
     digest: str
@@ -91,39 +85,30 @@ class ProtocolPrinter(QueryWorker):
             return path
 
     def proof(self, wanted: Wanted) -> ProtocolPreview:
-        """Return the protocol as data.
+        """Return the protocol as data; raises SheetsError when it cannot be made, or not in time."""
 
-        Raises:
-            SheetsError: it cannot be made, or not in time.
-        """
-        return self._kept(("proof", *wanted.name), lambda: self._proof(wanted))
-
-    def pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
-        """Return the PDF for a paper size (`a4` or `letter`), and notes on what it lacks.
-
-        Raises:
-            SheetsError: it cannot be made, or not in time.
-        """
-        return self._kept(("pdf", paper, *wanted.name), lambda: self._pdf(wanted, paper))
-
-    def _proof(self, wanted: Wanted) -> ProtocolPreview:
-        with tempfile.TemporaryDirectory() as folder:
-            target = Path(folder) / "pack.json"
+        def make(target: Path) -> ProtocolPreview:
             self.ask(wanted.path.name, "write_preview", *wanted.request, str(target))
             return unpack(ProtocolPreview, json.loads(_content(target)))
 
-    def _pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
-        with tempfile.TemporaryDirectory() as folder:
-            target = Path(folder) / "protocol.pdf"
+        return self._kept(("proof", *wanted.name), make)
+
+    def pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
+        """Return the PDF for a paper size (`a4` or `letter`), and notes on what it lacks; raises as `proof`."""
+
+        def make(target: Path) -> tuple[bytes, list[str]]:
             notes = self.ask(wanted.path.name, "write_pdf", *wanted.request, paper, str(target))
             return _content(target), [str(note) for note in notes]
 
-    def _kept(self, name: tuple[str, ...], make: Callable[[], T]) -> T:
+        return self._kept(("pdf", paper, *wanted.name), make)
+
+    def _kept(self, name: tuple[str, ...], make: Callable[[Path], T]) -> T:
         with self._keeping:
             if name in self._made:
                 self._made.move_to_end(name)
                 return cast(T, self._made[name])
-        made = make()
+        with tempfile.TemporaryDirectory() as folder:
+            made = make(Path(folder) / "made")
         with self._keeping:
             self._made[name] = made
             while len(self._made) > 2 * _KEPT:

@@ -24,17 +24,18 @@ _Other = Callable[[ExitStack], "Path | None"]
 
 @dataclass
 class ReplayJob:
-    """Replay that is going on, or is over.
+    """Replay that is going on, or is over; a page has `asked` for it last at that time.
 
     Attributes:
         part: the progress, from 0 to 1.
         trouble: why there is no account, in words.
-        asked: the time of the last request of a page.
+        given_up: no page waited for it any more; the next request starts it anew.
     """
 
     part: float = 0.0
     account: dict[str, Any] | None = None
     trouble: str = ""
+    given_up: bool = False
     asked: float = field(default_factory=time.monotonic)
     done: threading.Event = field(default_factory=threading.Event)
 
@@ -65,7 +66,7 @@ class Replays:
         """
         with self._lock:
             found = self._jobs.get(name)
-            if found is not None and not isinstance(found.trouble, _GivenUp):
+            if found is not None and not found.given_up:
                 found.asked = time.monotonic()
                 return found
             if sum(not job.over for job in self._jobs.values()) >= _MOST:
@@ -87,7 +88,7 @@ class Replays:
             with self._turn, ExitStack() as stack:
                 account = replay_apart(place, other(stack), progress, stopped)
         except Stopped as error:
-            job.trouble = _GivenUp(str(error))
+            job.trouble, job.given_up = str(error), True
         except SheetsError as error:
             job.trouble = said(error)
         except OSError as error:
@@ -96,7 +97,3 @@ class Replays:
             job.account = account
         finally:
             job.done.set()
-
-
-class _GivenUp(str):
-    """Message of a replay that no page waited for any more; the next request starts it anew."""

@@ -40,18 +40,14 @@ def json_body() -> Asked:
         sent = json.loads(request.get_data().decode())
     except (ValueError, RecursionError) as error:  # the latter: nested deeper than anything a page sends
         raise BadRequest from error
-    if not isinstance(sent, dict) or (_HALF.search(request.get_data()) and not _is_text(sent)):
+    if not isinstance(sent, dict):
         raise BadRequest
+    if _HALF.search(request.get_data()):
+        try:
+            json.dumps(sent, ensure_ascii=False).encode()
+        except UnicodeEncodeError as error:  # a lone surrogate
+            raise BadRequest from error
     return sent
-
-
-def _is_text(sent: Asked) -> bool:
-    """Return whether all texts can be encoded as UTF-8, which lone surrogates cannot."""
-    try:
-        json.dumps(sent, ensure_ascii=False).encode()
-    except UnicodeEncodeError:
-        return False
-    return True
 
 
 def text_of(sent: Asked, name: str, longest: int = 200) -> str:
@@ -93,11 +89,7 @@ def author_of(sent: Asked, unnamed: str = SOMEBODY) -> str:
 
 
 def workbook_or_404(name: str) -> WorkbookSession:
-    """Return a workbook's session by name; answer 404 if there is no such file.
-
-    Raises:
-        SheetsError: it is a Markdown file that is no workbook, or cannot be read.
-    """
+    """Return a workbook's session; answer 404 if there is no such file, raise SheetsError if it is none."""
     repository, open_workbooks = services().repository, services().open_workbooks
     if not repository.has(name):
         abort(404)

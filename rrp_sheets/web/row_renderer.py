@@ -22,9 +22,11 @@ from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
 
+Numbered = list[tuple[int, Diagnostic]]
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
 _BODY = 50  # rows; as many as grid.js makes them
 Signature = tuple[Any, ...]
+Taken = Mapping[tuple[str, str, int], tuple[str, str]]
 
 
 class RowRenderer:
@@ -34,9 +36,9 @@ class RowRenderer:
         self.grid = grid
         self.has_examples = grid.kind == "behaviour"
         self.sheet = SHEETS.get(grid.kind, OWN)
-        self.kinds = [self._column(c).kind for c in grid.columns]
+        self._pairs = [(column, self._column(column).kind) for column in grid.columns]
         self._signatures: dict[str, Signature] = {}
-        self._problems: dict[int, list[tuple[int, Diagnostic]]] = {}
+        self._problems: dict[int, Numbered] = {}
         self._examples: Mapping[int, str] = {}
         self._streams: dict[str, str] = {}
         self._taken: dict[tuple[str, int], tuple[str, str]] = {}
@@ -56,23 +58,18 @@ class RowRenderer:
             heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column))
         return heads
 
-    def take(
-        self,
-        analysis: Analysis,
-        taken: Mapping[tuple[str, str, int], tuple[str, str]],
-        marks: Mapping[str, str] = MappingProxyType({}),
-    ) -> None:
+    def take(self, analysis: Analysis, taken: Taken, marks: Mapping[str, str] = MappingProxyType({})) -> None:
         """Take over the newest check, the locked cells with their editors (page, name), and the test results."""
         self._marks = marks
         self._robot = analysis.robot
         self._taken = {(row, column): who for (_, row, column), who in taken.items()}
-        problems: dict[int, list[tuple[int, Diagnostic]]] = {}
+        problems: dict[int, Numbered] = {}
         for number, d in enumerate(analysis.findings, 1):
             if d.address and d.address.sheet == self.grid.name:
                 problems.setdefault(d.address.row, []).append((number, d))
         self._problems = problems
         behaviour = analysis.behaviour(self.grid.name)
-        if self.grid.kind != "behaviour" or behaviour is None:
+        if not self.has_examples or behaviour is None:
             return
         self._streams = analysis.kinds(self.grid.name)
         shown = [s for s in behaviour.steps if s.active and not s.connector.is_sink]
@@ -108,28 +105,22 @@ class RowRenderer:
         numbers = self.grid.numbers()
         return {row: self._made(row, numbers[row]) for row in rows if row in numbers}
 
-    def _made(self, row: str, number: int) -> str:
-        self._signatures[row] = self._signature(row, number)
-        return self._row(row, number)
-
     def _signature(self, row: str, number: int) -> Signature:
         texts = self.grid.texts.get(row, {})
-        names = tuple(self._streams.get(key(n), "") for c, k in self._pairs() if k in ("inputs", "output")
-                      for n in _names(texts.get(c.number, "")))  # fmt: skip
+        names = tuple(self._streams.get(key(n), "") for c, k in self._pairs if k in ("inputs", "output")
+                      for n in names_in(texts.get(c.number, "")))  # fmt: skip
         problems = tuple((n, d.id, len(d.fixes)) for n, d in self._problems.get(number, ()))
         taken = tuple(self._taken.get((row, c.number)) for c in self.grid.columns)
         example, is_anonymous = self._examples.get(number, ""), number in self._anonymous
         return tuple(texts.items()), names, problems, example, is_anonymous, taken, self._marks.get(row)
 
-    def _pairs(self) -> list[tuple[GridColumn, str]]:
-        return list(zip(self.grid.columns, self.kinds, strict=True))
-
-    def _row(self, row: str, number: int) -> str:
+    def _made(self, row: str, number: int) -> str:
+        self._signatures[row] = self._signature(row, number)
         texts = self.grid.texts.get(row, {})
         problems = self._problems.get(number, [])
         known = {c.number for c in self.grid.columns}
         cells = []
-        for column, kind in self._pairs():
+        for column, kind in self._pairs:
             mine = [(n, d) for n, d in problems if d.address and d.address.column == column.number]
             if column is self.grid.columns[0]:
                 mine += [(n, d) for n, d in problems if d.address and d.address.column not in known]
@@ -137,7 +128,7 @@ class RowRenderer:
             if kind == "output" and self.has_examples:
                 example = escape(self._examples.get(number, ""))
                 cells.append(f'<td role="gridcell" class="example" title="{example}">{example}</td>')
-        off = any(k == "on" and truth_of(texts.get(c.number, "")) is False for c, k in self._pairs())
+        off = any(k == "on" and truth_of(texts.get(c.number, "")) is False for c, k in self._pairs)
         filled = [t for _, t in sorted(texts.items()) if t.strip()]
         comment = bool(filled) and filled[0].lstrip().startswith("#")
         buried = comment and len(filled) > 1
@@ -148,9 +139,7 @@ class RowRenderer:
             f'<th role="rowheader" class="number" scope="row">{number}</th>{"".join(cells)}</tr>'
         )
 
-    def _cell(
-        self, row: str, number: int, column: GridColumn, kind: str, text: str, problems: list[tuple[int, Diagnostic]]
-    ) -> str:
+    def _cell(self, row: str, number: int, column: GridColumn, kind: str, text: str, problems: Numbered) -> str:
         looks, more = kind, ""
         if text:
             more += f' data-v="{escape(text)}"'
@@ -161,8 +150,7 @@ class RowRenderer:
             looks += f" flagged is-{worst}"
         if kind == "setting" and not text and not self._takes(row, column):
             looks += " untaken"
-        who = self._taken.get((row, column.number))
-        if who:
+        if who := self._taken.get((row, column.number)):
             looks += " taken"
         if text.lstrip().startswith("#") and column.number == min(self.grid.texts.get(row, {column.number: ""})):
             looks += " remark"
@@ -172,12 +160,15 @@ class RowRenderer:
         if kind == "expect" and row in self._marks:
             inside += _verdict(self._marks[row])
         inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
-        inside += _tag(*who) if who else ""
+        if who:
+            client, name = who
+            name = N_("{name} is editing", name=name)
+            inside += f'<span class="name-tag" data-client="{escape(client)}">{escape(name)}</span>'
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
     def _takes(self, row: str, column: GridColumn) -> bool:
         """Return whether the device of a row has the setting of a column; True for an unknown device."""
-        place = next((c.number for c, k in self._pairs() if k == "device"), 0)
+        place = next((c.number for c, k in self._pairs if k == "device"), 0)
         found = self._robot.find(self.grid.text(row, place)) if self._robot else None
         return found is None or key(column.header) in found.type.settings
 
@@ -192,7 +183,7 @@ class RowRenderer:
             below = kind == "output" and number in self._anonymous
             return f'<span class="hint-word">{escape(N_("↓ row below"))}</span>' if below else ""
         if kind in ("inputs", "output"):
-            return ",<br>".join(self._named(n) for n in _names(text))
+            return ",<br>".join(self._named(n) for n in names_in(text))
         if kind == "connector":
             known = connectors().get(text)
             icon = f' data-icon="{known.name}"' if known else ""
@@ -206,12 +197,9 @@ class RowRenderer:
         return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
 
 
-def _names(text: str) -> list[str]:
+def names_in(text: str) -> list[str]:
+    """Return the names of streams in a cell."""
     return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]
-
-
-def _tag(client: str, name: str) -> str:
-    return f'<span class="name-tag" data-client="{escape(client)}">{escape(N_("{name} is editing", name=name))}</span>'
 
 
 def _verdict(got: str) -> str:

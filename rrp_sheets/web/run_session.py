@@ -325,8 +325,7 @@ class RunManager:
 
         Raises:
             RobotBusy: when a run is going.
-            MissingPart: when the simulator is not installed here.
-            SheetsError: when the workbook has errors.
+            SheetsError: when the workbook has errors, or the simulator is not installed here.
         """
         errors = session.analysis().errors
         if errors:

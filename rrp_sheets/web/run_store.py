@@ -34,12 +34,10 @@ class RunLine:
 
     Attributes:
         run: the name of its folder; `opens` whether it can be opened.
-        who: participant and condition.
-        mode: simulated, pilot, real; empty when unknown.
-        state: `good`, `stopped`, `broken`, `going`, `unreadable`: the icon that is shown.
-        ended: how it ended, in words.
-        why: what is wrong, or why it broke off, and what can be done.
         book: the workbook's file, when it is in the folder.
+        who: participant and condition.
+        state: `good`, `stopped`, `broken`, `going`, `unreadable`: the icon that is shown; `ended` has words for it.
+        why: what is wrong, or why it broke off, and what can be done.
     """
 
     run: str
@@ -61,8 +59,7 @@ class RunLine:
 class RunStore:
     """Recorded runs of a folder of workbooks.
 
-    Args:
-        folder: of the workbooks.
+    Attributes:
         going: the names of the folders of runs that go on now.
         writing: those of runs that are over, and whose last files are not there yet.
         forget: called with the folder names of runs that were deleted.
@@ -84,11 +81,7 @@ class RunStore:
         return [facts_of(self.folder / RUNS / name, going) for name in names]
 
     def place(self, name: str) -> Path:
-        """Return the folder of a run.
-
-        Raises:
-            SheetsError: there is no such run.
-        """
+        """Return the folder of a run; raises SheetsError when there is no such run."""
         if name not in self.names():
             message = N_("There is no run “{run}” here.", run=printable(name)[:100])
             raise SheetsError(message, N_("Choose one from the list of runs."))
@@ -117,11 +110,7 @@ def media_type(name: str) -> str:
 
 
 def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
-    """Have `make` write a file, and return it open; it is deleted when it is closed.
-
-    Raises:
-        SheetsError: the error of `make`; if the temporary folder cannot be written, the message names it.
-    """
+    """Have `make` write a file, and return it open; it is deleted when it is closed. Raises the error of `make`."""
     with tempfile.TemporaryDirectory(prefix="rrp-sheets-") as folder:
         target = Path(folder) / name
         try:
@@ -130,16 +119,13 @@ def made(name: str, make: Callable[[Path], object]) -> BinaryIO:
             if folder not in error.message:
                 raise
             why = error.message.places.get("reason", "") if isinstance(error.message, LazyMessage) else ""
-            message = N_(
+            plain = N_("There is no room for this file in “{folder}”, where files are made before they are sent.")
+            full = N_(
                 "There is no room for this file in “{folder}”, where files are made before they are sent ({why})."
-                if why
-                else "There is no room for this file in “{folder}”, where files are made before they are sent.",
-                folder=str(Path(folder).parent),
-                why=why,
             )
-            raise SheetsError(
-                message, N_("Make room there, on the computer on which the program runs, and try again.")
-            ) from None
+            message = N_(full if why else plain, folder=str(Path(folder).parent), why=why)
+            remedy = N_("Make room there, on the computer on which the program runs, and try again.")
+            raise SheetsError(message, remedy) from None
         return target.open("rb")  # stays readable when its name is gone
 
 
@@ -152,10 +138,8 @@ def when(moment: datetime | None, today: date | None = None) -> str:
     if moment is None:
         return ""
     today = today or datetime.now().date()
-    if moment.date() == today:
-        return N_("today {time}", time=f"{moment:%H:%M}")
-    if moment.date() == today - timedelta(days=1):
-        return N_("yesterday {time}", time=f"{moment:%H:%M}")
+    if moment.date() in (today, today - timedelta(days=1)):
+        return N_("today {time}" if moment.date() == today else "yesterday {time}", time=f"{moment:%H:%M}")
     return date_and_time(moment, year=moment.year != today.year)
 
 

@@ -43,8 +43,7 @@ class Lan:
 
     Attributes:
         password: required of everyone except browsers that opened a link on this computer.
-        hosts: names and addresses of this computer that were printed; others are refused, as another site's name
-            may lead here as well.
+        hosts: names of this computer that were printed; others are refused, as another site's name may lead here too.
     """
 
     password: Password
@@ -110,11 +109,7 @@ def author_name(given: str, unnamed: str = SOMEBODY) -> str:
 
 
 def _opened(settings: Access, token: str, *, is_owner: bool) -> AnyResponse:
-    """Answer a link: redirect to the page without the token, and set the cookie if the browser has none.
-
-    Raises:
-        UsedLink: the link is not valid, and the browser has no cookie.
-    """
+    """Answer a link: redirect to the page without the token, with the cookie; raises UsedLink when it is not valid."""
     headers = request.headers
     if "prefetch" in headers.get("Sec-Purpose", "") + headers.get("Purpose", "") + headers.get("X-Moz", ""):
         return Response(status=503)  # nobody has opened it yet
@@ -159,7 +154,6 @@ def _while_open(messages: Iterable[str], sessions: Sessions, person: Person) -> 
 
 
 def _host() -> str:
-    """Return the host name of the request, without the port."""
     found = _HOST.fullmatch(request.headers.get("Host", "").casefold())
     return (found[1] or found[2]) if found else ""
 
@@ -228,13 +222,10 @@ def cookie_name(secret: str) -> str:
 
 
 def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
-    """Return the secret that identifies a folder's browsers, kept in a file that only this user can read.
+    """Return the secret that identifies a folder's browsers, and why it could not be kept, if so.
 
-    It stands in the user's own folder for such data and not beside the workbooks, which others may share or copy. With
-    `renew` another one is made, so that every browser needs a new link.
-
-    Returns:
-        The secret, and why it could not be kept; that is empty when it was.
+    Its file, which only this user can read, stands in the user's own folder for such data and not beside the
+    workbooks, which others may share or copy. With `renew` another is made, so that every browser needs a new link.
     """
     name = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:32]
     path = _state_folder() / "rrp-sheets" / "servers" / name
@@ -287,7 +278,6 @@ class Person:
     Attributes:
         name: as the others see it; empty for a browser on this computer, whose user types it on the page.
         key: identifies the login; it is not the secret, and grants no access.
-        address: from which the login came.
     """
 
     name: str = ""

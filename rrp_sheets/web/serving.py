@@ -54,7 +54,6 @@ class _Request(WSGITask):  # type: ignore[misc]
     """Request whose WSGI environment names its connection."""
 
     def get_environment(self) -> Any:
-        """Return the WSGI environment, with the connection added."""
         environ = super().get_environment()
         environ[_CHANNEL] = self.channel
         return environ
@@ -68,14 +67,11 @@ def let_in(environ: Mapping[str, Any]) -> None:
 
 
 class Channel(HTTPChannel):  # type: ignore[misc]
-    """Connection of a browser, with its timeouts.
+    """Connection of a browser, with its timeouts; `is_known` when a request on it came from an authorised user.
 
     The head of a request must arrive within 5 s, the rest within the server's time limit, even if data keeps coming.
     The number of connections of one address is limited: when it opens another, the least important one is closed. A
     connection whose request is being answered is never closed for that; those of authorised users are closed last.
-
-    Attributes:
-        is_known: a request on it came from an authorised user.
     """
 
     task_class = _Request
@@ -105,14 +101,11 @@ class Channel(HTTPChannel):  # type: ignore[misc]
 
     def readable(self) -> bool:
         """Return whether to wait for data; called about every second, so it also closes overdue connections."""
-        if self._is_over or self._is_late():
+        waits_since = None if self.requests else self._head_began
+        if self._is_over or (waits_since is not None and time.monotonic() - waits_since > HEAD_SECONDS):
             self.handle_close()
             return False
         return bool(super().readable())
-
-    def _is_late(self) -> bool:
-        waits = self._head_began is not None and not self.requests
-        return waits and time.monotonic() - (self._head_began or 0.0) > HEAD_SECONDS
 
     def _make_room(self) -> None:
         """Close the least important connection, if there are too many."""
@@ -124,7 +117,6 @@ class Channel(HTTPChannel):  # type: ignore[misc]
             min(others, key=lambda one: (one._worth(), one.creation_time), default=self)._is_over = True
 
     def _worth(self) -> int:
-        """Return the importance of the connection; the lowest is closed first."""
         if self.requests:
             return _BUSY
         if self._head_began is not None:
@@ -180,14 +172,9 @@ def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
 
 
 def bind(hosts: Sequence[str], port: int | None) -> list[socket.socket]:
-    """Bind sockets to addresses of this computer, all with one port.
+    """Bind sockets to addresses of this computer, all with one port; None is for a free one.
 
-    Args:
-        hosts: addresses; without the first there is no server, and the others may be missing on this computer.
-        port: None for a free one.
-
-    Raises:
-        SheetsError: the port cannot be used.
+    Without the first address there is no server, and the others may be missing. Raises SheetsError for a used port.
     """
     bound: list[socket.socket] = []
     for host in hosts:
@@ -229,8 +216,7 @@ _LAST_RESORT = ipaddress.ip_network("169.254.0.0/16")
 def own_addresses() -> tuple[str, ...]:
     """Return the network addresses of this computer, those of the default routes first; sends nothing.
 
-    Networks without internet count too: a router, or a cable between two computers, whose
-    link-local addresses (169.254…) are given when there are no others.
+    Networks without internet count too; link-local addresses (169.254…) are given when there are no others.
     """
     found: list[str] = []
     for family, elsewhere in _ELSEWHERE:
@@ -240,9 +226,9 @@ def own_addresses() -> tuple[str, ...]:
     for adapter in ifaddr.get_adapters():
         if not adapter.nice_name.startswith(_INNER):
             found += [ip.ip if isinstance(ip.ip, str) else ip.ip[0] for ip in adapter.ips]
-    leading = [address for address in dict.fromkeys(found) if _leads_here(address)]
-    last = [a for a in dict.fromkeys(found) if ipaddress.ip_address(a) in _LAST_RESORT]
-    return tuple(leading or last)
+    known = {address: ipaddress.ip_address(address) for address in found}
+    leading = [a for a, ip in known.items() if not (ip.is_loopback or ip.is_link_local or ip.is_unspecified)]
+    return tuple(leading or [a for a, ip in known.items() if ip in _LAST_RESORT])
 
 
 def own_name() -> str:
@@ -259,14 +245,6 @@ def address_of(host: str, port: int) -> str:
     ('http://192.168.0.7:8000/', 'http://[fd00::7]:8000/')
     """
     return f"http://[{host}]:{port}/" if ":" in host else f"http://{host}:{port}/"
-
-
-def _leads_here(address: str) -> bool:
-    try:
-        known = ipaddress.ip_address(address)
-    except ValueError:
-        return False
-    return not (known.is_loopback or known.is_link_local or known.is_unspecified)
 
 
 _PREFIX = "rrp-sheets-server-"
@@ -288,7 +266,6 @@ def own_temp_folder() -> Iterator[Path]:
 
 
 def _remove_abandoned(system: Path) -> None:
-    """Remove the folders that servers of this user left behind."""
     limit = time.time() - _NEW_S
     for folder in system.glob(f"{_PREFIX}*"):
         with suppress(OSError):

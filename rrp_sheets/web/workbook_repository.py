@@ -233,25 +233,22 @@ class OpenWorkbooks:
     def renamed(self, before: str, name: str) -> None:
         """Carry the journal of a renamed workbook over to its new name."""
         with self._lock, suppress(SheetsError):  # where nothing can be kept, nothing is lost
-            if self._journal is None:
-                self._journal = Journal(self.folder)
+            self._journal = self._journal or Journal(self.folder)
             self._journal.rename(before, name)
 
     def session(self, path: Path) -> WorkbookSession:
         """Return the session of a workbook; raises SheetsError when it cannot be read, or nothing written beside it."""
         with self._lock:
             if path.name not in self._sessions:
-                self._sessions[path.name] = WorkbookSession(self._open(path), self._worker, self._tester)
+                why = ""
+                try:
+                    self._journal = self._journal or Journal(self.folder)
+                except SheetsError as error:
+                    why = said(error)
+                document = Document(path, self._journal, why)
+                self._sessions[path.name] = WorkbookSession(document, self._worker, self._tester)
                 self.opened(self._sessions[path.name])
             return self._sessions[path.name]
-
-    def _open(self, path: Path) -> Document:
-        try:
-            if self._journal is None:
-                self._journal = Journal(self.folder)
-        except SheetsError as error:
-            return Document(path, None, said(error))
-        return Document(path, self._journal)
 
     def sessions(self) -> list[WorkbookSession]:
         """Return the sessions of all open workbooks."""

@@ -46,14 +46,14 @@ class Broadcaster:
         self.listeners: list[EventStream] = []
         self.locks = CellLocks()
         self._lock = threading.RLock()
-        self._told = EventBacklog()
+        self.backlog = EventBacklog()
 
     def _enter(self, listener: EventStream, had: str) -> None:
         """Register an event stream; if `had` is the number of an event, first send those that came after it."""
         with self._lock:
-            for text in self._told.missed(listener.client, had) if had else ():
+            for text in self.backlog.missed(listener.client, had) if had else ():
                 listener.tell(text)
-            listener.welcome = f"id: {self.newest_event()}\n\n"
+            listener.welcome = f"id: {self.backlog.number}\n\n"
             self.listeners.append(listener)
 
     def is_of(self, client: str, person: str) -> bool:
@@ -98,11 +98,6 @@ class Broadcaster:
 
     # ---- events that they are sent
 
-    def newest_event(self) -> str:
-        """Return the number of the newest numbered event."""
-        with self._lock:
-            return self._told.number
-
     def tell_people(self) -> None:
         """Send every page the list of the users present."""
         with self._lock:
@@ -112,7 +107,7 @@ class Broadcaster:
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
         """Send an event to every page except `but`."""
         with self._lock:  # also while it is handed over: what is numbered comes in its order
-            text = self._told.add(event, data, but)
+            text = self.backlog.add(event, data, but)
             for listener in self.listeners:
                 if listener.client != but:
                     listener.tell(text)

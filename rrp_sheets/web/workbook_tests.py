@@ -140,9 +140,7 @@ class Tester:
     def run(self, path: Path, within: float) -> TestRun:
         """Run the tests of a workbook within some seconds of CPU time.
 
-        Raises:
-            WorkerError: when the tests had to be ended, or their process ended.
-            SheetsError: when the file cannot be read.
+        Raises WorkerError when the tests were ended, or their process ended; SheetsError for an unreadable file.
         """
         try:
             return unpack(TestRun, self._worker.ask([_TASK, str(path.absolute()), within], within + GRACE, START))
@@ -238,18 +236,17 @@ class WorkbookTests:
     def _understood(self, answer: TestRun) -> Results:
         if answer.tests is None:
             return Results(why=N_("The tests are run again when the errors are mended."))
-        found = {test.sheet: replace(test, marks=self._marks(test.sheet, marks)) for test, marks in answer.tests}
+        found: dict[str, Tested] = {}
+        for test, marks in answer.tests:
+            grid = self._document.grids.get(test.sheet)
+            ids = grid.numbers().items() if grid is not None else ()
+            found[test.sheet] = replace(test, marks={row: marks[number] for row, number in ids if number in marks})
         for state, names in ((WAITS, answer.waiting), (LATE, answer.late)):
             found |= {name: Tested(name, state) for name in names}
         ordered = tuple(found[name] for name in self.sheets if name in found)
         self._held |= {test.sheet for test in ordered if test.state == PASSES}
         rows = tuple(N_("{sheet} row {row}", sheet=a.sheet, row=a.row) for a in answer.rows)
         return Results(ordered, rows=rows, held=self._held)
-
-    def _marks(self, sheet: str, marks: Mapping[int, str]) -> dict[str, str]:
-        grid = self._document.grids.get(sheet)
-        ids = {number: row for row, number in grid.numbers().items()} if grid is not None else {}
-        return {ids[number]: words for number, words in marks.items() if number in ids}
 
     def _news(self, results: Results) -> str:
         """Describe what has changed since the last results; empty for nothing."""
@@ -289,10 +286,7 @@ _LONGEST = 300  # letters of one line
 
 
 def run_workbook_tests(path: str, within: float) -> TestRun:
-    """Run the tests of a workbook, as far as its errors allow.
-
-    After `within` seconds of CPU time the current test is aborted, and no further one is started.
-    """
+    """Run the tests of a workbook, as far as its errors allow, until `within` seconds of CPU time are over."""
     from rrp_sheets.testing.run import in_order, run_tests
     from rrp_sheets.workbook import read
 
@@ -375,8 +369,6 @@ class TestsPanel:
         first: the name of the test whose failing rows are listed; empty for none. `state` is as of its line.
         broken: whether it has passed before.
         terms: new words of the current lesson, linked to their help.
-        missed: its failing rows; `left_out` is how many more there are.
-        unsent: what could not be sent, in words.
     """
 
     count: str
@@ -459,12 +451,9 @@ def _notes(results: Results) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class Lesson:
-    """Place of a lesson in a workbook, and the terms that it introduces.
+    """Lesson of a workbook: the behaviour whose comments describe it, and the id of the row that begins it.
 
-    Attributes:
-        sheet: the behaviour whose comments describe it.
-        row: the id of the row that begins it.
-        terms: words with a help topic that no earlier lesson uses.
+    Its `terms` are words with a help topic that no earlier lesson uses.
     """
 
     sheet: str

@@ -45,24 +45,13 @@ _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts 
 
 
 @dataclass(frozen=True, slots=True)
-class VersionLine:
-    """Kept version; `now` when the workbook is the same now."""
-
-    id: int
-    name: str
-    when: str
-    by: str
-    now: bool
-
-
-@dataclass(frozen=True, slots=True)
 class VersionsPage:
-    """List of the kept versions of a workbook."""
+    """List of the kept versions of a workbook, each with when it was kept, and whether the workbook is the same now."""
 
     template: ClassVar[str] = "versions.html"
     longest: ClassVar[int] = _LONGEST
     name: str
-    lines: tuple[VersionLine, ...]
+    lines: tuple[tuple[Version, str, bool], ...]
     read_only: str
     notice: str = ""
     failed: bool = False
@@ -70,12 +59,7 @@ class VersionsPage:
 
 @dataclass(frozen=True, slots=True)
 class ComparePage:
-    """Comparison of two workbooks side by side.
-
-    Attributes:
-        book: the workbook that the page belongs to, or empty.
-        result: the comparison, as trusted HTML; empty when there is `trouble`.
-    """
+    """Comparison of two workbooks, those of `book` if not empty: a `result` as trusted HTML, or the `trouble`."""
 
     template: ClassVar[str] = "compare.html"
     groups: tuple[Group, ...]
@@ -133,7 +117,12 @@ def versions(name: str) -> str:
 @blueprint.post("/book/<name>/versions/<any(keep, restore):action>")
 def act(name: str, action: str) -> str:
     """Keep the workbook as it is now, or restore a version."""
-    return show((_keep if action == "keep" else _restore)(workbook_or_404(name), name))
+    session = workbook_or_404(name)
+    try:
+        notice = (_keep if action == "keep" else _restore)(session)
+    except SheetsError as error:
+        return show(versions_page(session, name, said(error), failed=True))
+    return show(versions_page(session, name, notice))
 
 
 @blueprint.get("/book/<name>/versions/<int:number>/file")
@@ -191,12 +180,9 @@ def _result(refs: tuple[str, str], words: dict[str, str]) -> Markup:
 
 
 def path_of(shared: Services, ref: str, folder: Path) -> Path:
-    """Return the path of the file that a reference names; a kept version is written into `folder`.
+    """Return the path of the file of a reference; a kept version is written into `folder`. Raises SheetsError.
 
     `shared` are the services: a replay calls this in a thread of its own, where `services()` finds none.
-
-    Raises:
-        SheetsError: there is no such file.
     """
     kind, _, rest = ref.partition("/")
     if kind == "book":
@@ -233,44 +219,36 @@ def versions_page(session: WorkbookSession, name: str, notice: str = "", *, fail
     """Build the list, with the result of the last action or the reason why it failed."""
     kept = session.document.file.versions()
     now = "" if session.document.file.read_only else session.document.reading.digest
-    lines = tuple(VersionLine(v.id, v.name, moment(v), v.author, v.digest == now) for v in kept)
+    lines = tuple((version, moment(version), version.digest == now) for version in kept)
     return VersionsPage(name, lines, session.document.why, notice, failed)
 
 
-def _keep(session: WorkbookSession, name: str) -> VersionsPage:
-    """Keep the workbook as it is now under the name that was sent."""
+def _keep(session: WorkbookSession) -> str:
     title = " ".join(request.form.get("title", "").split())[:_LONGEST]
-    try:
-        if not title or not title.isprintable():
-            remedy = N_("Write what you want to find it by, such as “before the pilot”.")
-            raise Refused(N_("A version needs a name."), remedy)
-        session.poll()
-        session.document.keep_version(author_name(request.form.get("author", "")), title)
-    except SheetsError as error:
-        return versions_page(session, name, said(error), failed=True)
-    return versions_page(session, name, N_("Kept as “{title}”.", title=title))
+    if not title or not title.isprintable():
+        remedy = N_("Write what you want to find it by, such as “before the pilot”.")
+        raise Refused(N_("A version needs a name."), remedy)
+    session.poll()
+    session.document.keep_version(author_name(request.form.get("author", "")), title)
+    return N_("Kept as “{title}”.", title=title)
 
 
-def _restore(session: WorkbookSession, name: str) -> VersionsPage:
+def _restore(session: WorkbookSession) -> str:
     """Restore a version; refused while a cell is being edited, whose text would be lost."""
     number = request.form.get("version", "")
     found = next((v for v in session.document.file.versions() if str(v.id) == number), None)
-    try:
-        if found is None:
-            raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
-        if people := sorted({name for _, name in session.locks.holders().values()}):
-            one, many = N_("{who} is editing a cell just now."), N_("{who} are editing a cell just now.")
-            message = N_(one if len(people) == 1 else many, who=both(people[:3]))
-            raise Refused(message, N_("Bring it back when they have finished."))
-        author = author_name(request.form.get("author", ""))
-        session.document.restore(author, found.id)
-    except SheetsError as error:
-        return versions_page(session, name, said(error), failed=True)
+    if found is None:
+        raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
+    if people := sorted({name for _, name in session.locks.holders().values()}):
+        one, many = N_("{who} is editing a cell just now."), N_("{who} are editing a cell just now.")
+        message = N_(one if len(people) == 1 else many, who=both(people[:3]))
+        raise Refused(message, N_("Bring it back when they have finished."))
+    author = author_name(request.form.get("author", ""))
+    session.document.restore(author, found.id)
     why = N_("{name} has brought back the version “{version}”.", name=author, version=found.name)
     session.tell("reload", {"why": why})
     session.check_soon()
-    notice = N_("“{version}” is back. What the workbook was before is kept as a version too.", version=found.name)
-    return versions_page(session, name, notice)
+    return N_("“{version}” is back. What the workbook was before is kept as a version too.", version=found.name)
 
 
 def file_name(book: str, version: Version) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
 
 from flask import Blueprint, Response, abort, jsonify
 
@@ -14,7 +13,6 @@ from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.grid import Cells, Grid, RestoreRows
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.robots import Robot
 from rrp_sheets.robots.trajectory import Planner
 from rrp_sheets.texts import N_
@@ -30,12 +28,24 @@ Joints = Mapping[str, float]
 
 @blueprint.get("/book/<name>/gesture/<sheet>/<row>")
 def play(name: str, sheet: str, row: str) -> Response:
-    """Send the joint angles of the gesture that a row belongs to."""
+    """Send the joint angles of the gesture that a row belongs to, or a message why there are none."""
     session = workbook_or_404(name)
     grid = session.document.grids.get(sheet)
     if grid is None or grid.kind != "gestures" or not grid.has(row):
         abort(404)
-    return jsonify(_played(session.document.reading.workbook, _name(grid, row)))
+    workbook, wanted = session.document.reading.workbook, key(_name(grid, row))
+    robot = robot_of(workbook, Report())
+    gesture = robot.motions.get(wanted)
+    if not wanted or gesture is None or wanted not in {key(g.name.text) for g in workbook.gestures}:
+        return jsonify({"message": N_("There is no gesture in this row yet: it needs a name, a time and an angle.")})
+    home = {j.name: 0.0 for j in robot.joints.values()} | _start(robot)
+    plan = Planner(robot, home, home).plan(gesture.timed())
+    count = math.ceil(plan.length * RATE)
+    frames = [{j: round(way.at(k / RATE)[0], 4) for j, way in plan.ways.items()} for k in range(count + 1)]
+    return jsonify({
+        "name": gesture.name, "rate": RATE, "seconds": round(plan.length, 2), "frames": frames,
+        "times": [round(t, 2) for t in plan.times],
+    })  # fmt: skip
 
 
 @blueprint.post("/book/<name>/pose")
@@ -53,20 +63,6 @@ def _name(grid: Grid, row: str) -> str:
     column = next((c.number for c in grid.columns if c.name == "Name"), 0)
     names = [grid.text(r, column).strip() for r in grid.rows[: grid.rows.index(row) + 1]]
     return next((name for name in reversed(names) if name), "")
-
-
-def _played(workbook: Workbook, name: str) -> dict[str, Any]:
-    """Return the joint angles of a gesture, 30 times a second, or a message why it cannot be shown."""
-    robot = robot_of(workbook, Report())
-    gesture = robot.motions.get(key(name))
-    if not name or gesture is None or key(name) not in {key(g.name.text) for g in workbook.gestures}:
-        return {"message": N_("There is no gesture in this row yet: it needs a name, a time and an angle.")}
-    home = {j.name: 0.0 for j in robot.joints.values()} | _start(robot)
-    plan = Planner(robot, home, home).plan(gesture.timed())
-    count = math.ceil(plan.length * RATE)
-    frames = [{j: round(way.at(k / RATE)[0], 4) for j, way in plan.ways.items()} for k in range(count + 1)]
-    return {"name": gesture.name, "rate": RATE, "seconds": round(plan.length, 2), "frames": frames,
-            "times": [round(t, 2) for t in plan.times]}  # fmt: skip
 
 
 def _start(robot: Robot) -> dict[str, float]:

@@ -20,13 +20,7 @@ Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class LoginPage:
-    """Login form.
-
-    Attributes:
-        trouble: why the last attempt failed; empty at first.
-        next: the page that was asked for.
-        name: as it was typed.
-    """
+    """Login form for who asked for the page `next`; `trouble` says why the last attempt failed."""
 
     template: ClassVar[str] = "login.html"
     longest: ClassVar[int] = LONGEST_NAME

@@ -17,6 +17,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.texts import sentences
 from rrp_sheets.web.models import KindText, said, script_json, show
 from rrp_sheets.web.requests import run_or_404
+from rrp_sheets.web.row_renderer import names_in
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
@@ -50,12 +51,7 @@ class RanSheet:
 
 @dataclass(frozen=True, slots=True)
 class LookbackPage:
-    """Page for looking back at a run.
-
-    Attributes:
-        trouble: why the run cannot be shown; `why` why the rows are missing.
-        ids: the rows' ids by their refs, as JSON.
-    """
+    """Page for looking back at a run, or its `trouble`; `why` says why the rows are missing, `ids` has them by refs."""
 
     template: ClassVar[str] = "lookback.html"
     line: RunLine
@@ -86,10 +82,13 @@ def page(run: str) -> str:
             answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
         except SheetsError as error:
             answer = {"sheets": [], "why": said(error)}
-    sheets = tuple(_sheet(number, sheet) for number, sheet in enumerate(answer["sheets"]))
+    sheets = []
+    for number, sheet in enumerate(answer["sheets"]):
+        rows = tuple(_row(f"r{number}-{row[0]}", row, sheet["kinds"]) for row in sheet["rows"])
+        sheets.append(RanSheet(number, str(sheet["name"]), rows, int(sheet["left_out"])))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     line = line_of(facts, set(services().repository.names()))
-    return show(LookbackPage(line, facts.seconds, sheets, script_json(ids), trouble, answer["why"]))
+    return show(LookbackPage(line, facts.seconds, tuple(sheets), script_json(ids), trouble, answer["why"]))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")
@@ -105,8 +104,7 @@ def part(run: str, what: str, number: int) -> Response:
     try:
         return Response(services().lookback_queries.lookback(place, what, number), mimetype="application/json")
     except SheetsError as error:
-        trouble = json.dumps({"trouble": said(error)})
-        return Response(trouble, status=422, mimetype="application/json")
+        return Response(json.dumps({"trouble": said(error)}), status=422, mimetype="application/json")
 
 
 @blueprint.get("/runs/<run>/lookback/picture/<int:number>.jpg")
@@ -124,24 +122,17 @@ def diagram(run: str, number: int) -> str:
     """Show the diagram of a behaviour, or why there is none."""
     place = services().runs.place(run_or_404(run))
     try:
-        drawn = DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), "")
+        return show(DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), ""))
     except SheetsError as error:
-        drawn = DrawnSheet(Markup(), said(error))
-    return show(drawn)
-
-
-def _sheet(number: int, sheet: Mapping[str, Any]) -> RanSheet:
-    kinds: Mapping[str, str] = sheet["kinds"]
-    rows = tuple(_row(f"r{number}-{row[0]}", row, kinds) for row in sheet["rows"])
-    return RanSheet(number, str(sheet["name"]), rows, int(sheet["left_out"]))
+        return show(DrawnSheet(Markup(), said(error)))
 
 
 def _row(ident: str, row: list[Any], kinds: Mapping[str, str]) -> RanRow:
     number, on, inputs, connector, formula, output, notes = row
     known = connectors().get(connector)
-    names = tuple(_name(n, kinds) for n in inputs.replace("\n", ",").split(",") if n.strip())
     icon = known.name if known else ""
-    return RanRow(ident, number, on, names, connector, icon, formula, _name(output, kinds) if output else None, notes)
+    given = tuple(_name(n, kinds) for n in names_in(inputs))
+    return RanRow(ident, number, on, given, connector, icon, formula, _name(output, kinds) if output else None, notes)
 
 
 def _name(text: str, kinds: Mapping[str, str]) -> KindText:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from hashlib import sha256
@@ -20,7 +20,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import LANGUAGES, language_code
-from rrp_sheets.web.models import TextPiece, date_and_time, pieces, said, show
+from rrp_sheets.web.models import date_and_time, said, show
 from rrp_sheets.web.protocol_printer import Wanted
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.services import services
@@ -41,15 +41,12 @@ class PrintPage:
 
     Attributes:
         own: the language that the Protocol sheet says.
-        choice: language, paper and against, as they are asked for.
         has_approved: whether a kept version is called an approved one.
-        errors: whether it will be a draft.
     """
 
     template: ClassVar[str] = "print.html"
     name: str
     title: str
-    digest: str
     own: str
     languages: tuple[tuple[str, str], ...]
     papers: tuple[tuple[str, str], ...]
@@ -61,21 +58,14 @@ class PrintPage:
 
 @dataclass(frozen=True, slots=True)
 class ProtocolPart:
-    """Protocol on the page; `trouble` says why there is none.
-
-    Attributes:
-        t: the texts in its language.
-        pictures: the diagrams, by the names under which the pack has them.
-        pieces: splits a sentence at its formulas.
-    """
+    """Protocol on the page, or its `trouble`: the texts in its language (`t`), and the diagrams by the pack's names."""
 
     template: ClassVar[str] = "protocol.html"
     pack: Pack | None
     t: Mapping[str, str]
     pictures: Mapping[str, Markup]
     legend: Markup
-    trouble: str
-    pieces: Callable[[str], tuple[TextPiece, ...]] | None = None
+    trouble: str = ""
 
 
 @blueprint.get("/book/<name>/print")
@@ -90,9 +80,9 @@ def page(name: str) -> str:
               "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
     own = language_code(book.analysis.workbook.protocol.text("Language")) or "en"
     return show(PrintPage(
-        name=name, title=book.title, digest=book.reading.digest, own=LANGUAGES[own],
-        languages=tuple(LANGUAGES.items()), papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]),
-        choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
+        name=name, title=book.title, own=LANGUAGES[own], languages=tuple(LANGUAGES.items()),
+        papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]), choice=choice,
+        has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
     ))  # fmt: skip
 
 
@@ -107,7 +97,7 @@ def protocol(name: str) -> str:
     words = texts(proof.pack.language).entries
     mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
     drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped
-    return show(ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend), "", pieces))
+    return show(ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend)))
 
 
 @blueprint.get("/book/<name>/print/ready")
@@ -146,7 +136,6 @@ def _workbook(name: str) -> str:
 
 
 def _pdf(name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
-    """Return the PDF, and notes on what it lacks; raises SheetsError when it cannot be made."""
     return services().printer.pdf(_wanted(name, asked), _one_of(asked.get("paper", ""), PAPERS) or "a4")
 
 

@@ -48,13 +48,11 @@ class RunsPage:
     """List of the recorded runs of the folder, only those of a `book` and a `participant` and with some `words`.
 
     Attributes:
-        tables: the formats that take several runs.
         total: how many runs there are; `older` the offset of the next page, 0 on the last one.
         found: how many of them match; `lines_from` the number of the first that is shown.
     """
 
     template: ClassVar[str] = "runs.html"
-    tables: ClassVar[Sequence[str]] = [s[1:] for kind in exporting.EXPORTS if not kind.picture for s in kind.types]
     lines: tuple[RunLine, ...]
     book: str
     words: str
@@ -66,6 +64,11 @@ class RunsPage:
     participants: tuple[str, ...] = ()
     found: int = 0
     lines_from: int = 1
+
+    @property
+    def tables(self) -> list[str]:
+        """Formats that take several runs."""
+        return [suffix[1:] for kind in exporting.EXPORTS if not kind.picture for suffix in kind.types]
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +88,14 @@ class LogLine:
 
 @dataclass(frozen=True, slots=True)
 class RecordPage:
-    """Page of one recorded run.
+    """Page of one recorded run; `trouble` says why its events cannot be read.
 
     Attributes:
         others: further runs of the same workbook.
         facts: the name and the value of each property, and whether it is code.
         same: whether the workbook in the folder is the one that ran: `same`, `changed`, `gone`, `unknown`.
         downloads: the name of each file, what it is, and its size.
-        edits: the first rows that were changed, each with the time and the line in the log, or 0; `more_edits` counts
-            the others.
-        trouble: why the events cannot be read.
+        edits: the rows that were changed first, when, and their line in the log, or 0; `more_edits` counts the others.
         writing: its last files are still being written.
         window: the seconds that the marbles show at first.
         reading: the size of the record, when it is still to be read; empty when its content is shown.
@@ -130,9 +131,7 @@ class MarblesPage:
 
     Attributes:
         rows: number, connector and formula, whether it is shown.
-        first, last: seconds, as they were asked for.
         spread: whether a busy time is drawn in several strips.
-        pictures: the diagrams as trusted SVG.
     """
 
     template: ClassVar[str] = "marbles.html"
@@ -161,11 +160,9 @@ class PairPage:
 
     Attributes:
         facts: the name of each property, and its value in both runs.
-        same_book: whether the same workbook ran, by its SHA-256.
         streams: the name and kind of each, and its cells: the number of values and the time of the first in both runs,
             each with whether it differs.
-        drawing: the plots of both runs in one picture, as trusted SVG.
-        trouble: why there is nothing to show.
+        drawing: the plots of both runs in one picture.
     """
 
     template: ClassVar[str] = "runpair.html"
@@ -222,11 +219,7 @@ def pair() -> str:
 
 @blueprint.get("/runs/<run>")
 def record(run: str) -> str:
-    """Show a recording.
-
-    One that takes long to be read is read only if the address says `read`; otherwise the page comes without its
-    content, says so, and requests it again.
-    """
+    """Show a recording; one that takes long to be read only on its own request, for which the address says `read`."""
     runs, repository = services().runs, services().repository
     place = runs.place(run_or_404(run))
     facts = runs.facts([run])[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,6 @@ from rrp_sheets.web.views.comparison import Group, current_and_kept, path_of
 from rrp_sheets.web.workbook_repository import WorkbookRepository, addressable
 
 blueprint = Blueprint("replay", __name__)
-_LONGEST_REF = 400
 
 
 LinkedLine = tuple[str, str, str]
@@ -43,10 +43,9 @@ class ReplayPage:
 
 @dataclass(frozen=True, slots=True)
 class ReplayResult:
-    """Result of a replay, a fragment of its page.
+    """Result of a replay, a fragment of its page, which requests itself again while the replay is `going`.
 
     Attributes:
-        going: it is not over; the fragment requests itself again.
         part: the progress, in percent.
         state: `same`, `different`, or empty when there is `trouble`.
     """
@@ -91,11 +90,11 @@ def result(run: str) -> str:
 
 
 def _asked() -> str:
-    """Return the reference of the other workbook; empty for the one that ran."""
-    return request.args.get("with", "")[:_LONGEST_REF]
+    return request.args.get("with", "")[:400]
 
 
 def _result(run: str, ref: str) -> ReplayResult:
+    """Return the result of a replay with the workbook of a reference; it is empty for the one that ran."""
     shared = services()
     place = shared.runs.place(run)
     named: dict[str, Any] = {"with": ref} if ref else {}
@@ -120,11 +119,7 @@ def _result(run: str, ref: str) -> ReplayResult:
 
 
 def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float, ...]:
-    """Return times and sizes of the record's and the workbook's files, which change when these do.
-
-    Raises:
-        SheetsError: when a file is a link, or the workbook is not in the folder.
-    """
+    """Return times and sizes of the files; raises SheetsError when one is a link, or the workbook is not there."""
     kind, _, name = ref.partition("/")
     paths = [place / TRACE, place / WORKBOOK]
     if any(p.is_symlink() for p in paths):
@@ -140,7 +135,7 @@ def _stamp(place: Path, repository: WorkbookRepository, ref: str) -> tuple[float
 
 def _finished(job: ReplayJob, address: str, run: str, ref: str) -> ReplayResult:
     answer: dict[str, Any] = job.account or {}
-    grids = _Grids(run, ref)
+    row_address = _row_addresses(run, ref)
     look = url_for("lookback.page", run=run)
 
     def lines(name: str) -> tuple[LinkedLine, ...]:
@@ -149,32 +144,30 @@ def _finished(job: ReplayJob, address: str, run: str, ref: str) -> ReplayResult:
     return ReplayResult(
         address, False, 100, state="same" if answer["same"] else "different", verdict=answer["verdict"],
         ending=answer["ending"], remarks=tuple(answer["remarks"]), differs=answer["differs"],
-        rows=tuple((r["whose"], r["text"], grids.address(r["row"])) for r in answer["rows"]),
+        rows=tuple((r["whose"], r["text"], row_address(r["row"])) for r in answer["rows"]),
         robot=lines("robot"), robot_left_out=answer["robot_left_out"],
         each=lines("each"), each_left_out=answer["each_left_out"],
         pictures=tuple(Markup(svg) for svg in answer["pictures"]), unknown=tuple(answer["unknown"]),
     )  # fmt: skip
 
 
-class _Grids:
-    """Grids of the replayed workbook, if it is in the folder unchanged, to link rows to."""
+def _row_addresses(run: str, ref: str) -> Callable[[str], str]:
+    """Return a function that links a row (`Tracking!5`) to the grid; its answer is empty where it is not there."""
+    repository, open_workbooks = services().repository, services().open_workbooks
+    kind, _, name = ref.partition("/")
+    book = name if kind == "book" else ""
+    if not ref:
+        facts = services().runs.facts([run])[0]
+        if facts.workbook in repository.names() and addressable(facts.workbook):
+            book = facts.workbook if repository.open(facts.workbook).reading.digest == facts.digest else ""
+    grids = open_workbooks.session(repository.path(book)).document.grids if book else {}
 
-    def __init__(self, run: str, ref: str) -> None:
-        repository, open_workbooks = services().repository, services().open_workbooks
-        kind, _, name = ref.partition("/")
-        self._book = name if kind == "book" else ""
-        if not ref:
-            facts = services().runs.facts([run])[0]
-            if facts.workbook in repository.names() and addressable(facts.workbook):
-                digest = repository.open(facts.workbook).reading.digest
-                self._book = facts.workbook if digest == facts.digest else ""
-        self._grids = open_workbooks.session(repository.path(self._book)).document.grids if self._book else {}
-
-    def address(self, row: str) -> str:
-        """Return the link to a row (`Tracking!5`) in the grid; empty when it is not there."""
+    def address(row: str) -> str:
         sheet, _, number = row.rpartition("!")
-        grid = self._grids.get(sheet)
+        grid = grids.get(sheet)
         place = int(number) - grid.first if grid is not None and number.isdecimal() else -1
         if grid is None or not 0 <= place < len(grid.rows):
             return ""
-        return url_for("sheet.page", name=self._book, sheet=sheet, _anchor=grid.rows[place])
+        return url_for("sheet.page", name=book, sheet=sheet, _anchor=grid.rows[place])
+
+    return address

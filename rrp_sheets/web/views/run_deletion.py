@@ -12,7 +12,7 @@ from flask import Blueprint, request
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import date_in_words, plural, said, show
-from rrp_sheets.web.run_store import RunLine, RunStore, line_of
+from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
 
@@ -21,24 +21,11 @@ blueprint = Blueprint("run_deletion", __name__)
 _MOST_RUNS = 500  # that are chosen one by one
 _MOST_NAMED = 40
 _LONGEST = 300  # letters of a participant's code
-_MEGA = 1e6
 _FOLDER = N_("This folder")
 
 
-@dataclass(frozen=True, slots=True)
-class BelowLine:
-    """Runs of the same participant in a subfolder; `folder` is its name relative to this folder.
-
-    Attributes:
-        words: their number, workbooks and dates.
-        wiped: the remembered faces that would go with them.
-        ticked: whether they are to be deleted too.
-    """
-
-    folder: str
-    words: str
-    wiped: tuple[str, ...]
-    ticked: bool
+BelowLine = tuple[str, str, tuple[str, ...], bool]
+"""Subfolder, its runs of the same participant in words, the faces wiped with them, and whether they are ticked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +36,7 @@ class DeletePage:
         participant: whose runs; blank when they were chosen one by one.
         word: what has to be typed to confirm.
         shown: identifiers of the runs that the page shows, to be sent back with the confirmation.
-        what: the number of files, pictures and sounds, in words.
-        stays: what stays, in sentences.
-        below: the runs of that participant in folders below.
-        notice: an error, or the result.
+        what: the number of files, pictures and sounds, in words; `stays` says what stays.
     """
 
     template: ClassVar[str] = "rundelete.html"
@@ -92,51 +76,43 @@ def _asked(participant: str | None) -> tuple[str, list[str]]:
 
 def _asked_page(participant: str, names: list[str], notice: str = "") -> DeletePage:
     """Build the confirmation page; raises SheetsError when there are no such runs, or one is going."""
-    runs = services().runs
-    answer = services().exporter.ask(_FOLDER, "plan_deletion", str(runs.folder), participant, names, _busy(runs))
-    return _page(participant, answer, notice, failed=bool(notice))
+    return _page(participant, _of_exporter("plan_deletion", participant, names), notice, failed=bool(notice))
 
 
 def _deleted_page(participant: str, names: list[str]) -> DeletePage:
     """Delete the runs, if the confirmation was typed and nothing has changed since the page was shown."""
     typed, expected = request.form.get("typed", "").strip(), request.form.getlist("shown")
     below = request.form.getlist("below")
+    notice: str
     if typed != (participant or "delete"):
-        notice: str = N_(
-            "The code {code} was not typed; nothing was deleted."
-            if participant
-            else "The word “delete” was not typed; nothing was deleted.",
-            code=participant,
+        code, word = (
+            N_("The code {code} was not typed; nothing was deleted."),
+            N_("The word “delete” was not typed; nothing was deleted."),
         )
-        return _asked_page(participant, names, notice)
+        return _asked_page(participant, names, N_(code, code=participant) if participant else word)
     # what it was is told from what is there now: afterwards there is nothing to tell it from
     runs = services().runs
-    folder = str(runs.folder)
-    answer = services().exporter.ask(
-        _FOLDER, "delete_planned", folder, participant, names, _busy(runs), expected, below
-    )
+    answer = _of_exporter("delete_planned", participant, names, expected, below)
     if not answer["deleted"]:
         notice = N_("Meanwhile there are other runs than were shown; nothing was deleted. Look again.")
         return _page(participant, answer, notice, failed=True)
     runs.forget({str(run["run"]) for run in answer["runs"]})
     count = len(answer["runs"]) + sum(len(d["runs"]) for d in answer.get("below", ()) if d["folder"] in below)
+    notice = N_("{n} run deleted." if count == 1 else "{n} runs deleted.", n=count)
     if participant:
-        notice = N_(
-            "{n} run deleted of {code}." if count == 1 else "{n} runs deleted of {code}.", n=count, code=participant
-        )
-    else:
-        notice = N_("{n} run deleted." if count == 1 else "{n} runs deleted.", n=count)
+        of_code = N_("{n} run deleted of {code}." if count == 1 else "{n} runs deleted of {code}.")
+        notice = N_(of_code, n=count, code=participant)
     if answer["begun"]:
-        more = N_(
-            "Meanwhile there is another one, which stays: {runs}. Delete again when it has ended.",
-            runs=listed([printable(str(n)) for n in answer["begun"][:_MOST_NAMED]]),
-        )
+        begun = listed([printable(str(n)) for n in answer["begun"][:_MOST_NAMED]])
+        more = N_("Meanwhile there is another one, which stays: {runs}. Delete again when it has ended.", runs=begun)
         notice = sentences(notice, more)
     return _page(participant, answer, notice, failed=bool(answer["begun"]))
 
 
-def _busy(runs: RunStore) -> list[str]:
-    return [*runs.going(), *runs.writing()]
+def _of_exporter(task: str, participant: str, names: list[str], *more: list[str]) -> Any:
+    runs = services().runs
+    busy = [*runs.going(), *runs.writing()]
+    return services().exporter.ask(_FOLDER, task, str(runs.folder), participant, names, busy, *more)
 
 
 def _page(participant: str, answer: Mapping[str, Any], notice: str, *, failed: bool) -> DeletePage:
@@ -159,15 +135,10 @@ def _page(participant: str, answer: Mapping[str, Any], notice: str, *, failed: b
 
 def _what(answer: list[Mapping[str, Any]]) -> str:
     files, size, pictures, sounds = (sum(d[n] for d in answer) for n in ("files", "bytes", "pictures", "sounds"))
-    return N_(
-        "{n:,} file ({size} MB), of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds"
-        if files == 1
-        else "{n:,} files ({size} MB), of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds",
-        n=files,
-        size=f"{size / _MEGA:,.1f}",
-        pictures=pictures,
-        sounds=sounds,
-    )
+    one = N_("{n:,} file ({size} MB), of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds")
+    many = N_("{n:,} files ({size} MB), of which {pictures:,} hold pictures or films and {sounds:,} speech or sounds")
+    megabytes = f"{size / 1e6:,.1f}"
+    return N_(one if files == 1 else many, n=files, size=megabytes, pictures=pictures, sounds=sounds)
 
 
 def _below(answer: Mapping[str, Any], ticked: bool) -> BelowLine:
@@ -179,13 +150,9 @@ def _below(answer: Mapping[str, Any], ticked: bool) -> BelowLine:
     books = sorted({str(run["workbook"]) for run in runs if run["workbook"]})
     words = plural(len(runs), "run")
     if books:
-        words = N_(
-            "{runs} of {books} and others" if len(books) > 3 else "{runs} of {books}",
-            runs=words,
-            books=listed(books[:3]),
-        )
-    words = listed([words, *when])
-    return BelowLine(str(answer["folder"]), words, tuple(answer["faces_wiped"]), ticked)
+        of_books = N_("{runs} of {books} and others" if len(books) > 3 else "{runs} of {books}")
+        words = N_(of_books, runs=words, books=listed(books[:3]))
+    return str(answer["folder"]), listed([words, *when]), tuple(answer["faces_wiped"]), ticked
 
 
 def _day(began: str) -> date | None:
@@ -195,23 +162,16 @@ def _day(began: str) -> date | None:
         return None
 
 
-def _dated(unsearched: Mapping[str, Any]) -> str:
-    day = _day(str(unsearched["date"] or ""))
-    return listed([printable(str(unsearched["file"])), *([date_in_words(day)] if day else [])])
-
-
 def _stays(participant: str, answer: Mapping[str, Any], below: list[Mapping[str, Any]]) -> list[str]:
-    stays: list[str] = [
-        N_("The runs of {code} in “{folder}”.", code=participant, folder=printable(str(d["folder"]))) for d in below
-    ]
+    folders = [printable(str(d["folder"])) for d in below]
+    stays: list[str] = [N_("The runs of {code} in “{folder}”.", code=participant, folder=name) for name in folders]
     stays += [N_("The remembered face “{name}”: {why}", name=f["name"], why=f["why"]) for f in answer["faces_kept"]]
     if answer["faces_kept"]:
         stays.append(N_("Is one of these faces theirs? Wipe it with: rrp-sheets faces --forget NAME"))
     if answer["faces_unreadable"]:
         stays.append(answer["faces_unreadable"])
-    stays += [
-        N_("The runs of “{code}”, which is spelled nearly the same.", code=code) for code in answer["similar_codes"]
-    ]
+    similar = answer["similar_codes"]
+    stays += [N_("The runs of “{code}”, which is spelled nearly the same.", code=code) for code in similar]
     if answer["unreadable_runs"]:
         runs = listed([printable(str(n)) for n in answer["unreadable_runs"][:12]])
         stays.append(N_("Runs whose record cannot be read, so that nobody knows whose they are: {runs}", runs=runs))
@@ -223,7 +183,8 @@ def _stays(participant: str, answer: Mapping[str, Any], below: list[Mapping[str,
     unsearched = answer["not_searched"]
     if unsearched:
         stays.append(N_("These files were not searched for “{code}”. Open them and look yourself:", code=participant))
-        stays += [_dated(u) for u in unsearched[:_MOST_NAMED]]
+        dated = ((printable(str(file["file"])), _day(str(file["date"] or ""))) for file in unsearched[:_MOST_NAMED])
+        stays += [listed([file, *([date_in_words(day)] if day else [])]) for file, day in dated]
         left = len(unsearched) - _MOST_NAMED
         if left > 0:
             more = N_("{n:,} more files that were not searched; `rrp-sheets runs delete --json` names them.", n=left)

@@ -148,11 +148,6 @@ def _press(run: RunSession, by: str, sent: Asked) -> None:
     run.process.command("press", by, label=label)
 
 
-def _put(run: RunSession, by: str, sent: Asked) -> None:
-    at = tuple(number_of(sent, n, -REACH, REACH) for n in "xyz")
-    run.process.command("put", by, thing=text_of(sent, "thing", 100), at=at)
-
-
 _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "restart": lambda run, by, sent: run.restart(by),
     "pause": lambda run, by, sent: run.process.command("pause", by),
@@ -170,5 +165,7 @@ _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "scene": lambda run, by, sent: run.process.command(
         "scene", by, thing=text_of(sent, "thing", 100), verb=text_of(sent, "verb", 40), value=text_of(sent, "value")
     ),
-    "put": _put,
+    "put": lambda run, by, sent: run.process.command(
+        "put", by, at=tuple(number_of(sent, n, -REACH, REACH) for n in "xyz"), thing=text_of(sent, "thing", 100)
+    ),
 }  # fmt: skip

@@ -23,13 +23,13 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.workbook import FALSE_WORDS
 from rrp_sheets.render.diagram import draw_diagram
-from rrp_sheets.render.sentences import explain
+from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.models import BehaviourWords, Head, KindText, MessagePage, counts, said, script_json, show, words_of
+from rrp_sheets.web.models import Head, KindText, MessagePage, counts, said, script_json, show
 from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run_session import LONGEST_TEXTS
@@ -72,9 +72,8 @@ class Panels:
             finding; `left_out` is the number of those that are not listed.
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         picture: the behaviour's number, under which the diagram is a file of its own; 0 for none.
-        words: the description of the behaviour; None if there is none, it is too long, or cannot be described yet.
+        words: the description of the behaviour, if there can be one.
         checked: False while the first check is under way.
-        tests: the results of the tests; None for a workbook without tests.
     """
 
     template: ClassVar[str] = "panels.html"
@@ -84,7 +83,7 @@ class Panels:
     problems: tuple[tuple[int, str, Diagnostic], ...]
     left_out: int
     drawing: Markup
-    words: BehaviourWords | None
+    words: BehaviourText | None
     why: str
     checked: bool
     picture: int
@@ -93,16 +92,12 @@ class Panels:
 
 @dataclass(frozen=True, slots=True)
 class GridPage:
-    """Page of a sheet in the grid or in the run panel.
+    """Page of a sheet in the grid or, when it is `live`, in the run panel.
 
     Attributes:
         longest: the most letters of the texts that are sent to a run.
-        off_words: the words in the column On that switch a row off, with spaces between them.
         first: the number of the first row.
-        examples: whether the rows show example values.
-        read_only: why nothing can be changed; empty when it can.
-        write_block: why nothing can be changed just now, because another program has the file, say.
-        live: this is the run panel.
+        read_only: why nothing can be changed; `write_block` why not now, because another program has the file, say.
         acts: the actions of the scene's things that can be triggered by hand, as JSON.
         newest_event: the number of the newest event that the page includes.
         version: of the order of its rows.
@@ -294,9 +289,7 @@ def _cell(given: Any) -> CellText:
 
 
 def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[str, Any]) -> Changed:
-    """Apply the fix that a user has chosen in the list of problems.
-
-    `asked` holds the ids of the `finding` and of the `fix`.
+    """Apply the fix that a user has chosen in the list of problems: `asked` holds the ids of `finding` and `fix`.
 
     Raises:
         Refused: the problem is not there any more, or the fix does not fit the sheet as it is now.
@@ -343,7 +336,7 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]
 
 def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     """Build the page of a sheet, one of the user's own included; without a sheet, that of the first behaviour."""
-    newest_event = session.newest_event()
+    newest_event = session.backlog.number
     document, grids = session.document, session.document.grids
     sheet = sheet or next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
     beside = panels(session, name, sheet)  # before the rows: a page that says "checked" must not have older rows
@@ -394,7 +387,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
                 drawing = Markup(analysis.drawing(behaviour))
             except SheetsError as error:
                 why = said(error)
-            words = words_of(explain(analysis.graph, analysis.workbook, [behaviour])[0])
+            words = explain(analysis.graph, analysis.workbook, [behaviour])[0]
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
         left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,

@@ -39,9 +39,8 @@ class SheetTabs:
     """Row of tabs below a sheet.
 
     Attributes:
-        tabs: the names and kinds of the sheets of known kinds; then of the user's own, whose kind is empty.
-        addable: the kind, title, line of help and proposed name of each sheet that can be added; none if the workbook
-            is read-only, or on the run panel.
+        tabs: the names and kinds of the sheets; the kind of the user's own is empty.
+        addable: the kind, title, line of help and proposed name of each sheet that can be added; none if none can be.
     """
 
     template: ClassVar[str] = "tabs.html"

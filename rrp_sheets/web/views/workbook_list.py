@@ -89,7 +89,6 @@ class ShelfPage:
     Attributes:
         unreadable: the name of each file that cannot be read, why, a remedy, and whether a URL can have its name.
         others: Markdown files without any sheet of ours.
-        left_out: the number of files that were not read.
         templates: the templates for a new workbook, with a line about each.
         notice: the result of the last action, or why it failed (`failed`); `made` is the file that it created.
         tutorial: the copy of the tutorial that was changed last; empty for none.
@@ -188,7 +187,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
 
 
 def _new(repository: WorkbookRepository) -> Done:
-    path = _free(repository, _name(request.form.get("name", "")))
+    path = _new_path(repository, request.form.get("name", ""))
     api.new(path, template=request.form.get("template", "guided"))
     return N_("Made {name}.", name=path.name), path.name
 
@@ -210,7 +209,7 @@ def _copy(repository: WorkbookRepository) -> Done:
 
 def _rename(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
-    target = _free(repository, _name(request.form.get("name", ""), source.suffix))
+    target = _new_path(repository, request.form.get("name", ""), source.suffix)
     with services().open_workbooks.without(source.name):
         source.rename(target)
         services().open_workbooks.renamed(source.name, target.name)
@@ -292,7 +291,7 @@ def download(name: str) -> Response:
 
 
 def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:
-    path = _free(repository, _name(name))
+    path = _new_path(repository, name)
     write_atomically(path, data, replace=False)
     try:
         api.read(path)
@@ -312,7 +311,7 @@ def _numbered(path: Path) -> Path:
     return target
 
 
-def _name(wanted: str, suffix: str = ".xlsx") -> str:
+def _new_path(repository: WorkbookRepository, wanted: str, suffix: str = ".xlsx") -> Path:
     name = wanted.strip()
     if name and Path(name).suffix.casefold() not in WORKBOOK_SUFFIXES:
         name += suffix
@@ -320,10 +319,6 @@ def _name(wanted: str, suffix: str = ".xlsx") -> str:
     if not name or len(name) > _LONGEST or name[0] in ".~" or is_bad:
         message = N_("“{name}” cannot be the name of a file.", name=wanted[:_LONGEST])
         raise SheetsError(message, N_("Use letters, digits and spaces."))
-    return name
-
-
-def _free(repository: WorkbookRepository, name: str) -> Path:
     path = repository.folder / name
     if path.exists():
         raise SheetsError(N_("There is already a file “{name}”.", name=name), N_("Choose another name."))
@@ -331,13 +326,9 @@ def _free(repository: WorkbookRepository, name: str) -> Path:
 
 
 def take_in(folder: Path, name: str, data: bytes) -> tuple[str, str]:
-    """Unpack a bundle into a folder of workbooks; its files are stored together or not at all, its runs one by one.
+    """Unpack a bundle; its files are stored together or not at all, its runs one by one.
 
-    Returns:
-        The workbook's name, and notes on the bundle.
-
-    Raises:
-        SheetsError: it is no bundle, or there are other files of these names already.
+    Returns the workbook's name, and notes on the bundle. Raises SheetsError when it is no bundle, or names are taken.
     """
     with tempfile.TemporaryDirectory(prefix="rrp-bundle-") as scratch:
         packed = Path(scratch) / "upload" / name
