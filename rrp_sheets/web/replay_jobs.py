@@ -54,15 +54,10 @@ class Replays:
         self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
 
     def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
-        """Return the replay of that name; the first request starts it.
+        """Return the replay of a name, one for each record and workbook; the first request starts it.
 
-        Args:
-            name: the same for the same record and the same workbook.
-            place: the run's folder.
-            other: returns the workbook's file, or None for the one that ran; the stack is closed at the end.
-
-        Raises:
-            SheetsError: when too many go on already.
+        `place` is the run's folder; `other` returns the workbook's file, or None for the one that ran, and its stack is
+        closed at the end. Raises SheetsError when too many go on already.
         """
         with self._lock:
             found = self._jobs.get(name)

@@ -323,9 +323,7 @@ class RunManager:
     def start(self, session: WorkbookSession, book: str, options: RunOptions) -> RunSession:
         """Start a run of a workbook, and notify all pages.
 
-        Raises:
-            RobotBusy: when a run is going.
-            SheetsError: when the workbook has errors, or the simulator is not installed here.
+        Raises RobotBusy when a run is going, SheetsError when the workbook has errors, or without the simulator.
         """
         errors = session.analysis().errors
         if errors:

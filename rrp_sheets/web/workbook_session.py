@@ -49,7 +49,7 @@ class Broadcaster:
         self.backlog = EventBacklog()
 
     def _enter(self, listener: EventStream, had: str) -> None:
-        """Register an event stream; if `had` is the number of an event, first send those that came after it."""
+        """Register an event stream; if `had` is the number of an event, first send those after it."""
         with self._lock:
             for text in self.backlog.missed(listener.client, had) if had else ():
                 listener.tell(text)

@@ -46,7 +46,7 @@ _DRAWN = frozenset(("behaviour", "row", "stream", "device", "helper"))  # parts 
 
 @dataclass(frozen=True, slots=True)
 class VersionsPage:
-    """List of the kept versions of a workbook, each with when it was kept, and whether the workbook is the same now."""
+    """List of the kept versions of a workbook: each, when it was kept, and whether the workbook is the same now."""
 
     template: ClassVar[str] = "versions.html"
     longest: ClassVar[int] = _LONGEST

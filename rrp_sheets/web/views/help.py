@@ -43,12 +43,7 @@ class HelpBlock:
 
 @dataclass(frozen=True, slots=True)
 class HelpPiece:
-    """Content of the help panel.
-
-    Attributes:
-        topics: their blocks, one topic after the other.
-        query: what was searched for; `found` are the names under it, `tries` those under some of its words.
-    """
+    """Help panel: the blocks of topics, the names `found` under a query, or those to try under some of its words."""
 
     template: ClassVar[str] = "help.html"
     topics: tuple[tuple[HelpBlock, ...], ...]
@@ -122,13 +117,10 @@ def bits(text: str) -> Iterator[TextPiece]:
     >>> [(b.text, b.code, b.topic) for b in bits("see `rrp-sheets help sample` or `x > 1`")]
     [('see ', False, ''), ('sample', False, 'sample'), (' or ', False, ''), ('x > 1', True, '')]
     """
-    end, text = 0, of_help(text)
-    for match in _CODE.finditer(text):
-        if match.start() > end:
-            yield TextPiece(text[end : match.start()])
-        asked = _ASKS.match(match[1])
-        topic = known(asked[1]) if asked and match[1].startswith("rrp-sheets help ") else ""
-        yield TextPiece(asked[1], topic=topic) if asked and topic else TextPiece(match[1], code=True)
-        end = match.end()
-    if end < len(text):
-        yield TextPiece(text[end:])
+    for number, piece in enumerate(_CODE.split(of_help(text))):
+        is_code = number % 2 == 1
+        asked = _ASKS.match(piece) if is_code and piece.startswith("rrp-sheets help ") else None
+        if asked and (topic := known(asked[1])):
+            yield TextPiece(asked[1], topic=topic)
+        elif piece:
+            yield TextPiece(piece, code=is_code)

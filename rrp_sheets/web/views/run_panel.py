@@ -17,7 +17,7 @@ from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.run_session import FOREVER, LONGEST_TEXTS, RobotBusy, RunOptions, RunSession
 from rrp_sheets.web.security import SOMEBODY, author_name
 from rrp_sheets.web.services import services
-from rrp_sheets.web.views.sheet import run_page
+from rrp_sheets.web.views.sheet import grid_page
 
 blueprint = Blueprint("run_panel", __name__)
 
@@ -47,7 +47,7 @@ def panel(name: str, sheet: str = "") -> str:
     sheet = session.document.current(sheet)
     if sheet and sheet not in session.document.grids:
         abort(404)
-    return show(run_page(session, name, sheet))
+    return show(grid_page(session, name, sheet, live=True))
 
 
 @blueprint.post("/book/<name>/run/start")

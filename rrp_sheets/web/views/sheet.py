@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar
 
@@ -123,8 +123,8 @@ class GridPage:
     errors: int
     newest_event: str
     version: int
-    live: bool = False
-    acts: Markup | None = None
+    live: bool
+    acts: Markup | None
 
 
 @blueprint.get("/book/<name>")
@@ -334,8 +334,8 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]
             yield Cells(grid.name, (CellText(rows[place], one.address.column, text, now),))
 
 
-def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
-    """Build the page of a sheet, one of the user's own included; without a sheet, that of the first behaviour."""
+def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = False) -> GridPage:
+    """Build the page of a sheet, by default of the first behaviour; if `live`, for the run panel."""
     newest_event = session.backlog.number
     document, grids = session.document, session.document.grids
     sheet = sheet or next((n for n, g in grids.items() if g.kind == "behaviour"), next(iter(grids), ""))
@@ -344,25 +344,19 @@ def grid_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
     own = sheet in document.own
     renderer = RowRenderer(own_grid(document, sheet)) if own else session.renderer(sheet) if sheet else None
     grid = renderer.grid if renderer else None
+    acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": list(analysis.robot.touch_zones)}
     version = grid.version if grid else 0  # before the rows, which are of that version or of a later one
     rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS) if renderer else Markup("")
     return GridPage(
         name=name, title=analysis.workbook.protocol.text("Title") or name, sheet=sheet,
         kind=grid.kind if grid else "", first=grid.first if grid else 1, rows=rows,
         heads=tuple(renderer.heads()) if renderer else (), count=len(grid.rows) if grid else 0,
-        examples=bool(renderer and renderer.has_examples),
-        tabs=sheet_tabs(document, name, sheet), vocabulary=script_json(completions.vocabulary(no_analysis())),
+        examples=bool(renderer and renderer.has_examples), tabs=sheet_tabs(document, name, sheet, live=live),
+        vocabulary=script_json(completions.vocabulary(no_analysis())),
         panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
-        errors=analysis.errors, newest_event=newest_event, version=version,
+        errors=analysis.errors, newest_event=newest_event, version=version, live=live,
+        acts=script_json(acts) if live else None,
     )  # fmt: skip
-
-
-def run_page(session: WorkbookSession, name: str, sheet: str) -> GridPage:
-    """Build the page of a sheet for the run panel, with the actions of the scene's things."""
-    zones = list(session.analysis().robot.touch_zones)
-    acts = script_json({**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones})
-    page = grid_page(session, name, sheet)
-    return replace(page, live=True, acts=acts, tabs=sheet_tabs(session.document, name, page.sheet, live=True))
 
 
 def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
