@@ -252,19 +252,16 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         loop = comprehension.generators[level]
         for member in listing(self.run(loop.iter)):
             self.steps -= 1
-            self._assign(loop.target, member)
+            if isinstance(loop.target, ast.Name):
+                self.symtable[loop.target.id] = member
+            else:
+                names = [name.id for name in loop.target.elts]
+                if not isinstance(member, (list, tuple)) or len(member) != len(names):
+                    what = N_("Each member must be a list of {count} values", count=len(names))
+                    raise FormulaProblem("FORM103", what=what)
+                self.symtable.update(zip(names, member, strict=True))
             if all(truth(self.run(i)) for i in loop.ifs):
                 self._loop(comprehension, level + 1, found)
-
-    def _assign(self, target: Any, member: Value) -> None:
-        if isinstance(target, ast.Name):
-            self.symtable[target.id] = member
-            return
-        if not isinstance(member, (list, tuple)) or len(member) != len(target.elts):
-            what = N_("Each member must be a list of {count} values", count=len(target.elts))
-            raise FormulaProblem("FORM103", what=what)
-        for name, value in zip(target.elts, member, strict=True):
-            self.symtable[name.id] = value
 
     # ---- texts with values in them
     def on_joinedstr(self, node: Any) -> str:
@@ -347,19 +344,15 @@ class Binder:
             # those that draw from the same list share its draws: never the same twice running in one row
             node.site = f"{self.owner}#{' '.join(map(_written, original.members))}"
         elif kind is ast.Call:
-            self._link(node)
+            helper: HelperDef | None = getattr(node, "helper", None)
+            node.entry = None
+            if helper is not None:
+                if id(helper) not in self.entries:
+                    self.entries[id(helper)] = []
+                    self.waiting.append(helper)
+                node.entry = self.entries[id(helper)]
+                node.parameters = [p.name for p in helper.parameters]
         return node
-
-    def _link(self, node: Any) -> None:
-        helper: HelperDef | None = getattr(node, "helper", None)
-        node.entry = None
-        if helper is None:
-            return
-        if id(helper) not in self.entries:
-            self.entries[id(helper)] = []
-            self.waiting.append(helper)
-        node.entry = self.entries[id(helper)]
-        node.parameters = [p.name for p in helper.parameters]
 
 
 def _written(node: ast.expr) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rrp_sheets.formulas.hints import any_of, refuse_setting
+from rrp_sheets.formulas.hints import instead_of_cell, refuse_setting
 from rrp_sheets.formulas.limits import LONGEST_FORMULA
 from rrp_sheets.formulas.parsing import parse, parse_all
 from rrp_sheets.formulas.problems import FormulaProblem
@@ -110,18 +110,16 @@ def _propose_name(problem: FormulaProblem, text: str, scope: Scope) -> None:
     """Set the remedy where a stream's or table's name is spelt as in the sheet, with a space for instance."""
     names = list(dict.fromkeys(i.name for i in scope.inputs.values()))
     if problem.code == "FORM018" and names and "example" in problem.details:
-        problem.advise(N_("Write the name of the row's input instead: {names}.", names=any_of(names[:3])))
+        problem.advise(instead_of_cell(names))
     if problem.code not in ("FORM001", "FORM003"):
         return
     lower = text.casefold()
     at = text[problem.column : problem.column + problem.length].casefold() if problem.column >= 0 else ""
     for shown in [*(i.shown for i in scope.inputs.values()), *(t.name for t in scope.tables.values())]:
         folded = shown.casefold()
-        meant = at and folded == at and key(argument_name(shown)) != key(shown)  # a word of Python's: class
-        if not meant and problem.code != "FORM003":
-            meant = (shown and folded in lower and key(shown) != folded) or (
-                shown[:1].isdigit() and key(shown) in key(text)
-            )
-        if meant:
+        word_of_python = at and folded == at and key(argument_name(shown)) != key(shown)  # class
+        with_spaces = shown and folded in lower and key(shown) != folded
+        with_digit = shown[:1].isdigit() and key(shown) in key(text)
+        if word_of_python or (problem.code != "FORM003" and (with_spaces or with_digit)):
             problem.advise(N_("Write {name} for “{shown}”.", name=argument_name(shown), shown=shown))
             return

@@ -39,8 +39,8 @@ _ADVICE = N_("A formula is one calculation of inputs, numbers, texts, operators 
 
 def syntax(token: Token, reason: str, remedy: str, **details: object) -> FormulaProblem:
     """Return the problem FORM001 at a token."""
-    return FormulaProblem("FORM001", token.start, max(token.end - token.start, 1), reason=reason, remedy=remedy,
-                          **details)  # fmt: skip
+    width = max(token.end - token.start, 1)
+    return FormulaProblem("FORM001", token.start, width, reason=reason, remedy=remedy, **details)
 
 
 def refused(token: Token, what: str, remedy: str) -> FormulaProblem:
@@ -56,15 +56,15 @@ def cell(name: str) -> bool:
 def cell_reference(start: int, text: str, names: list[str] | None = None) -> FormulaProblem:
     """Return the problem FORM018: a cell where a stream's name belongs."""
     if names:
-        remedy = N_("Write the name of the row's input instead: {names}.", names=any_of(names[:3]))
-        return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy)
+        return FormulaProblem("FORM018", start, len(text), cell=text, remedy=instead_of_cell(names))
     remedy = N_("Write the name of one of the row's inputs instead, such as {example}.", example="redBall")
     return FormulaProblem("FORM018", start, len(text), cell=text, remedy=remedy, example="redBall")
 
 
-def any_of(names: Sequence[str]) -> str:
-    """Return `a or b or c`."""
-    return reduce(lambda before, after: N_("{before} or {after}", before=before, after=after), names)
+def instead_of_cell(names: Sequence[str]) -> str:
+    """Return the remedy that proposes up to three inputs: `a or b or c`."""
+    listed = reduce(lambda before, after: N_("{before} or {after}", before=before, after=after), names[:3])
+    return N_("Write the name of the row's input instead: {names}.", names=listed)
 
 
 def number(token: Token) -> int | float:

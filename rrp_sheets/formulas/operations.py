@@ -221,15 +221,15 @@ class _Site:
     def draw(self, members: Sequence[Value], charge: Charge) -> Value:
         if len(members) != self._count or not self._left:
             self._count, self._left = len(members), list(range(len(members)))
-        fresh = [i for i in self._left if not any(_equal(members[i], last, charge) for last in self._last)]
+
+        def is_last(member: Value) -> bool:  # lists are compared by identity alone
+            is_list = isinstance(member, (list, tuple))
+            return any(member is last or (not is_list and same(member, last, charge)) for last in self._last)
+
+        fresh = [i for i in self._left if not is_last(members[i])]
         choice = fresh or self._left
         # only random() is promised to stay the same between versions of Python
         place = choice[int(self._chance.random() * len(choice))]
         self._left.remove(place)
         self._last = [members[place]]
         return members[place]
-
-
-def _equal(member: Value, last: Value, charge: Charge) -> bool:
-    """Return whether two draws are equal; lists are compared by identity alone."""
-    return member is last or (not isinstance(member, (list, tuple)) and same(member, last, charge))

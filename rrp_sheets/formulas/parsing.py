@@ -24,6 +24,7 @@ _COMPARE: dict[str, type[ast.cmpop]] = {
     "≤": ast.LtE, ">": ast.Gt, ">=": ast.GtE, "≥": ast.GtE, "in": ast.In, "is": ast.Is, "not": ast.NotIn,
 }  # fmt: skip
 _SHEET_EQUALS = ("=", "<>")
+_SUM: dict[str, type[ast.operator]] = {"+": ast.Add, "-": ast.Sub}
 _TERM: dict[str, type[ast.operator]] = {"*": ast.Mult, "/": ast.Div, "//": ast.FloorDiv, "%": ast.Mod}
 
 
@@ -233,17 +234,13 @@ class _Parser:
         return self.between(join, values[0], values[-1])
 
     def _sum(self) -> ast.expr:
-        left = self._term()
-        while self.word in ("+", "-"):
-            op = ast.Add() if self.step().text == "+" else ast.Sub()
-            left = self.between(ast.BinOp(left, op, right := self._term()), left, right)
-        return left
+        return self._calculation(_SUM, lambda: self._calculation(_TERM, self._signed))
 
-    def _term(self) -> ast.expr:
-        left = self._signed()
-        while self.word in _TERM:
-            op = _TERM[self.step().text]()
-            left = self.between(ast.BinOp(left, op, right := self._signed()), left, right)
+    def _calculation(self, operators: dict[str, type[ast.operator]], operand: Callable[[], ast.expr]) -> ast.expr:
+        left = operand()
+        while self.word in operators:
+            op = operators[self.step().text]()
+            left = self.between(ast.BinOp(left, op, right := operand()), left, right)
         return left
 
     def _signed(self) -> ast.expr:
@@ -303,9 +300,8 @@ class _Parser:
     def _target(self) -> ast.expr:
         token = self.now
         if self.word == "(":
-            self.refuse(
-                N_("A bracket after “for”"), N_("Write for a, b in … without brackets."), token.start, token.end
-            )
+            remedy = N_("Write for a, b in … without brackets.")
+            self.refuse(N_("A bracket after “for”"), remedy, token.start, token.end)
         if token.kind != "name" or self.word or token.text.casefold() in CONSTANTS:
             self.refuse(N_("This after “for”"), N_("Write a new name after “for”."), token.start, token.end)
         self.step()
@@ -429,8 +425,8 @@ class _Parser:
         start = self.step()
         if self.word == ")":
             return self.at(ast.Tuple([], ast.Load()), start.start, self.step().end)
-        members = self.members(")", start)
-        trailing = self.tokens[self.i - 1].text == "," and self.tokens[self.i - 1].kind == "sign"
+        members, before = self.members(")", start), self.tokens[self.i - 1]
+        trailing = before.text == "," and before.kind == "sign"
         end = self.step().end
         node = members[0] if len(members) == 1 and not trailing else ast.Tuple(members, ast.Load())
         node.bracketed = True  # type: ignore[attr-defined]

@@ -72,15 +72,10 @@ class Scope:
 
 
 def make_scope(
-    inputs: Iterable[tuple[str, RecordType | None]],
-    helpers: Mapping[str, HelperDef] | None = None,
-    functions: Registry[Function] | None = None,
-    *,
-    tables: Mapping[str, Table] | None = None,
-    extra: Iterable[str] = (),
-    kinds: Mapping[str, str] | None = None,
-    propose: Proposals | None = None,
-) -> Scope:
+    inputs: Iterable[tuple[str, RecordType | None]], helpers: Mapping[str, HelperDef] | None = None,
+    functions: Registry[Function] | None = None, *, tables: Mapping[str, Table] | None = None,
+    extra: Iterable[str] = (), kinds: Mapping[str, str] | None = None, propose: Proposals | None = None,
+) -> Scope:  # fmt: skip
     """Return the scope of a row with these input streams (name, record type if known).
 
     An input without a name (an anonymous stream) is reached as `value`.

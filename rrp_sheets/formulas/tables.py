@@ -52,8 +52,14 @@ def make_table(name: str, rows: Sequence[Sequence[str]]) -> Table:
         if key(title):
             places.setdefault(key(title), i)
     cells = [{k: value_of(row[i]) if i < len(row) else None for k, i in places.items()} for row in rows[1:]]
-    fields = tuple(_field(header[i], [row[k] for row in cells]) for k, i in places.items())
-    kind = RecordType(name, fields)
+    fields = []
+    for k, i in places.items():
+        values = [row[k] for row in cells]
+        filled = [v for v in values if v is not None]
+        kinds = {"truth" if isinstance(v, bool) else "text" if isinstance(v, str) else "number" for v in filled}
+        example = values[0] if values else None
+        fields.append(Field(header[i], kinds.pop() if len(kinds) == 1 else "any", example=example))
+    kind = RecordType(name, tuple(fields))
     return Table(name, kind, tuple(Record(kind, row) for row in cells))
 
 
@@ -72,9 +78,3 @@ def value_of(text: str) -> Value:
         found = float(short) if any(c in short for c in ".eE") else int(short)
         return found if abs(found) <= LARGEST_NUMBER else text
     return _TRUTHS.get(short.casefold(), text)
-
-
-def _field(title: str, values: list[Value]) -> Field:
-    filled = [v for v in values if v is not None]
-    kinds = {"truth" if isinstance(v, bool) else "text" if isinstance(v, str) else "number" for v in filled}
-    return Field(title, kinds.pop() if len(kinds) == 1 else "any", example=values[0] if values else None)

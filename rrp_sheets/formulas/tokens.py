@@ -24,26 +24,38 @@ PAIRS = {
 }  # fmt: skip
 _ESCAPES = {"n": "\n", "t": "\t", "\\": "\\", '"': '"', "'": "'", "\n": ""}
 _CODED = {"x": 2, "u": 4, "U": 8}
+_SAME_QUOTE = N_("Close the text with the same quote as at its beginning.")
 
 
 def closing(typed: str, at: int) -> int:
     """Return the place of the quote that ends the text which begins at a place."""
     opener = typed[at]
+    # The second turn is for a text of which one quote was made a smart one, or the wrong one.
     for closers in (PAIRS.get(opener, opener), _DOUBLE if opener in _DOUBLE else _SINGLE):
-        if (end := _next(typed, at, closers)) >= 0:  # else one of the quotes was made a smart one, or the wrong one
+        if (end := _next(typed, at, closers)) >= 0:
             return end
-    remedy = N_("Close the text with the same quote as at its beginning.")
+    remedy = _SAME_QUOTE
     if opener == "'" and typed[at - 1 : at].isalnum():
         remedy = N_('Put a text with an apostrophe between double quotes: "it\'s".')
     if typed.endswith("\\" + opener):
         remedy = N_("The backslash makes the last quote a part of the text: write two backslashes.")
-    raise FormulaProblem("FORM001", at, max(len(typed) - at, 1),
-                         reason=N_("a quote is missing at the end of a text"), remedy=remedy, quotes=True)  # fmt: skip
+    raise _unclosed(typed, at, remedy)
+
+
+def _unclosed(typed: str, at: int, remedy: str = _SAME_QUOTE) -> FormulaProblem:
+    reason = N_("a quote is missing at the end of a text")
+    return FormulaProblem("FORM001", at, max(len(typed) - at, 1), reason=reason, remedy=remedy, quotes=True)
+
+
+def _refuse_triple_quote(typed: str, at: int) -> None:
+    """Refuse Python's triple quote; to a spreadsheet it is a quote at the beginning of a text."""
+    if typed.startswith(typed[at] * 3, at):
+        raise FormulaProblem("FORM003", at, 3, what=N_("A triple quote"), remedy=N_("Write one quote on each side."))
 
 
 def _next(typed: str, at: int, closers: str) -> int:
-    if typed[at] == "'" and typed.startswith("'''", at):
-        raise FormulaProblem("FORM003", at, 3, what=N_("A triple quote"), remedy=N_("Write one quote on each side."))
+    if typed[at] == "'":
+        _refuse_triple_quote(typed, at)
     end = at + 1
     while end < len(typed):
         c = typed[end]
@@ -81,10 +93,8 @@ def decode(typed: str, opener: int, start: int, end: int) -> str:
 
 def _escape(body: str, i: int, start: int) -> tuple[str, int]:
     following = body[i + 1 : i + 2]
-    if following in _ESCAPES:
-        return _ESCAPES[following], 2
-    if following in QUOTES:
-        return following, 2
+    if following in _ESCAPES or following in QUOTES:
+        return _ESCAPES.get(following, following), 2
     if following in _CODED:
         digits = body[i + 2 : i + 2 + _CODED[following]]
         if re.fullmatch(r"[0-9a-fA-F]+", digits) and len(digits) == _CODED[following] and int(digits, 16) < 0x110000:
@@ -162,12 +172,11 @@ def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) 
 
 def fold(text: str) -> str:
     """Return the text with every character that has a plain form in that form; its length stays the same."""
-    return text if text.isascii() else "".join(c if c.isascii() else _plain(c) for c in text)
-
-
-def _plain(c: str) -> str:
-    folded = _FOLDED.get(c) or (c if c in _KEPT else unicodedata.normalize("NFKC", c))
-    return folded if len(folded) == 1 else c
+    found = []
+    for c in text:
+        folded = _FOLDED.get(c) or (c if c.isascii() or c in _KEPT else unicodedata.normalize("NFKC", c))
+        found.append(folded if len(folded) == 1 else c)
+    return "".join(found)
 
 
 class _Lexer:
@@ -251,9 +260,7 @@ class _Lexer:
         """Return the parts of a text with values in it, and the place behind it; `at` is the place of its quote."""
         typed, opener = self.typed, self.typed[at]
         closers = PAIRS.get(opener, opener)
-        if typed.startswith(opener * 3, at):  # Python's triple quote; to a spreadsheet, a quote at the beginning
-            remedy = N_("Write one quote on each side.")
-            raise FormulaProblem("FORM003", at, 3, what=N_("A triple quote"), remedy=remedy)
+        _refuse_triple_quote(typed, at)
         parts: list[str | Hole] = []
         begin = i = at + 1
         while i < len(typed):
@@ -276,9 +283,7 @@ class _Lexer:
             else:
                 parts.append(decode(typed, at, begin, i))
                 return tuple(parts), i + 1
-        remedy = N_("Close the text with the same quote as at its beginning.")
-        reason, rest = N_("a quote is missing at the end of a text"), max(len(typed) - at, 1)
-        raise FormulaProblem("FORM001", at, rest, reason=reason, remedy=remedy, quotes=True)
+        raise _unclosed(typed, at)
 
     def _hole(self, start: int) -> Hole:
         self.holes += 1

@@ -106,10 +106,7 @@ class _Resolver:
             node.id = scope.inputs[k].name
             return node
         if (helper := scope.helpers.get(k)) is not None:
-            if helper.parameters:
-                raise FormulaProblem("FORM006", node.col_offset, _width(node), name=helper.shown, gets=N_("none"),
-                                     takes=arguments(len(helper.parameters)), usage=_usage(helper))  # fmt: skip
-            return _bind_helper(node, helper, [])
+            return _call_of_helper(node, helper, [], _width(node))
         if k in scope.constants:
             return ast.copy_location(ast.Constant(scope.constants[k]), node)
         if (table := scope.table(name)) is not None:
@@ -137,27 +134,25 @@ class _Resolver:
 
     def _propose(self, name: str) -> dict[str, Any]:
         """Return the details `remedy` and `guess` for a name that is not known."""
-        k = key(name)
+        k, mine = key(name), self._mine()
         if guess := self._as_field(k):
-            return {"remedy": N_('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name),
-                    "guess": guess}  # fmt: skip
+            remedy = N_('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name)
+            return {"remedy": remedy, "guess": guess}
         records = [i.record for i in self.scope.inputs.values() if i.record]
         if any(k == key(c) for r in records for f in r.fields for c in f.choices):
             return {"remedy": N_('Put the text between quotes: "{name}".', name=name)}
         if guess := self.scope.propose(name, self.scope.known()):
             guess = argument_name(guess)
-            return {"remedy": N_('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name),
-                    "guess": guess}  # fmt: skip
-        return {"remedy": name_here(k) or self._inputs_named(name)}
-
-    def _inputs_named(self, name: str) -> str:
-        mine = self._mine()
+            remedy = N_('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name)
+            return {"remedy": remedy, "guess": guess}
+        if (known := name_here(k)) is not None:
+            return {"remedy": known}
         if not mine:
-            return N_("Put a text between quotes.")
+            return {"remedy": N_("Put a text between quotes.")}
         named = N_("The input is called {value}", value=mine[0])
         if len(mine) > 1:
             named = N_("The inputs are called {mine}", mine=", ".join(mine))
-        return N_('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)
+        return {"remedy": N_('{named} here. (A text needs quotes: "{name}".)', named=named, name=name)}
 
     def new_name(self, target: ast.expr) -> str:
         if not isinstance(target, ast.Name) or target.id.startswith("_") or "__" in target.id:
@@ -189,7 +184,8 @@ class _Resolver:
             remedy = N_("An input is a value: write it without ( ).")
             self.refuse(node, N_("The input {name} followed by brackets", name=name), remedy)
         if helper is not None:
-            return self._helper(node, helper, depth)
+            unclear = any(hasattr(arg, "unread") for arg in node.args)
+            return _call_of_helper(node, helper, self._arguments(node, depth), _width(node.func), unclear)
         if k in AMBIGUOUS:
             raise FormulaProblem("FORM019", node.col_offset, len(name), name=name, remedy=AMBIGUOUS[k])
         if function is None:
@@ -199,7 +195,7 @@ class _Resolver:
         if unclear:
             return unread(node)
         if not function.least <= len(args) <= function.most:
-            usage = self._with_comma_hint(function.usage, node, len(args) > function.most)
+            usage = self._with_comma_hint(function.usage, node) if len(args) > function.most else function.usage
             raise FormulaProblem("FORM006", node.col_offset, len(name), name=function.name, gets=_given(len(args)),
                                  takes=function.takes, usage=usage)  # fmt: skip
         if function.make is None:
@@ -215,10 +211,12 @@ class _Resolver:
             raise
 
     def _arguments(self, node: ast.Call, depth: int) -> list[ast.expr]:
+        scope = self.scope
+        names = (self.local, scope.inputs, scope.helpers, scope.constants, scope.tables)
         for arg in node.args:
             if getattr(arg, "sheet", False) and isinstance(arg, ast.Compare) and isinstance(arg.left, ast.Name):
                 left = arg.left.id
-                if not self._is_known(left):
+                if not any(key(left) in known for known in names):
                     what = N_("{left}= inside the brackets", left=left)
                     remedy = N_("Write the value alone. ({left} is no input here.)", left=left)
                     problem = FormulaProblem("FORM003", arg.col_offset, _width(arg), what=what, remedy=remedy)
@@ -226,24 +224,10 @@ class _Resolver:
                     unread(arg)
         return self.visit_all(node.args, depth)
 
-    def _is_known(self, name: str) -> bool:
-        k, scope = key(name), self.scope
-        return any(k in known for known in (self.local, scope.inputs, scope.helpers, scope.constants, scope.tables))
-
-    def _with_comma_hint(self, usage: str, node: ast.Call, too_many: bool) -> str:
+    def _with_comma_hint(self, usage: str, node: ast.Call) -> str:
         found = _DECIMAL_COMMA.search(self.typed[node.col_offset : node.end_col_offset])
-        if not found or not too_many:
-            return usage
-        return N_("{usage} — decimal numbers with a point: {value}", usage=usage, value=found[0].replace(",", "."))
-
-    def _helper(self, node: ast.Call, helper: HelperDef, depth: int) -> ast.expr:
-        unclear = any(hasattr(arg, "unread") for arg in node.args)
-        args = self._arguments(node, depth)
-        if len(args) != len(helper.parameters) and not unclear:
-            takes, usage = arguments(len(helper.parameters)), _usage(helper)
-            raise FormulaProblem("FORM006", node.col_offset, _width(node.func), name=helper.shown, takes=takes,
-                                 gets=_given(len(args)), usage=usage)  # fmt: skip
-        return _bind_helper(node, helper, args)
+        number = found[0].replace(",", ".") if found else ""
+        return N_("{usage} — decimal numbers with a point: {value}", usage=usage, value=number) if found else usage
 
     def _unknown_function(self, node: ast.Call, name: str) -> FormulaProblem:
         advice = function_here(key(name))
@@ -260,9 +244,7 @@ class _Resolver:
     def on_constant(self, node: ast.Constant, depth: int) -> ast.expr:
         value = node.value
         if isinstance(value, str):
-            if not value.isprintable() and any(
-                unicodedata.category(c) in ("Cc", "Cs") for c in value if c not in "\n\t"
-            ):
+            if any(unicodedata.category(c) in ("Cc", "Cs") for c in value if not c.isprintable() and c not in "\n\t"):
                 remedy = N_("Leave out what begins with a backslash.")
                 self.refuse(node, N_("A character that cannot be shown"), remedy)
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -433,7 +415,15 @@ def plain(value: object) -> ast.Constant:
     return node
 
 
-def _bind_helper(node: ast.expr, helper: HelperDef, args: list[ast.expr]) -> ast.expr:
+def _call_of_helper(
+    node: ast.expr, helper: HelperDef, args: list[ast.expr], width: int, unclear: bool = False
+) -> ast.expr:
+    """Return the call of a helper; with `unclear`, how many arguments are meant is not known."""
+    takes = len(helper.parameters)
+    if len(args) != takes and not unclear:
+        usage = f"{helper.shown}({'; '.join(p.name for p in helper.parameters)})" if takes else helper.shown
+        raise FormulaProblem("FORM006", node.col_offset, width, name=helper.shown, takes=arguments(takes),
+                             gets=_given(len(args)), usage=usage)  # fmt: skip
     call = ast.copy_location(ast.Call(ast.Name(helper.shown), args, []), node)
     call.helper = helper  # type: ignore[attr-defined]
     return call
@@ -445,10 +435,6 @@ def _width(node: ast.expr) -> int:
 
 def _given(n: int) -> str:
     return N_("none") if n == 0 else str(n)
-
-
-def _usage(helper: HelperDef) -> str:
-    return f"{helper.shown}({'; '.join(p.name for p in helper.parameters)})" if helper.parameters else helper.shown
 
 
 _METHODS: dict[type, Callable[[_Resolver, Any, int], ast.expr]] = {

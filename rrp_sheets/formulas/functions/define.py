@@ -30,7 +30,6 @@ class Function:
     Attributes:
         names: the first is shown; the others are accepted too.
         call: the Python function; it raises FormulaProblem for values that it cannot take.
-        least, most: how many arguments it takes.
         usage: `CLAMP(number; low; high)`.
         make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
         gives: the kind of its results, or the bounds of the number; `any` when they differ.

@@ -160,9 +160,8 @@ def countif(values: Value, what: Value, *, charge: Charge = free) -> int:
     2
     """
     if isinstance(what, str) and what[:1] in ("<", ">", "="):
-        raise FormulaProblem(
-            "FORM107", what=N_("COUNTIF counts what is equal; for a condition write SUM([x > 3 for x in list])")
-        )
+        advice = N_("COUNTIF counts what is equal; for a condition write SUM([x > 3 for x in list])")
+        raise FormulaProblem("FORM107", what=advice)
     return sum(1 for v in listing(values) if same(v, what, charge))
 
 

@@ -60,12 +60,10 @@ def xlookup(
     >>> xlookup("no", ["yes", "no"], ["Good!", "Never mind."]), xlookup("what", ["yes"], ["Good!"], None)
     ('Never mind.', None)
     """
-    among = listing(results)
-    if len(among) != len(listing(where)):
-        raise FormulaProblem(
-            "FORM107",
-            what=N_("The two lists have {count} and {second} places", count=len(listing(where)), second=len(among)),
-        )
+    among, count = listing(results), len(listing(where))
+    if len(among) != count:
+        what = N_("The two lists have {count} and {second} places", count=count, second=len(among))
+        raise FormulaProblem("FORM107", what=what)
     place = _find(what, where, charge)
     if place is not None:
         return among[place]
@@ -76,14 +74,8 @@ def xlookup(
 
 def _find(what: Value, where: Value, charge: Charge) -> int | None:
     if isinstance(where, Table):
-        raise wrong_kind(
-            N_(
-                "a column such as {name}[{value}]",
-                name=where.name,
-                value=where.type.fields[0].name if where.type.fields else "…",
-            ),
-            where,
-        )
+        column = where.type.fields[0].name if where.type.fields else "…"
+        raise wrong_kind(N_("a column such as {name}[{value}]", name=where.name, value=column), where)
     return next((i for i, v in enumerate(listing(where)) if same(what, v, charge)), None)
 
 

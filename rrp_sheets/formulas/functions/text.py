@@ -174,10 +174,8 @@ def _find(what: str, value: str, start: Value, name: str, charge: Charge) -> int
     charge(searching(what, value))
     at = value.find(what, whole(start) - 1)
     if at < 0:
-        raise FormulaProblem(
-            "FORM107",
-            what=N_("{name} does not find the text; to ask whether it is there, write what in text", name=name),
-        )
+        advice = N_("{name} does not find the text; to ask whether it is there, write what in text", name=name)
+        raise FormulaProblem("FORM107", what=advice)
     return at + 1
 
 
