@@ -15,10 +15,9 @@ from graphviz import escape, nohtml
 from graphviz.quoting import quote
 
 from rrp_sheets.errors import MissingPart, SheetsError
-from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream
+from rrp_sheets.graph import BehaviourGraph, Graph, Step
 from rrp_sheets.model.changed import SAME
 from rrp_sheets.render import style
-from rrp_sheets.render.style import Line, Wrapping, clean, columns, plain, width, wrap, wrap_whole
 from rrp_sheets.texts import N_
 
 FROM_OUTSIDE = ("sensor", "actuator", "done")  # stand in every part that uses them
@@ -33,13 +32,11 @@ class BoxLine:
     """Line of text below the heading of a box.
 
     Attributes:
-        words: some of them marked.
-        status: of the text, `REMOVED` for the one before a change and `ADDED` for the one after it.
+        status: `REMOVED` for the text before a change, `ADDED` for the one after it.
         continued: it goes on the line above, and has no sign of its own.
-        mono: in a monospaced font.
     """
 
-    words: Line
+    words: style.Line
     status: str = SAME
     continued: bool = False
     mono: bool = True
@@ -47,9 +44,9 @@ class BoxLine:
     @property
     def width(self) -> float:
         """The line's width in points, with its sign."""
-        marked = any(mark for mark, _ in self.words)
+        bold = not self.mono or any(marked for marked, _ in self.words)
         indent = SIGN_INDENT if self.status else 0.0
-        return indent + width(plain(self.words), style.MONO_PT, mono=self.mono, bold=marked or not self.mono)
+        return indent + style.width(style.plain(self.words), style.MONO_PT, mono=self.mono, bold=bold)
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,6 @@ class Box:
             further part has the part behind it (`s2-p3`).
         kind: `sensor`, `stream`, `actuator`, `done` (the end of an actuator's commands), `anonymous` or `row`.
         name: a stream's full name, or a row's connector; `heading` is that in lines.
-        lines: those below the heading: a row's formula, what changed.
         note: where a stream that is cut between two parts goes on, or (`entry`) where it comes from.
         room: there is room under the name for the newest value.
         beside: where the formula starts when it stands beside the connector's name, else 0.
@@ -75,7 +71,7 @@ class Box:
     name: str
     width: float
     height: float
-    heading: tuple[Line, ...] = ()
+    heading: tuple[style.Line, ...] = ()
     lines: tuple[BoxLine, ...] = ()
     stream: str = ""
     note: str = ""
@@ -135,7 +131,7 @@ class Marks:
 
 
 def make_drawing(
-    graph: Graph, behaviour: BehaviourGraph, steps: Sequence[Step], *, wrapping: Wrapping, marks: Marks,
+    graph: Graph, behaviour: BehaviourGraph, steps: Sequence[Step], *, wrapping: style.Wrapping, marks: Marks,
     notes: Mapping[str, Note], part: int = 1, room: bool = False,
 ) -> Drawing:  # fmt: skip
     """Return the boxes and arrows of some steps; with `room`, values fit under streams' names.
@@ -152,7 +148,13 @@ def make_drawing(
         in_several = stream_id in notes or stream.kind.value in FROM_OUTSIDE
         box_id = ids[stream_id] + (f"-p{part}" if part > 1 and in_several else "")
         if box_id not in drawing.boxes:
-            drawing.boxes[box_id] = _stream_box(box_id, stream, notes.get(stream_id, Note("")), room)
+            kind = stream.kind.value
+            name = "" if kind == "anonymous" else stream.name
+            drawing.boxes[box_id] = stream_box(
+                box_id, kind, stream_id, name, unmarked(style.wrap(name, style.NAME_COLUMNS, 2)),
+                note=notes.get(stream_id, Note("")), room=room and kind == "stream",
+                off=kind in ("stream", "anonymous") and not stream.active,
+            )  # fmt: skip
         return box_id
 
     for step in steps:
@@ -170,28 +172,20 @@ def make_drawing(
     return drawing
 
 
-def _stream_box(box_id: str, stream: Stream, cut: Note, room: bool) -> Box:
-    kind = stream.kind.value
-    name = "" if kind == "anonymous" else stream.name
-    return stream_box(
-        box_id, kind, stream.id, name, unmarked(wrap(name, style.NAME_COLUMNS, 2)), note=cut,
-        room=room and kind == "stream", off=kind in ("stream", "anonymous") and not stream.active,
-    )  # fmt: skip
-
-
 def stream_box(
-    box_id: str, kind: str, stream: str, name: str, heading: tuple[Line, ...], lines: tuple[BoxLine, ...] = (), *,
+    box_id: str, kind: str, stream: str, name: str, heading: tuple[style.Line, ...], lines: tuple[BoxLine, ...] = (), *,
     note: Note, room: bool = False, off: bool = False, status: str | None = None,
 ) -> Box:  # fmt: skip
     """Return the box of a stream, as large as its texts need."""
     if kind == "anonymous":
-        size = (width(note.words, style.SMALL_PT) + 14, 12.0) if note.words else (7.0, 7.0)
+        size = (style.width(note.words, style.SMALL_PT) + 14, 12.0) if note.words else (7.0, 7.0)
         return Box(box_id, kind, "", *size, stream=stream, note=note.words, entry=note.entry, off=off, status=status)
     bold = kind != "stream"
-    text = max([*(width(plain(line), style.NAME_PT, bold=bold) for line in heading), *(line.width for line in lines)])
+    widths = [style.width(style.plain(line), style.NAME_PT, bold=bold) for line in heading]
+    text = max(widths + [line.width for line in lines])
     high = style.NAME_LINE * len(heading) + style.FORMULA_LINE * len(lines) + 8
     if note.words:
-        text, high = max(text, width(note.words, style.SMALL_PT)), high + 10
+        text, high = max(text, style.width(note.words, style.SMALL_PT)), high + 10
     if room:
         text, high = max(text, style.VALUE_ROOM), high + style.VALUE_LINE
     across = text + 16 if bold else text * 1.16 + 16
@@ -200,37 +194,38 @@ def stream_box(
     if kind == "actuator":  # its second border
         across, high = across + 6, high + 5
     return Box(
-        box_id, kind, clean(name), across, high, heading, lines, stream, note.words, note.entry, room, off,
+        box_id, kind, style.clean(name), across, high, heading, lines, stream, note.words, note.entry, room, off,
         status=status,
     )  # fmt: skip
 
 
-def unmarked(lines: Sequence[str]) -> tuple[Line, ...]:
+def unmarked(lines: Sequence[str]) -> tuple[style.Line, ...]:
     """Return lines of which nothing is marked."""
     return tuple(((False, line),) for line in lines)
 
 
-def _row_box(step: Step, wrapping: Wrapping, marks: Marks, indent: float) -> Box:
+def _row_box(step: Step, wrapping: style.Wrapping, marks: Marks, indent: float) -> Box:
     formula = step.row.formula.text
-    set_in_lines = wrap_whole if wrapping.whole else wrap
+    set_in_lines = style.wrap_whole if wrapping.whole else style.wrap
     lines = set_in_lines(formula, wrapping.columns, wrapping.lines) if formula else ()
     return row_box(
         f"r{step.number}", step.number, step.connector.name, step.connector.icon, unmarked([step.connector.name])[0],
         tuple(BoxLine(line) for line in unmarked(lines)), formula=formula, indent=indent,
-        beside=len(lines) == 1 and columns(lines[0]) <= wrapping.beside, mark=clean(marks.words.get(step.number, "")),
-        flag=marks.flags.get(step.number), off=not (step.row.on and step.active), switched_off=not step.row.on,
+        beside=len(lines) == 1 and style.columns(lines[0]) <= wrapping.beside,
+        mark=style.clean(marks.words.get(step.number, "")), flag=marks.flags.get(step.number),
+        off=not (step.row.on and step.active), switched_off=not step.row.on,
     )  # fmt: skip
 
 
 def row_box(
-    box_id: str, number: int, name: str, icon: str, heading: Line, lines: tuple[BoxLine, ...], *, formula: str,
+    box_id: str, number: int, name: str, icon: str, heading: style.Line, lines: tuple[BoxLine, ...], *, formula: str,
     indent: float = ROW_TEXT_LEFT, beside: bool = False, mark: str = "", flag: int | None = None, off: bool = False,
     switched_off: bool = False, status: str | None = None,
 ) -> Box:  # fmt: skip
     """Return the box of a row, as large as its texts need; with `beside` its line stands beside the heading."""
-    name_width = width(plain(heading), style.SMALL_PT, bold=status is not None)
+    name_width = style.width(style.plain(heading), style.SMALL_PT, bold=status is not None)
     lines_width = max((line.width for line in lines), default=0.0)
-    mark_width = width(mark, style.MONO_PT, bold=True) + 14 if mark else 0.0
+    mark_width = style.width(mark, style.MONO_PT, bold=True) + 14 if mark else 0.0
     if beside:
         text, high = name_width + 6 + lines_width + mark_width, _ROW_TOP
     else:
@@ -238,7 +233,7 @@ def row_box(
         high = _ROW_TOP + (style.FORMULA_LINE * len(lines) + 3 if lines else 0)
     end = 7 if status is None else 5 + style.SIGN
     return Box(
-        box_id, "row", clean(name), ROW_TEXT_LEFT + text + end, high, (heading,), lines, off=off,
+        box_id, "row", style.clean(name), ROW_TEXT_LEFT + text + end, high, (heading,), lines, off=off,
         switched_off=switched_off, row=number, formula=formula, icon=icon, beside=name_width + 6 if beside else 0.0,
         indent=indent, flag=flag, mark=mark, status=status,
     )  # fmt: skip
@@ -262,7 +257,7 @@ def quoted(*lines: str) -> str:
     >>> print(quoted('a "b" \\L', "<i>c</i>"))
     "a \"b\" \\L\n<i>c</i>"
     """
-    text: str = quote(nohtml(r"\n".join(escape(clean(line)) for line in lines)))
+    text: str = quote(nohtml(r"\n".join(escape(style.clean(line)) for line in lines)))
     return text
 
 
@@ -299,8 +294,13 @@ def _head(drawings: Sequence[Drawing], title: str, narrow: bool) -> Iterator[str
 
 
 def _body(drawing: Drawing, pin_entries: bool, prefix: str = "") -> Iterator[str]:
-    yield from (_node(box, prefix) for box in drawing.boxes.values())
-    yield from _ranks(drawing, pin_entries, prefix)
+    boxes = drawing.boxes.values()
+    yield from (_node(box, prefix) for box in boxes)
+    top = [_name(b.id, prefix) for b in boxes if b.kind == "sensor" or (pin_entries and b.entry)]
+    bottom = [_name(b.id, prefix) for b in boxes if b.kind == "actuator"]
+    for rank, names in (("source", top), ("sink", bottom)):
+        if names:
+            yield f"  {{ rank={rank}; {'; '.join(names)}; }}"
     yield from (_edge(arrow, drawing, prefix) for arrow in drawing.arrows)
 
 
@@ -318,23 +318,16 @@ def _node(box: Box, prefix: str) -> str:
     if box.kind == "anonymous":
         look = 'shape=box, style=invis, label=""' if box.note else "shape=point"
     elif box.kind == "row":
-        words = [f"{box.row} {box.name}", *(plain(line.words) for line in box.lines)]
+        words = [f"{box.row} {box.name}", *(style.plain(line.words) for line in box.lines)]
         label = quoted("  ".join(words)) if box.beside else quoted(*words)
         look = f'shape=box, label={label}, fontsize={style.MONO_PT:g}, fillcolor=white, color="{style.BOX}", '
         look += f'style="filled,rounded{",dashed" if box.off else ""}"'
     else:
         fill, line = (style.OFF_FILL, style.OFF_LINE) if box.off else style.FILL_AND_LINE[box.kind]
         dashed = ', style="filled,dashed"' if box.off else ""
-        words = [*map(plain, box.heading), *([box.note] if box.note else [])]
+        words = [*map(style.plain, box.heading), *([box.note] if box.note else [])]
         look = f'label={quoted(*words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
     return f"  {_name(box.id, prefix)} [{size}, {look}];"
-
-
-def _ranks(drawing: Drawing, pin_entries: bool, prefix: str) -> list[str]:
-    boxes = drawing.boxes.values()
-    top = [_name(b.id, prefix) for b in boxes if b.kind == "sensor" or (pin_entries and b.entry)]
-    bottom = [_name(b.id, prefix) for b in boxes if b.kind == "actuator"]
-    return [f"  {{ rank={r}; {'; '.join(names)}; }}" for r, names in (("source", top), ("sink", bottom)) if names]
 
 
 def _edge(arrow: Arrow, drawing: Drawing, prefix: str) -> str:
@@ -392,9 +385,8 @@ def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) ->
     """
     candidates = [binary] if binary else binaries()
     if not candidates:
-        raise MissingPart(
-            N_("Diagrams need Graphviz, and it is not installed."), N_("Install it: pip install graphviz-pure")
-        )
+        message = N_("Diagrams need Graphviz, and it is not installed.")
+        raise MissingPart(message, N_("Install it: pip install graphviz-pure"))
     reason = ""
     for program in candidates:
         try:
@@ -412,9 +404,8 @@ def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) ->
         if done.returncode == 0:
             return _parse(json.loads(done.stdout))
         reason = done.stderr.decode(errors="replace").strip()
-    raise SheetsError(
-        N_("The diagram could not be laid out: {why}", why=reason[-300:]), N_("Update Graphviz, or remove it.")
-    )
+    message = N_("The diagram could not be laid out: {why}", why=reason[-300:])
+    raise SheetsError(message, N_("Update Graphviz, or remove it."))
 
 
 def _parse(data: dict[str, Any]) -> Layout:

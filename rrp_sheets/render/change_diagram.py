@@ -21,7 +21,6 @@ from rrp_sheets.model.changed import (
 from rrp_sheets.render import style
 from rrp_sheets.render.boxes import TIMEOUT, Arrow, Box, BoxLine, Drawing, Note, dot_text, lay_out, row_box, stream_box
 from rrp_sheets.render.diagram import Page, split
-from rrp_sheets.render.style import Line, clean, marked_lines, width, wrap_whole
 from rrp_sheets.render.svg import draw_sign, draw_svg, frame, text
 
 MOST_DRAWN = 180
@@ -78,9 +77,10 @@ def _left_out(behaviour: ChangedBehaviour, shown: Sequence[ChangedRow]) -> str:
     ids = {r.id for r in shown}
     hidden = [r for r in behaviour.rows if r.id not in ids]
     numbers = [r.number for r in hidden if not r.sign]
-    more = len(hidden) - len(numbers)
-    told = f"not drawn: {ranges(numbers)}, unchanged" if numbers else ""
-    return "; ".join(filter(None, [told, f"and {more:,} further changed rows, which the list has" if more else ""]))
+    told = [f"not drawn: {ranges(numbers)}, unchanged"] if numbers else []
+    if more := len(hidden) - len(numbers):
+        told.append(f"and {more:,} further changed rows, which the list has")
+    return "; ".join(told)
 
 
 def ranges(numbers: Iterable[int]) -> str:
@@ -98,8 +98,10 @@ def ranges(numbers: Iterable[int]) -> str:
     words = [f"{a}–{b}" if a != b else f"{a}" for a, b in runs]
     if len(words) > 6:
         words = [*words[:3], "…", *words[-2:]]
-    plural = "s" if len(runs) > 1 or runs[0][0] != runs[0][1] else ""
-    return f"row{plural} " + " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+    *before, last = words
+    listed = f"{', '.join(before)} and {last}" if before else last
+    one = len(runs) == 1 and runs[0][0] == runs[0][1]
+    return f"row {listed}" if one else f"rows {listed}"
 
 
 def _page(
@@ -110,7 +112,7 @@ def _page(
     dot = dot_text(drawing, behaviour.name)
     layout = lay_out(dot, timeout=timeout)
     wide, high = layout.width + 2 * drawing.margin, layout.height + 2 * drawing.margin
-    name = clean(behaviour.name)
+    name = style.clean(behaviour.name)
     whole = f"{name}, part {part} of {parts}" if parts > 1 else name
     counts = [(sum(r.sign == status for r in rows), style.STATUS_STYLES[status].word) for status in _STATUSES]
     told = ", ".join(f"{count} row{'s' if count > 1 else ''} {word}" for count, word in counts if count)
@@ -148,15 +150,15 @@ def legend_page(title: str) -> Page:
         if status:
             parts.append(draw_sign(status, (x + 29, 10), 6.0))
         parts.append(text(x + 40, 21, look.word, style.NAME_PT))
-        x += 40 + width(look.word, style.NAME_PT) * style.OTHER_FACES + 16
+        x += 40 + style.width(look.word, style.NAME_PT) * style.OTHER_FACES + 16
     for number, hint in enumerate(_HINTS):
         parts.append(text(8, 43 + 12 * number, hint, style.SMALL_PT, fill=style.SOFT, italic=True))
-    wide = max(x, *(width(hint, style.SMALL_PT) * style.OTHER_FACES + 16 for hint in _HINTS))
+    wide = max(x, *(style.width(hint, style.SMALL_PT) * style.OTHER_FACES + 16 for hint in _HINTS))
     high = 38.0 + 12 * len(_HINTS)
     alt = ("Legend: a plus and a thick line for what is new, a minus and dashes for what is gone, a wave for what "
            "changed.")  # fmt: skip
     svg = frame("\n".join(parts), wide, high, ident="change-legend", title="How to read the pictures", description=alt)
-    return Page(clean(title), "", svg, "", wide, high, 1.0, False, (0, 0), alt)
+    return Page(style.clean(title), "", svg, "", wide, high, 1.0, False, (0, 0), alt)
 
 
 def make_change_drawing(
@@ -192,8 +194,8 @@ def _arrow(tail: str, head: str, link: Link, row: ChangedRow, stream_sign: str, 
 
 def _stream_box(box_id: str, stream: ChangedStream, note: str) -> Box:
     name = stream.name.after
-    heading = marked_lines(((stream.sign == REMOVED, name),), style.NAME_COLUMNS, 2)
-    was = marked_lines(stream.name.was(), style.NAME_COLUMNS, 2) if stream.name.changed else ()
+    heading = style.marked_lines(((stream.sign == REMOVED, name),), style.NAME_COLUMNS, 2)
+    was = style.marked_lines(stream.name.was(), style.NAME_COLUMNS, 2) if stream.name.changed else ()
     lines = [BoxLine(line, REMOVED, n > 0, mono=False) for n, line in enumerate(was)]
     for setting, words in stream.settings:
         lines += _both(ComparableText(f"{setting}: {words.before}", f"{setting}: {words.after}"), mono=False)
@@ -203,16 +205,16 @@ def _stream_box(box_id: str, stream: ChangedStream, note: str) -> Box:
 def _row_box(row: ChangedRow) -> Box:
     connector, words, removed = row.connector, row.formula, row.sign == REMOVED
     name = connector.after or connector.before
-    heading: Line = ((removed, name),)
+    heading: style.Line = ((removed, name),)
     if connector.before and connector.after and connector.changed:
         heading = ((True, connector.before), (False, f" → {connector.after}"))
     if row.sign not in (ADDED, REMOVED) and words.changed:
         lines = _both(words)
     else:
         runs = ((removed, words.before if removed else words.after),)
-        lines = [BoxLine(line) for line in marked_lines(runs, _COLUMNS, _LINES, wrap_whole)]
+        lines = [BoxLine(line) for line in style.marked_lines(runs, _COLUMNS, _LINES, style.wrap_whole)]
     for remark in row.remarks:
-        lines += [BoxLine(line, mono=False) for line in marked_lines(((False, remark),), _REMARK_COLUMNS, 2)]
+        lines += [BoxLine(line, mono=False) for line in style.marked_lines(((False, remark),), _REMARK_COLUMNS, 2)]
     found = connectors().get(name)
     return row_box(
         row.id, row.number, name, found.icon if found else "", heading, tuple(lines),
@@ -225,5 +227,5 @@ def _both(words: ComparableText, mono: bool = True) -> list[BoxLine]:
     return [
         BoxLine(line, status, n > 0, mono)
         for status, runs in ((REMOVED, words.was()), (ADDED, words.now()))
-        for n, line in enumerate(marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, wrap_whole))
+        for n, line in enumerate(style.marked_lines(runs or ((True, "blank"),), _COLUMNS, _LINES, style.wrap_whole))
     ]

@@ -10,21 +10,8 @@ from typing import TypeVar
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.graph import BehaviourGraph, Graph, Step
-from rrp_sheets.render import style
-from rrp_sheets.render.boxes import (
-    FROM_OUTSIDE,
-    TIMEOUT,
-    Box,
-    Drawing,
-    Layout,
-    Marks,
-    Note,
-    dot_file,
-    dot_text,
-    lay_out,
-    make_drawing,
-)
-from rrp_sheets.render.style import clean, width
+from rrp_sheets.render import boxes, style
+from rrp_sheets.render.boxes import FROM_OUTSIDE, TIMEOUT, Box, Drawing, Layout, Marks, Note
 from rrp_sheets.render.svg import draw_badge, draw_box, draw_flag, draw_icon, draw_svg, frame, text
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.texts import translate
@@ -34,6 +21,7 @@ _AT_ONCE = 4  # Graphviz processes side by side
 _CUT_COSTS = {"stream": 1.0, "anonymous": 50.0}  # a dot that goes on elsewhere is hard to follow; others cost nothing
 _LEGEND_LINE = 20.0  # from line to line of the legend
 _LEGEND_X = (14.0, 170.0, 326.0)  # where its columns begin
+_LEGEND_KINDS = ("sensor", "stream", "actuator", "anonymous", "done")
 Row = TypeVar("Row")
 Part = tuple[Step, ...]
 
@@ -43,7 +31,9 @@ class Page:
     """Picture of a behaviour, or of a part of one; sizes are in points.
 
     Attributes:
-        caption: "part 1 of 3".
+        caption: which part of how many, with its first and last row (“Part 1 of 3: rows 2 to 9”; of marbles and in
+            comparisons without them); empty for one part. In a comparison that of the first part, also of one that is
+            alone, says too which rows are not drawn.
         svg: the picture; ids are `b1-r4` for the row 4 of the first behaviour, `b1-s2` for a stream.
         dot: the text that Graphviz got.
         scale: by which it fits an A4 page, at most 1; for that the page is turned to `landscape`.
@@ -104,23 +94,24 @@ def draw_diagram(
     if not behaviour.steps:
         return []
     marks = Marks(dict(problems or {}), dict(words or {}))
-    job = _Job(graph, behaviour, marks, partial(lay_out, binary=binary, timeout=timeout), room, upright)
+    job = _Job(graph, behaviour, marks, partial(boxes.lay_out, binary=binary, timeout=timeout), room, upright)
     said = texts(language)
     fewest = _FEWEST_UPRIGHT if upright else style.FEWEST_ROWS
     parts = split_steps(graph, behaviour.steps, len(behaviour.steps) if whole else style.MOST_ROWS)
     while True:
         with ThreadPoolExecutor(_AT_ONCE) as pool:
             fitted = list(pool.map(job.draw, parts, cut_notes(graph, parts, said), range(1, len(parts) + 1)))
-        too_large = [fit.badness[0] and len(part) > fewest for part, fit in zip(parts, fitted, strict=True)]
-        if whole or not any(too_large):
+        if whole:
             break
-        parts = [
-            half
-            for part, divided in zip(parts, too_large, strict=True)
-            for half in (split_steps(graph, part, -(-len(part) // 2)) if divided else [part])
-        ]
+        divided: list[Part] = []
+        for part, fit in zip(parts, fitted, strict=True):
+            too_large = fit.badness[0] and len(part) > fewest
+            divided += split_steps(graph, part, -(-len(part) // 2)) if too_large else [part]
+        if len(divided) == len(parts):
+            break
+        parts = divided
     number = next((n for n, b in enumerate(graph.behaviours, 1) if b.key == behaviour.key), 1)
-    name = clean(title or behaviour.name)
+    name = style.clean(title or behaviour.name)
     return [
         _page(name, f"b{number}", (part, place, len(parts)), fit, room, said)
         for place, (part, fit) in enumerate(zip(parts, fitted, strict=True), 1)
@@ -129,8 +120,8 @@ def draw_diagram(
 
 def to_dot(graph: Graph, behaviours: Sequence[BehaviourGraph]) -> str:
     """Return whole behaviours as one graph in the DOT language, a cluster for each; the same on every machine."""
-    return dot_file([
-        (b.name, make_drawing(graph, b, b.steps, wrapping=style.WRAPPINGS[0], marks=Marks(), notes={}))
+    return boxes.dot_file([
+        (b.name, boxes.make_drawing(graph, b, b.steps, wrapping=style.WRAPPINGS[0], marks=Marks(), notes={}))
         for b in behaviours
         if b.steps
     ])  # fmt: skip
@@ -161,12 +152,12 @@ class _Job:
     def _candidates(self, part: Part, notes: Mapping[str, Note], number: int) -> Iterator[_Fitted]:
         entries = any(note.entry for note in notes.values())
         for wrapping in (style.BESIDE_A_TABLE,) if self.room else style.WRAPPINGS:
-            drawing = make_drawing(
+            drawing = boxes.make_drawing(
                 self.graph, self.behaviour, part, wrapping=wrapping, marks=self.marks, notes=notes, part=number,
                 room=self.room,
             )  # fmt: skip
             for pinned in (True, False) if entries else (True,):
-                dot = dot_text(drawing, self.behaviour.name, pin_entries=pinned, narrow=self.room)
+                dot = boxes.dot_text(drawing, self.behaviour.name, pin_entries=pinned, narrow=self.room)
                 layout = self.lay_out(dot)
                 wide, high = layout.width + 2 * drawing.margin, layout.height + 2 * drawing.margin
                 sizes = ((False, style.PAGE),) if self.upright else ((False, style.PAGE), (True, style.LANDSCAPE))
@@ -181,7 +172,13 @@ def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, c
     first, last = part[0].number, part[-1].number
     caption = words.get("diagram.caption", n=part_number, m=parts, first=first, last=last) if parts > 1 else ""
     whole_title = words.get("diagram.title", title=title, n=part_number, m=parts) if parts > 1 else title
-    alt = _alternative(fit.drawing, whole_title, first, last, words)
+
+    def names(kind: str) -> str:
+        found = [box.name for box in fit.drawing.boxes.values() if box.kind == kind]
+        return words.in_a_row(found) or words.get("diagram.none")
+
+    rows = words.get("diagram.rows" if first != last else "diagram.row", first=first, last=last, n=first)
+    alt = words.get("diagram.alt", title=whole_title, rows=rows, sensors=names("sensor"), actuators=names("actuator"))
     svg = draw_svg(
         fit.drawing, fit.layout, prefix=prefix, title=whole_title, description=alt, chosen=chosen, words=words
     )
@@ -189,14 +186,6 @@ def _page(title: str, prefix: str, place: tuple[Part, int, int], fit: _Fitted, c
         title, caption, svg, fit.dot, fit.layout.width + 2 * style.PADDING, fit.layout.height + 2 * style.PADDING,
         fit.scale, fit.landscape, (first, last), alt, part_number, parts, words.language,
     )  # fmt: skip
-
-
-def _alternative(drawing: Drawing, title: str, first: int, last: int, words: Texts) -> str:
-    def names(kind: str) -> str:
-        return words.in_a_row([b.name for b in drawing.boxes.values() if b.kind == kind]) or words.get("diagram.none")
-
-    rows = words.get("diagram.rows" if first != last else "diagram.row", first=first, last=last, n=first)
-    return words.get("diagram.alt", title=title, rows=rows, sensors=names("sensor"), actuators=names("actuator"))
 
 
 def split_steps(graph: Graph, steps: Sequence[Step], most: int) -> list[Part]:
@@ -227,7 +216,8 @@ def _crossing(rows: Sequence[Iterable[str]], kinds: Mapping[str, str]) -> list[f
     spans: dict[str, tuple[int, int]] = {}
     for number, streams in enumerate(rows):
         for stream in streams:
-            spans[stream] = (spans.get(stream, (number,))[0], number)
+            first, _ = spans.get(stream, (number, number))
+            spans[stream] = (first, number)
     costs = [0.0] * (len(rows) + 1)
     for stream, (first, last) in spans.items():
         for cut in range(first + 1, last + 1):
@@ -266,14 +256,7 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
     wide, y, (left, middle, right) = style.PAGE[0], 40.0, _LEGEND_X
     title, alt, size = words.get("legend.title"), words.get("legend.alt"), style.NAME_PT
     parts = [text(left, 19, title, size, bold=True)]
-    signs = (
-        ("sensor", left, 0),
-        ("stream", middle, 0),
-        ("actuator", right, 0),
-        ("anonymous", left, 1),
-        ("done", left, 2),
-    )
-    for kind, x, row in signs:
+    for kind, x, row in zip(_LEGEND_KINDS, (left, middle, right, left, left), (0, 0, 0, 1, 2), strict=True):
         box = Box(f"sign-{kind}", kind, "", *((7.0, 7.0) if kind == "anonymous" else (28.0, 17.0)))
         parts.append(draw_box(box, (x + 14, y + row * 24), "legend", words=words))
         parts.append(text(x + 36, y + row * 24 + 3.4, words.get(f"legend.{kind}"), size))
@@ -300,7 +283,7 @@ def draw_legend(language: str = "en") -> tuple[str, float, float]:
         about = translate(connector.legend_message(), language)
         meaning = words.get("legend.meaning", connector=connector.name, meaning=about)
         parts.append(draw_icon(connector.icon, x + 4, line - 9, style.INK, 1))
-        parts.append(text(x + 26, line, meaning, size - 1 if width(meaning, size) > wide / 2 - 30 else size))
+        parts.append(text(x + 26, line, meaning, size - 1 if style.width(meaning, size) > wide / 2 - 30 else size))
     high = y + half * _LEGEND_LINE - 6
     border = (f'<rect x="0.5" y="0.5" width="{wide - 1:g}" height="{high - 1:g}" rx="4" fill="#fff" stroke="#9a9a9a" '
               'stroke-width="0.7"/>')  # fmt: skip

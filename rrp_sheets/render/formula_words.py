@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from rrp_sheets.formulas import FormulaProblem, read_formula
-from rrp_sheets.graph import Graph, Step, Stream, StreamKind
+from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType
@@ -41,12 +41,9 @@ class _NotSimple(Exception):
 
 @dataclass(frozen=True)
 class Wording:
-    """Describes the formulas of one row.
+    """Describes the formulas of one row: `names` are its inputs by key, `helpers` the helpers' names as spelt by key.
 
-    Attributes:
-        names: the inputs, by the keys that formulas use for them.
-        helpers: the helpers' names as spelt, by key.
-        fields: the fields' names in the language, by the record's name and the field's key.
+    `fields` has the fields' names in the language, by the record's name and the field's key.
     """
 
     texts: Texts
@@ -56,10 +53,8 @@ class Wording:
 
     def condition(self, formula: str) -> str:
         """Return a filter's formula in words: `“Distance” is under 0.5 m`."""
-        if not shown(formula):
-            return self.texts.get("condition.missing")
-        if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
-            return self.texts.get("condition.helper", name=_spaced(self.helpers[key(shown(formula))]))
+        if special := self._special(formula, "condition"):
+            return special
         try:
             return self._condition(_parse(formula))
         except _NotSimple:
@@ -67,14 +62,20 @@ class Wording:
 
     def work(self, formula: str) -> str:
         """Return a formula in words as an action: `take its distance`."""
-        if not shown(formula):
-            return self.texts.get("value.missing")
-        if key(shown(formula)) in self.helpers and key(shown(formula)) not in self.names:
-            return self.texts.get("value.helper", name=_spaced(self.helpers[key(shown(formula))]))
+        if special := self._special(formula, "value"):
+            return special
         try:
             return self._work(_parse(formula))
         except _NotSimple:
             return self.texts.get("value.work", formula=self.texts.get("value.code", formula=shown(formula)))
+
+    def _special(self, formula: str, role: str) -> str:
+        """Return the words for a formula that is missing, or is only a helper's name; empty for any other."""
+        k = key(shown(formula))
+        if not shown(formula):
+            return self.texts.get(f"{role}.missing")
+        only_helper = k in self.helpers and k not in self.names
+        return self.texts.get(f"{role}.helper", name=_spaced(self.helpers[k])) if only_helper else ""
 
     def says_words(self, formula: str) -> str:
         """Return the constant text that a formula is, in words; empty when it is something else."""
@@ -85,9 +86,10 @@ class Wording:
         return self._value(tree) if isinstance(tree, ast.Constant) and isinstance(tree.value, str) else ""
 
     def _work(self, tree: ast.expr) -> str:
-        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and key(tree.func.id) in self.helpers:
-            name = _spaced(self.helpers[key(tree.func.id)])
-            inputs = self.texts.listed([self._subject(a)[0] for a in tree.args])
+        called, args = _call(tree)
+        if called and called in self.helpers:
+            name = _spaced(self.helpers[called])
+            inputs = self.texts.listed([self._subject(a)[0] for a in args])
             return self.texts.get("value.helper_of" if inputs else "value.helper", name=name, inputs=inputs)
         if isinstance(tree, (ast.Name, ast.Attribute)):
             return self.texts.get("value.take", what=self._subject(tree)[0])
@@ -112,32 +114,35 @@ class Wording:
             return self._subject(tree)[0]
         if isinstance(tree, ast.IfExp):
             return self._either(tree.test, tree.body, tree.orelse)
-        if _called(tree) == "if" and isinstance(tree, ast.Call) and len(tree.args) == 3:
-            return self._either(*tree.args)
+        called, args = _call(tree)
+        if called == "if" and len(args) == 3:
+            return self._either(*args)
         raise _NotSimple
 
     def _either(self, test: ast.expr, yes: ast.expr, no: ast.expr) -> str:
-        if any(isinstance(part, ast.IfExp) or _called(part) for part in (yes, no)):
+        if any(isinstance(part, ast.IfExp) or _call(part)[0] for part in (yes, no)):
             raise _NotSimple  # a nested choice reads worse than the formula
         words = {"yes": self._value(yes), "condition": self._condition(test), "no": self._value(no)}
         return self.texts.get("value.either", **words)
 
     def _condition(self, tree: ast.expr) -> str:
-        called = _called(tree)
+        called, args = _call(tree)
         if isinstance(tree, ast.Compare):
             return self._comparison(tree)
         if isinstance(tree, ast.BoolOp):
             return self._joined(tree.values, "all" if isinstance(tree.op, ast.And) else "any")
-        if called in ("and", "or") and isinstance(tree, ast.Call):
-            return self._joined(tree.args, "all" if called == "and" else "any")
-        negated = tree.operand if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not) else None
-        if called == "not" and isinstance(tree, ast.Call) and len(tree.args) == 1:
-            negated = tree.args[0]
-        return self._truth(tree, "") if negated is None else self._truth(negated, "not_")
+        if called in ("and", "or"):
+            return self._joined(args, "all" if called == "and" else "any")
+        if called == "not" and len(args) == 1:
+            return self._truth(args[0], "not_")
+        if isinstance(tree, ast.UnaryOp) and isinstance(tree.op, ast.Not):
+            return self._truth(tree.operand, "not_")
+        return self._truth(tree, "")
 
     def _truth(self, tree: ast.expr, negation: str) -> str:
-        if _called(tree) == "isblank" and isinstance(tree, ast.Call) and len(tree.args) == 1:
-            return self.texts.get(f"condition.{negation}blank", what=self._subject(tree.args[0])[0])
+        called, args = _call(tree)
+        if called == "isblank" and len(args) == 1:
+            return self.texts.get(f"condition.{negation}blank", what=self._subject(args[0])[0])
         if isinstance(tree, ast.Attribute) and isinstance(tree.value, ast.Name) and key(tree.attr) == "completed":
             named = self.names.get(key(tree.value.id))
             if named is not None and named.content.record is DONE:
@@ -149,7 +154,7 @@ class Wording:
 
     def _joined(self, parts: list[ast.expr], joiner: str) -> str:
         between = self._between(parts) if joiner == "all" else ""
-        if any(isinstance(p, ast.BoolOp) or _called(p) in ("and", "or") for p in parts):
+        if any(isinstance(p, ast.BoolOp) or _call(p)[0] in ("and", "or") for p in parts):
             raise _NotSimple  # brackets do not survive in a sentence
         return between or self.texts.listed([self._condition(p) for p in parts], joiner)
 
@@ -225,8 +230,11 @@ def _parse(formula: str) -> ast.expr:
         raise _NotSimple from None
 
 
-def _called(tree: ast.expr) -> str:
-    return key(tree.func.id) if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) else ""
+def _call(tree: ast.expr) -> tuple[str, list[ast.expr]]:
+    """Return the key of the function that is called, and its arguments; empty when it is no call."""
+    if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name):
+        return key(tree.func.id), tree.args
+    return "", []
 
 
 def _constant(tree: ast.expr) -> float:
@@ -273,19 +281,18 @@ class Content:
 def contents(graph: Graph) -> dict[str, Content]:
     """Return the content of every stream by its id."""
     given = (StreamKind.SENSOR, StreamKind.DONE)
-    found = {stream.id: _of_sensor(stream) for stream in graph.streams.values() if stream.kind in given}
+    found: dict[str, Content] = {}
+    for stream in graph.streams.values():
+        if stream.kind in given:
+            kind = stream.device.type if stream.device else None
+            sensors = {stream.id: None} if stream.kind is StreamKind.SENSOR else {}
+            found[stream.id] = Content(kind.payload if kind else None, kind.unit if kind else "", sensors)
     steps = sorted((s for b in graph.behaviours for s in b.steps), key=lambda s: s.rank)
     for step in steps:
-        stream = graph.streams.get(step.output)
-        if stream is not None and stream.kind not in (StreamKind.ACTUATOR, *given):
+        output = graph.streams.get(step.output)
+        if output is not None and output.kind not in (StreamKind.ACTUATOR, *given):
             found[step.output] = _of_step(step, found, graph)
     return found
-
-
-def _of_sensor(stream: Stream) -> Content:
-    kind = stream.device.type if stream.device else None
-    sensors = {stream.id: None} if stream.kind is StreamKind.SENSOR else {}
-    return Content(kind.payload if kind else None, kind.unit if kind else "", sensors)
 
 
 def _of_step(step: Step, found: Mapping[str, Content], graph: Graph) -> Content:
@@ -316,8 +323,8 @@ def is_blank(formula: str) -> bool:
 def _of_formula(formula: str, names: Mapping[str, Content]) -> tuple[RecordType | None, str]:
     """Return record type and unit of a formula that is only a name or a field."""
     try:
-        tree = ast.parse(formula.strip().lstrip("=").strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        tree = _parse(formula)
+    except _NotSimple:
         return None, ""
     if isinstance(tree, ast.Name) and (content := names.get(key(tree.id))) is not None:
         return content.record, content.unit

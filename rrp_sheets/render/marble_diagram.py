@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, field, replace
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.graph import BehaviourGraph, Graph, Step, StreamKind
+from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import Record, Value, show
@@ -19,13 +19,7 @@ _MOST_TICKS = 400
 
 @dataclass(frozen=True, slots=True)
 class Marble:
-    """A value at a time, or an error.
-
-    Attributes:
-        us: when, in microseconds.
-        row: the row that gave it (`Tracking!4`), where there is one.
-        error: why the row's formula failed; empty for a value.
-    """
+    """A value at a time (µs), or why a formula failed; `row` is the one that gave it (`Tracking!4`), if any did."""
 
     us: int
     value: Value = None
@@ -35,12 +29,11 @@ class Marble:
 
 @dataclass(frozen=True)
 class Lane:
-    """Line of one stream, with its marbles.
+    """Line of one stream, with its marbles by time.
 
     Attributes:
         label: the stream's name; empty for an anonymous one.
         kind: `sensor`, `stream`, `anonymous`, `actuator`, `done`.
-        marbles: by time.
     """
 
     id: str
@@ -84,11 +77,9 @@ class MarbleDiagram:
     """A marble diagram, not yet drawn.
 
     Attributes:
-        title: of the behaviour or test.
         groups: from the sensors down to the actuators.
         marks: times with a short text each that are pointed at.
         foot: where it comes from, a line below it; empty for none.
-        language: of the diagram's own words.
         about: names and texts for the file's metadata.
     """
 
@@ -108,14 +99,12 @@ class MarbleDiagram:
 
     def between(self, first_us: int, last_us: int) -> MarbleDiagram:
         """Return the part of the diagram within a time window."""
-        groups = tuple(
-            Group(
-                tuple(replace(b, ticks=tuple(t for t in b.ticks if first_us <= t <= last_us)) for b in g.bars),
-                replace(g.lane, marbles=tuple(m for m in g.lane.marbles if first_us <= m.us <= last_us)),
-            )
-            for g in self.groups
-        )
-        return replace(self, groups=groups, first_us=first_us, last_us=last_us)
+        groups = []
+        for group in self.groups:
+            bars = [replace(b, ticks=tuple(t for t in b.ticks if first_us <= t <= last_us)) for b in group.bars]
+            marbles = tuple(m for m in group.lane.marbles if first_us <= m.us <= last_us)
+            groups.append(Group(tuple(bars), replace(group.lane, marbles=marbles)))
+        return replace(self, groups=tuple(groups), first_us=first_us, last_us=last_us)
 
     def only(self, ids: Collection[str]) -> MarbleDiagram:
         """Return the diagram with only the streams of these ids."""
@@ -123,13 +112,9 @@ class MarbleDiagram:
 
 
 def make_score(
-    graph: Graph,
-    behaviour: BehaviourGraph,
-    events: Iterable[tuple[int, str, str, Value]],
-    errors: Iterable[tuple[int, str, str]] = (),
-    last_us: int = 0,
-    language: str = "en",
-) -> MarbleDiagram:
+    graph: Graph, behaviour: BehaviourGraph, events: Iterable[tuple[int, str, str, Value]],
+    errors: Iterable[tuple[int, str, str]] = (), last_us: int = 0, language: str = "en",
+) -> MarbleDiagram:  # fmt: skip
     """Return the marble diagram of a behaviour: sensors, then streams by the rows that give them, then actuators.
 
     `events` have time (µs), stream id, row and value, in order; `errors` have time, row and message. The diagram
@@ -149,13 +134,15 @@ def make_score(
         if row in refs:
             marbles[refs[row].output].append(Marble(us, None, row, translate(message, language)))
     streams = [graph.streams[i] for i in ids]
-    outside = [s for s in streams if s.kind in (StreamKind.SENSOR, StreamKind.DONE)]
-    actuators = [s for s in streams if s.kind is StreamKind.ACTUATOR]
-    inner = [s for s in streams if s not in outside and s not in actuators]
     first_row = {s.output: s.number for s in reversed(steps)}
-    inner.sort(key=lambda s: first_row.get(s.id, 0))
+
+    def rank(stream: Stream) -> tuple[int, int]:
+        if stream.kind in (StreamKind.SENSOR, StreamKind.DONE):
+            return 0, 0
+        return (2, 0) if stream.kind is StreamKind.ACTUATOR else (1, first_row.get(stream.id, 0))
+
     groups = []
-    for stream in (*outside, *inner, *actuators):
+    for stream in sorted(streams, key=rank):
         bars = tuple(_bar(s, graph, marbles, last_us, words) for s in steps if s.output == stream.id)
         lane = Lane(stream.id, stream.name, stream.kind.value, tuple(sorted(marbles[stream.id], key=lambda m: m.us)))
         groups.append(Group(bars, lane))
@@ -163,17 +150,12 @@ def make_score(
 
 
 def _bar(step: Step, graph: Graph, marbles: Mapping[str, list[Marble]], last_us: int, words: Texts) -> Bar:
-    formula = step.row.formula.text
-    if step.period_us:
-        formula = show_duration(step.period_us)
+    formula = show_duration(step.period_us) if step.period_us else step.row.formula.text
     sources = tuple(i for i in step.inputs if i in graph.streams)
-    streams = [graph.streams[i] for i in sources]
+    streams, connector = [graph.streams[i] for i in sources], step.connector
     names = tuple(s.name or words.get("behaviour.row", n=s.address.row) for s in streams)
-    connector = step.connector
-    return Bar(
-        step.number, names, connector.name, connector.icon, formula, _ticks(step, marbles, last_us),
-        not step.row.on, sources,
-    )  # fmt: skip
+    clock = _ticks(step, marbles, last_us)
+    return Bar(step.number, names, connector.name, connector.icon, formula, clock, not step.row.on, sources)
 
 
 def _ticks(step: Step, marbles: Mapping[str, list[Marble]], last_us: int) -> tuple[int, ...]:
@@ -192,17 +174,12 @@ def _ticks(step: Step, marbles: Mapping[str, list[Marble]], last_us: int) -> tup
 
 def upstream(graph: BehaviourGraph, streams: Iterable[str], most: int) -> list[str]:
     """Return these streams and those that they come from, the nearest first, at most `most`."""
-    found = dict.fromkeys(streams)
-    waiting = list(found)
-    while waiting:
-        current = waiting.pop(0)
+    found = list(dict.fromkeys(streams))
+    for current in found:  # it grows on the way
         for step in graph.steps:
             if step.output == current and step.active:
-                for source in step.inputs:
-                    if source not in found:
-                        found[source] = None
-                        waiting.append(source)
-    return list(found)[:most]
+                found += [source for source in dict.fromkeys(step.inputs) if source not in found]
+    return found[:most]
 
 
 def chosen(
@@ -316,19 +293,25 @@ def marble_text(score: MarbleDiagram, width: int = 100) -> list[str]:
     label = min(max(_LABEL, longest + 1), _MOST_LABEL)
     room = max(20, width - label - 1)
     scale = _Scale(score.first_us, max(score.last_us, score.first_us + 1), room)
-    lines = [" " * label + _axis(scale)]
-    lines += [_fit(_label(lane), label) + _line(lane, scale) for lane in score.lanes]
-    marks = _marks(score.marks, scale)
-    if marks:
-        lines += [" " * label + line for line in marks]
+    axis = [" "] * (room + 8)
+    for us, text in ticks(scale.first, scale.last, room // 12):
+        at = scale.at(us)
+        axis[at : at + len(text)] = text
+    lines = [" " * label + "".join(axis)]
+    for lane in score.lanes:
+        name = shortened(_label(lane), label - 1)
+        lines.append(name + " " * (label - columns(name)) + _line(lane, scale))
+    lines += [" " * label + line for line in _marks(score.marks, scale)]
     return [line.rstrip() for line in lines]
 
 
+@dataclass(frozen=True)
 class _Scale:
     """Conversion of times to columns."""
 
-    def __init__(self, first: int, last: int, room: int) -> None:
-        self.first, self.last, self.room = first, last, room
+    first: int
+    last: int
+    room: int
 
     def at(self, us: int) -> int:
         return min(self.room - 1, round((us - self.first) * (self.room - 1) / (self.last - self.first)))
@@ -336,11 +319,6 @@ class _Scale:
 
 def _label(lane: Lane) -> str:
     return f"{_SIGNS.get(lane.kind, '○')} {clean(lane.label or lane.id.partition('!')[2])}"
-
-
-def _fit(text: str, wide: int) -> str:
-    text = shortened(text, wide - 1)
-    return text + " " * (wide - columns(text))
 
 
 def nice_step(span: float, most: int) -> float:
@@ -369,14 +347,6 @@ def ticks(first_us: int, last_us: int, most: int) -> Iterator[tuple[int, str]]:
     while number * step * 1e6 <= last_us:
         yield round(number * step * 1e6), seconds_label(number * step)
         number += 1
-
-
-def _axis(scale: _Scale) -> str:
-    line = [" "] * (scale.room + 8)
-    for us, text in ticks(scale.first, scale.last, scale.room // 12):
-        at = scale.at(us)
-        line[at : at + len(text)] = text
-    return "".join(line)
 
 
 def _line(lane: Lane, scale: _Scale) -> str:
@@ -412,10 +382,9 @@ def _marks(marks: Sequence[tuple[int, str]], scale: _Scale) -> list[str]:
         if not scale.first <= us <= scale.last:
             continue
         at, text = scale.at(us), f"▲ {clean(words)}"
-        for i, row in enumerate(rows):
-            if columns(row) < at:
-                rows[i] = row + " " * (at - columns(row)) + text
-                break
-        else:
+        free = next((i for i, row in enumerate(rows) if columns(row) < at), None)
+        if free is None:
             rows.append(" " * at + text)
+        else:
+            rows[free] += " " * (at - columns(rows[free])) + text
     return rows[:5]

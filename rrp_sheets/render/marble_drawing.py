@@ -22,7 +22,6 @@ from rrp_sheets.render.marble_diagram import (
     short,
     ticks,
 )
-from rrp_sheets.render.style import clean, escape, shortened, width, wrap
 from rrp_sheets.render.svg import draw_icon, frame, text
 from rrp_sheets.render.texts import Texts, texts
 
@@ -106,7 +105,7 @@ def _sheets(blocks: Sequence[_Block]) -> Iterator[list[_Block]]:
 
 
 def _page(score: MarbleDiagram, sheet: Sequence[_Block], ident: str, part: int, parts: int) -> Page:
-    words_of, title = texts(score.language), clean(score.title)
+    words_of, title = texts(score.language), style.clean(score.title)
     pieces: list[str] = []
     y = 2.0
     for block in sheet:
@@ -114,13 +113,13 @@ def _page(score: MarbleDiagram, sheet: Sequence[_Block], ident: str, part: int, 
         y += block.height + _GAP
     pieces.append(_legend(y, words_of))
     high = y + _LEGEND
-    for words in wrap(clean(score.foot), _FOOT, 2) if score.foot else ():
+    for words in style.wrap(style.clean(score.foot), _FOOT, 2) if score.foot else ():
         pieces.append(text(14, high + 5, words, 7, fill=style.SOFT))
         high += 10
     nameless = words_of.get("marbles.nameless")
     streams = words_of.in_a_row([f"{lane.label or nameless} ({len(lane.marbles)})" for lane in score.lanes[:40]])
     first, last = seconds_label(score.first_us / 1e6), seconds_label(score.last_us / 1e6)
-    alt = clean(words_of.get("marbles.alt", title=score.title, first=first, last=last, list=streams))
+    alt = style.clean(words_of.get("marbles.alt", title=score.title, first=first, last=last, list=streams))
     rows = [b.row for g in score.groups for b in g.bars]
     return Page(
         title, words_of.get("marbles.part", part=part, parts=parts) if parts > 1 else "",
@@ -136,7 +135,11 @@ def _span(score: MarbleDiagram) -> Span:
 def _draw_block(block: _Block, top: float) -> str:
     x, y = _span(block.score), top + _AXIS
     bottom = top + _AXIS + sum(block.heights)
-    parts = list(_axis(x, top, bottom))
+    parts = []
+    for us, label in ticks(x.first, x.last, int((x.right - x.left) / _LABELS_APART)):
+        at = x.at(us)
+        parts.append(f'<path d="M{at:.1f} {top + 12:.1f}V{bottom:.1f}" stroke="#dcdcdc" stroke-width="0.6"/>')
+        parts.append(text(at, top + 9, label, style.SMALL_PT, fill=style.SOFT, middle=True))
     for group, high in zip(block.groups, block.heights, strict=True):
         base = y
         for bar in group.bars if block.bars else ():
@@ -150,29 +153,25 @@ def _draw_block(block: _Block, top: float) -> str:
     return "\n".join(parts)
 
 
-def _axis(x: Span, top: float, bottom: float) -> Iterator[str]:
-    for us, label in ticks(x.first, x.last, int((x.right - x.left) / _LABELS_APART)):
-        at = x.at(us)
-        yield f'<path d="M{at:.1f} {top + 12:.1f}V{bottom:.1f}" stroke="#dcdcdc" stroke-width="0.6"/>'
-        yield text(at, top + 9, label, style.SMALL_PT, fill=style.SOFT, middle=True)
-
-
 def _draw_bar(bar: Bar, x: Span, y: float) -> str:
     """Draw a row between the streams: number, icon, inputs, connector and formula; ticks of its clock below."""
     ink = style.OFF_LINE if bar.off else style.INK
     left, high = 3.0, _BAR - 1.5
-    inputs = shortened(", ".join(clean(i) for i in bar.inputs), 190, partial(width, size=style.SMALL_PT))
+    inputs = style.cut(", ".join(map(style.clean, bar.inputs)), 190, style.SMALL_PT)
     words = f"{inputs} → {bar.connector}"
-    parts = [
-        f'<rect x="{left}" y="{y:.1f}" width="{x.right - left:.1f}" height="{high}" rx="2.5" fill="#f4f2ee" '
-        f'stroke="#c9c4ba" stroke-width="0.6"/>',
-        _badge(bar, left, y, high) if bar.row else "",
+    place = f'x="{left}" y="{y:.1f}" width="{x.right - left:.1f}" height="{high}" rx="2.5"'
+    parts = [f'<rect {place} fill="#f4f2ee" stroke="#c9c4ba" stroke-width="0.6"/>']
+    if bar.row:
+        badge, size = style.OFF_LINE if bar.off else style.BADGE, 8 if bar.row < 1000 else 6.5
+        parts.append(f'<rect x="{left}" y="{y:.1f}" width="17" height="{high}" rx="2.5" fill="{badge}"/>')
+        parts.append(text(left + 8.5, y + 9.3, str(bar.row), size, fill="#fff", bold=True, middle=True))
+    parts += [
         draw_icon(bar.icon, left + 20, y + 1.2, ink, 0.85),
         text(left + 33, y + 9.2, words, style.SMALL_PT, fill=ink),
     ]
     if bar.formula:
-        start = left + 33 + width(words, style.SMALL_PT) + 8
-        formula = shortened(clean(bar.formula), x.right - start - 6, partial(width, size=style.MONO_PT, mono=True))
+        start = left + 33 + style.width(words, style.SMALL_PT) + 8
+        formula = style.cut(style.clean(bar.formula), x.right - start - 6, style.MONO_PT, mono=True)
         parts.append(text(start, y + 9.2, formula, style.MONO_PT, fill=ink, mono=True))
     parts += [
         f'<path d="M{x.at(t):.1f} {y + high - 4:.1f}v5.5" stroke="{style.FLAG}" stroke-width="1.1"/>'
@@ -181,25 +180,20 @@ def _draw_bar(bar: Bar, x: Span, y: float) -> str:
     return "".join(parts)
 
 
-def _badge(bar: Bar, x: float, y: float, high: float) -> str:
-    colour, size = style.OFF_LINE if bar.off else style.BADGE, 8 if bar.row < 1000 else 6.5
-    box = f'<rect x="{x}" y="{y:.1f}" width="17" height="{high}" rx="2.5" fill="{colour}"/>'
-    return box + text(x + 8.5, y + 9.3, str(bar.row), size, fill="#fff", bold=True, middle=True)
-
-
 def _label(group: Group, bottom: float, *, named: bool) -> str:
     """Draw the stream's name with its sign, and in later strips the numbers of its rows."""
     lane, base = group.lane, bottom - 11.0
-    name = clean(lane.label)
+    name = style.clean(lane.label)
     rows = f" {', '.join(str(b.row) for b in group.bars[:3])}" if named and group.bars else ""
-    shown = shortened(name, _LABEL - 22 - width(rows, 7.5), partial(width, size=9.5))
+    shown = style.cut(name, _LABEL - 22 - style.width(rows, 7.5), 9.5)
     parts = [_sign(lane.kind, 8.0, base)]
     if shown:
         parts.append(text(17, base + 3.2, shown, 9.5, bold=lane.kind != "stream"))
     if rows:
-        at = 17 + (width(shown, 9.5, bold=True) if shown else 0)
+        at = 17 + (style.width(shown, 9.5, bold=True) if shown else 0)
         parts.append(text(at, base + 3.2, rows, 7.5, fill=style.SOFT))
-    return f'<g class="label">{"<title>" + escape(name) + "</title>" if shown != name else ""}{"".join(parts)}</g>'
+    title = f"<title>{style.escape(name)}</title>" if shown != name else ""
+    return f'<g class="label">{title}{"".join(parts)}</g>'
 
 
 def _sign(kind: str, x: float, y: float) -> str:
@@ -225,8 +219,8 @@ def _pointers(score: MarbleDiagram, x: Span, y: float) -> Iterator[str]:
     taken = 0.0
     for us, found in sorted(by_time.items()):
         at = x.at(us)
-        words = clean(", ".join(found[:3]) + (" …" if len(found) > 3 else ""))
-        wide = width(words, 7.5)
+        words = style.clean(", ".join(found[:3]) + (" …" if len(found) > 3 else ""))
+        wide = style.width(words, 7.5)
         left = at + 5 if at + 5 + wide < x.right + _RIGHT else at - 5 - wide
         yield f'<path d="M{at:.1f} {y + 1:.1f}l3 5.5h-6z" fill="{style.FLAG}"/>'
         if left > taken:
@@ -241,17 +235,17 @@ def _legend(y: float, words_of: Texts) -> str:
     for kind in ("sensor", "stream", "actuator", "done"):
         words = words_of.get(f"marbles.{kind}")
         parts += [_sign(kind, x, y + 10), draw_words(x + 9, words=words)]
-        x += width(words, style.SMALL_PT) + 30
-    error, clock = words_of.get("marbles.error"), words_of.get("marbles.clock")
+        x += style.width(words, style.SMALL_PT) + 30
+    error, clock, many = (words_of.get(f"marbles.{name}") for name in ("error", "clock", "many"))
     cross = f"M{x - 3:.1f} {y + 7:.1f}l6 6m0 -6l-6 6"
     parts += [f'<path d="{cross}" stroke="{style.FLAG}" stroke-width="1.6"/>', draw_words(x + 8, words=error)]
-    x += width(error, style.SMALL_PT) + 24
+    x += style.width(error, style.SMALL_PT) + 24
     tick = f"M{x:.1f} {y + 7:.1f}v6"
     parts += [f'<path d="{tick}" stroke="{style.FLAG}" stroke-width="1.1"/>', draw_words(x + 6, words=clock)]
-    x += width(clock, style.SMALL_PT) + 24
+    x += style.width(clock, style.SMALL_PT) + 24
     band = f"M{x - 4:.1f} {y + 10:.1f}h22"
-    parts += [f'<path d="{band}" stroke="{style.EDGE}" stroke-width="6" stroke-dasharray="1 1.2"/>',
-              draw_words(x + 23, words=words_of.get("marbles.many"))]  # fmt: skip
+    dashes = f'stroke="{style.EDGE}" stroke-width="6" stroke-dasharray="1 1.2"'
+    parts += [f'<path d="{band}" {dashes}/>', draw_words(x + 23, words=many)]
     return "".join(parts)
 
 
@@ -261,7 +255,7 @@ _STEP = 14.0  # from one of several at one time to the next
 _MOST_STACKED = 4
 _LEAST = 3.2  # points between two marbles that are drawn apart
 _VALUE_PT = 7.5
-_measure = partial(width, size=_VALUE_PT)
+_measure = partial(style.width, size=_VALUE_PT)
 _LONGEST = 92.0  # points of a marble with a text in it
 _AFTER_LAST = 44.0  # points of room for the value of a marble at the very end
 _CROWD = 4  # so many marbles at least make a band
@@ -302,25 +296,21 @@ def lane_height(lane: Lane, x: Span) -> float:
 
 
 def _places(lane: Lane, x: Span) -> list[_Place]:
-    by_time = groupby(sorted(lane.marbles, key=attrgetter("us")), attrgetter("us"))
-    return list(_crowds([_Place(x.at(us), tuple(found)) for us, found in by_time]))
-
-
-def _crowds(places: Sequence[_Place]) -> Iterator[_Place]:
-    """Turn runs of marbles that are too close to each other into bands."""
-    run: list[_Place] = []
-    for place in places:
-        if run and place.x - run[-1].x >= _LEAST:
-            yield from _band(run)
-            run = []
-        run.append(place)
-    yield from _band(run)
-
-
-def _band(run: list[_Place]) -> list[_Place]:
-    if len(run) < 2 or (len(run) < _CROWD and run[-1].x - run[0].x > 2 * _LEAST):
-        return run
-    return [_Place(run[0].x, tuple(m for p in run for m in p.marbles), run[-1].x)]
+    """Return the marbles of a lane by their places; runs of marbles that are too close to each other are bands."""
+    runs: list[list[_Place]] = []
+    for us, found in groupby(sorted(lane.marbles, key=attrgetter("us")), attrgetter("us")):
+        place = _Place(x.at(us), tuple(found))
+        if runs and place.x - runs[-1][-1].x < _LEAST:
+            runs[-1].append(place)
+        else:
+            runs.append([place])
+    places: list[_Place] = []
+    for run in runs:
+        if len(run) < 2 or (len(run) < _CROWD and run[-1].x - run[0].x > 2 * _LEAST):
+            places += run
+        else:
+            places.append(_Place(run[0].x, tuple(m for p in run for m in p.marbles), run[-1].x))
+    return places
 
 
 def _draw_lane(lane: Lane, x: Span, bottom: float, words_of: Texts) -> str:
@@ -344,7 +334,8 @@ def _draw_lane(lane: Lane, x: Span, bottom: float, words_of: Texts) -> str:
             more = len(place.marbles) - _MOST_STACKED if level == _MOST_STACKED - 1 else 0
             at = (place.x, base - level * _STEP)
             parts.append(_draw_marble(marble, lane, at, (gap, end - place.x), colours, more))
-    return f'<g class="lane {lane.kind}" data-stream="{escape(clean(lane.label or lane.id))}">{"".join(parts)}</g>'
+    name = style.escape(style.clean(lane.label or lane.id))
+    return f'<g class="lane {lane.kind}" data-stream="{name}">{"".join(parts)}</g>'
 
 
 def _draw_marble(
@@ -353,11 +344,15 @@ def _draw_marble(
     (x, y), (before, room) = at, gaps
     row = f", {marble.row}" if marble.row else ""
     told = f"{marble.us / 1e6:g} s{row}: {marble.error or show(marble.value, 400)}"
-    title = f"<title>{escape(clean(told))}</title>"
+    title = f"<title>{style.escape(style.clean(told))}</title>"
     if marble.error:
-        reason = shortened(clean(marble.error[:200]), room - 12, _measure) if room > 40 else ""
+        reason = style.shortened(style.clean(marble.error[:200]), room - 12, _measure) if room > 40 else ""
         cross = f"M{x - 3.6:.1f} {y - 3.6:.1f}l7.2 7.2m0 -7.2l-7.2 7.2"
-        words = _on_white(x + 6.5, y + 2.8, reason, style.SMALL_PT - 1) if reason else ""
+        words, size = "", style.SMALL_PT - 1
+        if reason:
+            wide = style.width(reason, size) + 2
+            words = f'<rect x="{x + 5.5:.1f}" y="{y - 3.8:.1f}" width="{wide:.1f}" height="8.4" fill="#fff"/>'
+            words += text(x + 6.5, y + 2.8, reason, size, fill=style.FLAG, italic=True)
         return f'<g class="error">{title}<path d="{cross}" stroke="{style.FLAG}" stroke-width="1.8"/>{words}</g>'
     half = min(_HIGH / 2, max(1.1, min(before, room) / 2 - 0.5))
     shown = f"+{more + 1}" if more else fitting(marble.value, min(_LONGEST, room - 0.8) - 5.5, _measure, 16)
@@ -365,11 +360,6 @@ def _draw_marble(
     shape = _shape(lane.kind, x - half, y, long, colours, blank=marble.value is None and not more)
     words = text(x - half + long / 2, y + 2.7, shown, _VALUE_PT, middle=True) if shown else ""
     return f'<g class="marble">{title}{shape}{words}</g>'
-
-
-def _on_white(x: float, y: float, words: str, size: float) -> str:
-    back = f'<rect x="{x - 1:.1f}" y="{y - 6.6:.1f}" width="{width(words, size) + 2:.1f}" height="8.4" fill="#fff"/>'
-    return back + text(x, y, words, size, fill=style.FLAG, italic=True)
 
 
 def _shape(kind: str, x: float, y: float, long: float, colours: tuple[str, str], *, blank: bool) -> str:
@@ -401,7 +391,7 @@ def _draw_band(place: _Place, lane: Lane, base: float, colours: tuple[str, str],
     if errors:
         told.append(words_of.get("marbles.band_errors", n=len(errors), why=errors[0]))
     parts = [
-        f"<title>{escape(clean(' '.join(told)))}</title>",
+        f"<title>{style.escape(style.clean(' '.join(told)))}</title>",
         f'<rect x="{x:.1f}" y="{base - 5:.1f}" width="{wide:.1f}" height="10" fill="{fill}" stroke="{line}" '
         f'stroke-width="{0.6 if lane.kind == "stream" else 1.1}"/>',
     ]
@@ -422,7 +412,7 @@ def _band_label(n: int, good: Sequence[Marble], at: tuple[float, float], room: f
     values = " … ".join(ends) or words_of.get("marbles.errors")
     whole, short_form = words_of.get("marbles.values_are", n=n, values=values), words_of.get("marbles.values", n=n)
     for words in (whole, short_form, str(n)):
-        wide = width(words, 7) + 5
+        wide = style.width(words, 7) + 5
         if wide < room:
             back = f'x="{middle - wide / 2:.1f}" y="{base - 4:.1f}" width="{wide:.1f}" height="8" rx="1.5"'
             box = f'<rect {back} fill="#fff" stroke="{style.EDGE}" stroke-width="0.3"/>'

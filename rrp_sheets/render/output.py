@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from rrp_sheets.diagnostics.catalogue import Severity
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, nearest
+from rrp_sheets.render import style
 from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend, to_dot
 from rrp_sheets.render.marble_diagram import MarbleDiagram, marble_text
 from rrp_sheets.render.marble_drawing import draw_marbles
-from rrp_sheets.render.style import NAME_PT, PADDING, PAGE, SMALL_PT, SOFT, clean, escape, typeset
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import N_, listed
@@ -144,9 +144,9 @@ def render_picture(
         return svg.encode("utf-8", "replace"), []
     data = {"title": title, "about": words_of(about), "width": wide, "height": high}
     if suffix == ".pdf":
-        return typeset("picture.typ", data, {"picture.svg": svg}, "pdf")
+        return style.typeset("picture.typ", data, {"picture.svg": svg}, "pdf")
     ppi = min(_PPI, int(72 * (_MOST_PIXELS / (wide * high)) ** 0.5))
-    png, warnings = typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
+    png, warnings = style.typeset("picture.typ", data, {"picture.svg": svg}, "png", ppi=ppi)
     return png_with(png, {"Title": title, "Description": words_of(about)} if about else {}), warnings
 
 
@@ -159,19 +159,18 @@ def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
         if y and y + need > _TALLEST:
             x, y, column = x + column + _GAP, 0.0, 0.0
         heading = page.title if page.part == 1 else ""
-        caption_x = x + PADDING + (len(heading) * NAME_PT * 0.75 + 10 if heading else 0)
+        caption_x = x + style.PADDING + (len(heading) * style.NAME_PT * 0.75 + 10 if heading else 0)
         if heading:
-            pieces.append(text(x + PADDING, y + 13, heading, NAME_PT + 2, bold=True))
+            pieces.append(text(x + style.PADDING, y + 13, heading, style.NAME_PT + 2, bold=True))
         if page.caption:
-            pieces.append(text(caption_x, y + 13, page.caption, SMALL_PT, fill=SOFT, italic=True))
-        inner = re.sub(
-            r' width="\d+pt" height="\d+pt"', f' width="{page.width:.1f}" height="{page.height:.1f}"', page.svg, count=1
-        )
+            pieces.append(text(caption_x, y + 13, page.caption, style.SMALL_PT, fill=style.SOFT, italic=True))
+        size = f' width="{page.width:.1f}" height="{page.height:.1f}"'
+        inner = re.sub(r' width="\d+pt" height="\d+pt"', size, page.svg, count=1)
         pieces.append(inner.replace("<svg ", f'<svg x="{x:.1f}" y="{y + _HEADING:.1f}" ', 1).strip())
         y += need
         column = max(column, page.width, caption_x - x + 160)
         highest = max(highest, y)
-    wide, high = x + column, highest - _GAP + PADDING
+    wide, high = x + column, highest - _GAP + style.PADDING
     title = _title(pages)
     alt = " ".join(page.alt for page in pages)
     return frame("\n".join(pieces), wide, high, ident="all", title=title, description=alt), wide, high
@@ -180,7 +179,7 @@ def stack(pages: Sequence[Page]) -> tuple[str, float, float]:
 def _pdf(pages: Sequence[Page], with_legend: bool, about: Mapping[str, str]) -> tuple[bytes, list[str]]:
     last = pages[-1]
     legend, wide, high = draw_legend(last.language)
-    room = (PAGE[1] if not last.landscape else 0) - last.height * last.scale
+    room = (style.PAGE[1] if not last.landscape else 0) - last.height * last.scale
     words = texts(last.language)
     data = {
         "title": _title(pages),
@@ -198,7 +197,7 @@ def _pdf(pages: Sequence[Page], with_legend: bool, about: Mapping[str, str]) -> 
         ],
     }  # fmt: skip
     pictures = {f"page-{n}.svg": page.svg for n, page in enumerate(pages)}
-    return typeset("diagram.typ", data, {**pictures, "legend.svg": legend}, "pdf")
+    return style.typeset("diagram.typ", data, {**pictures, "legend.svg": legend}, "pdf")
 
 
 def _title(pages: Sequence[Page]) -> str:
@@ -232,9 +231,10 @@ def write_marbles(scores: Sequence[MarbleDiagram], path: str | os.PathLike[str])
 
 def text_of(scores: Sequence[MarbleDiagram], width: int = 110) -> str:
     """Return all diagrams as plain text, each under its title."""
-    return "\n".join(
-        "\n".join([score.title, *marble_text(score, width), *filter(None, [clean(score.foot)]), ""]) for score in scores
-    )
+    lines: list[str] = []
+    for score in scores:
+        lines += [score.title, *marble_text(score, width), *filter(None, [style.clean(score.foot)]), ""]
+    return "\n".join(lines)
 
 
 _SIGNATURE, _HEAD = 8, 25  # bytes at the begin of a PNG: texts may come behind them
@@ -254,7 +254,8 @@ def words_of(about: Mapping[str, str]) -> str:
 
 def metadata(about: Mapping[str, str]) -> str:
     """Return metadata as an element for an SVG."""
-    told = "".join(f'<entry name="{escape(clean(n))}">{escape(clean(v))}</entry>' for n, v in about.items())
+    cleaned = [(style.escape(style.clean(n)), style.escape(style.clean(v))) for n, v in about.items()]
+    told = "".join(f'<entry name="{name}">{value}</entry>' for name, value in cleaned)
     return f'<metadata><about xmlns="urn:rrp-sheets:about">{told}</about></metadata>' if told else ""
 
 
@@ -278,7 +279,7 @@ def gif_with(gif: bytes, about: Mapping[str, str]) -> bytes:
     """Insert metadata into a GIF as XMP; one that does not end as it should is left as it is."""
     if not gif.endswith(_END) or not about:
         return gif
-    told = escape(clean(words_of(about)))
+    told = style.escape(style.clean(words_of(about)))
     xmp = (
         '<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">'
         '<rdf:Description xmlns:dc="http://purl.org/dc/elements/1.1/"><dc:description><rdf:Alt>'

@@ -8,6 +8,7 @@ taken. Places are settings by key, and `{source}`: what the value comes from.
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -22,7 +23,6 @@ from rrp_sheets.render.formula_words import Content, FieldNames, Named, Wording,
 from rrp_sheets.render.style import clean, columns
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.robots import FoundDevice
-from rrp_sheets.robots.catalogue import DeviceWords
 from rrp_sheets.texts import capital, translate
 
 _JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
@@ -50,11 +50,11 @@ class BehaviourText:
 
     def lists(self, words: Texts) -> tuple[str, str]:
         """Return the sensors and the actuators in words."""
-        takes_in, acts_on = (
-            words.get(f"behaviour.{kind}", list=words.listed(names)) if names else words.get(f"behaviour.no_{kind}")
-            for kind, names in (("sensors", self.sensors), ("actuators", self.actuators))
-        )
-        return takes_in, acts_on
+
+        def told(kind: str, names: Sequence[str]) -> str:
+            return words.get(f"behaviour.{kind if names else f'no_{kind}'}", list=words.listed(names))
+
+        return told("sensors", self.sensors), told("actuators", self.actuators)
 
 
 def explain(
@@ -97,24 +97,21 @@ def _behaviour(behaviour: BehaviourGraph, rows: Rows, headings: Mapping[int, str
             RowText(s.number, rows.sentence(s), s.row.on and s.active, capital(clean(headings.get(s.number, ""))))
             for s in behaviour.steps
         ),
-        tuple(_sensor(streams[i], words) for i in used),
-        tuple(_actuator(streams[i], words) for i in driven),
+        tuple(_named_device(streams[i], words) for i in used),
+        tuple(_named_device(streams[i], words) for i in driven),
     )
 
 
-def _sensor(stream: Stream, words: Texts) -> str:
+def _named_device(stream: Stream, words: Texts) -> str:
+    """Return a stream's name, with what there is to say about its device in brackets."""
     device, name, title = stream.device, clean(stream.name), device_title(stream, words)
     about = [title] if title and key(title) != key(name) else []
-    if device is not None and device.type.name == "OperatorButton" and device.type.knowledge:
-        about = [words.get("behaviour.pressed")]
-    elif device is not None and device.type.knowledge:
-        about.append(words.get("behaviour.told"))
+    if stream.kind is StreamKind.SENSOR and device is not None and device.type.knowledge:
+        if device.type.name == "OperatorButton":
+            about = [words.get("behaviour.pressed")]
+        else:
+            about.append(words.get("behaviour.told"))
     return words.get("behaviour.about", name=name, about=words.in_a_row(about)) if about else name
-
-
-def _actuator(stream: Stream, words: Texts) -> str:
-    title, name = device_title(stream, words), clean(stream.name)
-    return words.get("behaviour.about", name=name, about=title) if title and key(title) != key(name) else name
 
 
 class _Chain:
@@ -234,7 +231,7 @@ class Rows:
     def _said(self, connector: Connector, values: Mapping[str, str], case: str = "") -> str:
         language = self.texts.language
         template = connector.sentences.get(language) or translate(connector.sentence_for(case), language)
-        return template.format_map(_Places(values))
+        return template.format_map(defaultdict(str, values))  # places that are not known stay empty
 
     def _filter(self, step: Step, values: dict[str, str]) -> str:
         first = step.inputs[0]
@@ -357,21 +354,12 @@ class Rows:
 def _case(step: Step) -> str:
     """Return the case of a row for which its connector has a sentence of its own."""
     case = ""
-    for name in (
-        "formula" if step.row.formula.text else "no_formula",
-        "several" if len(set(step.inputs)) > 1 else "one",
-    ):
+    formula = "formula" if step.row.formula.text else "no_formula"
+    for name in (formula, "several" if len(set(step.inputs)) > 1 else "one"):
         longer = f"{case}_{name}" if case else name
         if longer in step.connector.variants:
             case = longer
     return case
-
-
-class _Places(dict[str, str]):
-    """Values for the template of a connector; places that are not known stay empty."""
-
-    def __missing__(self, name: str) -> str:
-        return ""
 
 
 def one_stop(text: str) -> str:
@@ -390,14 +378,14 @@ def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
     """Return the sentence of a device: what an actuator does, or what happens when a sensor gives a value."""
     name = texts.get("name.quoted", name=clean(stream.name))
     words = stream.device.type.words(texts.language) if stream.device else None
-    if stream.device is None or words is None or not words.says:
-        if stream.kind is not StreamKind.SENSOR:
-            return texts.get("does.unknown", name=name)
-        if not key(stream.name).endswith("done"):
-            return texts.get("event.unknown", name=name)
-        actuator = re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE)
-        return texts.get("event.ended", name=texts.get("name.quoted", name=actuator))
-    return _template(words.says, stream, texts, source)
+    if words is not None and words.says:
+        return _template(words.says, stream, texts, source)
+    if stream.kind is not StreamKind.SENSOR:
+        return texts.get("does.unknown", name=name)
+    if not key(stream.name).endswith("done"):
+        return texts.get("event.unknown", name=name)
+    actuator = re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE)
+    return texts.get("event.ended", name=texts.get("name.quoted", name=actuator))
 
 
 def device_stops(stream: Stream, texts: Texts) -> str:
@@ -412,13 +400,28 @@ def device_stops(stream: Stream, texts: Texts) -> str:
 
 
 def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> str:
-    """Fill a text of the catalogue with the stream's settings."""
+    """Fill a text of the catalogue with the stream's settings: words of the catalogue are translated."""
     assert stream.device is not None
-    words = stream.device.type.words(texts.language)
+    kind, name = stream.device.type, texts.get("name.quoted", name=clean(stream.name))
+    words = kind.words(texts.language)
     settings = {**stream.device.preset, **stream.settings}
-    kinds = {k: s.kind for k, s in stream.device.type.settings.items()}
-    shown = {k: _shown(v, kinds.get(k, ""), words, texts) for k, v in settings.items()}
-    return _filled(_chosen(template, settings), shown, source, texts.get("name.quoted", name=clean(stream.name)), texts)
+
+    def filled(match: re.Match[str]) -> str:
+        if match[1] == "source":
+            return source or name
+        if match[1] == "name" and "name" not in settings:
+            return name
+        value = settings.get(key(match[1]))
+        setting = kind.settings.get(key(match[1]))
+        if setting is not None and setting.kind == "duration" and isinstance(value, int):
+            return clean(texts.duration(value))
+        if isinstance(value, str):
+            return clean(words.said(value, setting.kind if setting else ""))
+        if isinstance(value, tuple):
+            return clean(texts.in_a_row([f"“{part}”" if "," in str(part) else str(part) for part in value]))
+        return clean(show(value))
+
+    return re.sub(r"\{(\w+)\}", filled, _chosen(template, settings))
 
 
 def device_title(stream: Stream, texts: Texts) -> str:
@@ -434,17 +437,10 @@ def field_names(graph: Graph, texts: Texts) -> FieldNames:
     return done | {(record, k): name for record, fields in words for k, (name, _) in fields.items()}
 
 
-def _shown(value: object, kind: str, words: DeviceWords, texts: Texts) -> object:
-    """Return a setting as it is printed: words of the catalogue translated, users' texts as they are."""
-    if kind == "duration" and isinstance(value, int):
-        return texts.duration(value)
-    return words.said(value, kind) if isinstance(value, str) else value
-
-
 def source_of(sensors: Sequence[Stream], texts: Texts) -> str:
     """Return the source of a value in words: the things that the sensors behind it see."""
     seen = [(s, s.device) for s in sensors if s.device and s.device.type.payload]
-    things = dict.fromkeys(device_title(stream, texts) or _thing(device) for stream, device in seen)
+    things = [device_title(stream, texts) or _thing(device) for stream, device in seen]
     names = list(dict.fromkeys(texts.get("name.sensor", name=thing) for thing in things))
     if len(names) == 1:
         return names[0]
@@ -462,20 +458,6 @@ def _chosen(says: str, settings: Mapping[str, object]) -> str:
         if all(key(str(settings.get(key(name)) or "")) == key(value) for name, value in conditions):
             return match[2]
     return text
-
-
-def _filled(template: str, settings: Mapping[str, object], source: str, name: str, texts: Texts) -> str:
-    def value(match: re.Match[str]) -> str:
-        if match[1] == "source":
-            return source or name
-        if match[1] == "name" and "name" not in settings:
-            return name
-        found = settings.get(key(match[1]))
-        if isinstance(found, tuple):
-            found = texts.in_a_row([f"“{part}”" if "," in str(part) else str(part) for part in found])
-        return clean(found if isinstance(found, str) else show(found))
-
-    return re.sub(r"\{(\w+)\}", value, template)
 
 
 def _thing(device: FoundDevice) -> str:

@@ -13,6 +13,7 @@ import unicodedata
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Literal
 
 from rrp_sheets.errors import SheetsError
@@ -101,9 +102,8 @@ class Wrapping:
     whole: bool = True
 
 
-BESIDE_A_TABLE = Wrapping(
-    14, 4, beside=4, whole=False
-)  # narrow: the diagram stands in a panel, where height costs less
+# Narrow: the diagram stands in a panel, where height costs less.
+BESIDE_A_TABLE = Wrapping(14, 4, beside=4, whole=False)
 WRAPPINGS = (Wrapping(), Wrapping(beside=16), Wrapping(20, 7), Wrapping(17, 8))
 
 
@@ -194,6 +194,11 @@ def shortened(text: str, room: float, measure: Callable[[str], float] = columns)
     return start + "…" if start else ""
 
 
+def cut(text: str, room: float, size: float, *, mono: bool = False, bold: bool = False) -> str:
+    """Return as much of a line as fits into so many points, with `…` for the rest."""
+    return shortened(text, room, partial(width, size=size, mono=mono, bold=bold))
+
+
 def wrap(text: str, most_columns: int, most_lines: int) -> tuple[str, ...]:
     """Wrap a text after spaces and operators; words that are too long are cut, and lines beyond the last become `…`.
 
@@ -254,11 +259,9 @@ Line = tuple[Run, ...]  # of text, some of whose words are marked
 
 
 def marked_lines(
-    runs: Sequence[Run],
-    most_columns: int,
-    most_lines: int,
+    runs: Sequence[Run], most_columns: int, most_lines: int,
     set_in_lines: Callable[[str, int, int], tuple[str, ...]] = wrap,
-) -> tuple[Line, ...]:
+) -> tuple[Line, ...]:  # fmt: skip
     """Wrap a text and keep the marks on its words; `set_in_lines` decides whether it may be cut.
 
     >>> marked_lines(((False, "steady < "), (True, "20")), 22, 3)
@@ -274,13 +277,11 @@ def marked_lines(
     for line in set_in_lines(whole, most_columns, most_lines):
         parts: list[tuple[bool, str]] = []
         for character in line:
-            if character.isspace():
-                marked = parts[-1][0] if parts else False
-                if not (at < len(marks) and marks[at] == marked):
-                    marked = False  # a space between what is marked and what is not belongs to neither
-            else:
-                marked = marks[at] if at < len(marks) else False
+            marked = marks[at] if at < len(marks) else False
+            if not character.isspace():
                 at += 1
+            elif not parts or not parts[-1][0]:
+                marked = False  # a space between what is marked and what is not belongs to neither
             if parts and parts[-1][0] == marked:
                 parts[-1] = (marked, parts[-1][1] + character)
             else:
@@ -326,21 +327,16 @@ def typeset(
     options: dict[str, Any] = {"pdf_standards": ["ua-1"], "timestamp": 0} if form == "pdf" else {"ppi": ppi}
     options |= {"font_paths": [FONTS] if FONTS.is_dir() else [], "ignore_system_fonts": not missing}
     try:
-        made = _compiled(typst, files, form, options)
+        try:
+            made = typst.compile(files, format=form, **options)
+        except typst.TypstError:
+            if options.pop("pdf_standards", None) is None:
+                raise
+            # A letter without any font forbids an accessible PDF, and a plain one is better than none.
+            made = typst.compile(files, format=form, **options)
     except typst.TypstError as error:
         raise SheetsError(N_("The {form} could not be made: {error}", form=form.upper(), error=str(error))) from error
-    return made, [_warning(script) for script in missing]
-
-
-def _compiled(typst: Any, files: Mapping[str, bytes], form: str, options: Mapping[str, Any]) -> bytes:
-    try:
-        made = typst.compile(files, format=form, **options)
-    except typst.TypstError:
-        if "pdf_standards" not in options:
-            raise
-        # A letter without any font forbids an accessible PDF, and a plain one is better than none.
-        made = typst.compile(files, format=form, **{k: v for k, v in options.items() if k != "pdf_standards"})
-    return bytes(made if isinstance(made, bytes) else made[0])
+    return bytes(made if isinstance(made, bytes) else made[0]), [_warning(script) for script in missing]
 
 
 def scripts_without_font(text: str) -> list[str]:

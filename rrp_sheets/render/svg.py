@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME
 from rrp_sheets.render import style
 from rrp_sheets.render.boxes import ROW_TEXT_LEFT, SIGN_INDENT, Arrow, Box, Drawing, Layout, Point, Way
-from rrp_sheets.render.style import Line, clean, escape, width
 from rrp_sheets.render.texts import Texts, texts
 
 
@@ -23,7 +22,10 @@ def draw_svg(
     margin = drawing.margin
     wide, high = layout.width + 2 * margin, layout.height + 2 * margin
     arrows = {(a.tail, a.head): a for a in drawing.arrows}
-    placed = [(_moved_way(way, margin), arrows[way.tail, way.head]) for way in layout.ways]
+    placed: list[tuple[Way, Arrow]] = []
+    for way in layout.ways:
+        points, tip = [_moved(p, margin) for p in way.points], _moved(way.tip, margin) if way.tip else None
+        placed.append((replace(way, points=tuple(points), tip=tip), arrows[way.tail, way.head]))
     parts = [draw_arrow(way, arrow, prefix) for way, arrow in placed]
     places = {ident: _moved(place, margin) for ident, place in layout.places.items()}
     parts += [draw_box(b, places[b.id], prefix, chosen=chosen, words=words) for b in drawing.boxes.values()]
@@ -37,20 +39,21 @@ def frame(body: str, wide: float, high: float, *, ident: str, title: str, descri
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide:.0f}pt" height="{high:.0f}pt" '
         f'viewBox="0 0 {_n(wide)} {_n(high)}" role="{role}" aria-labelledby="{ident}-title {ident}-desc">\n'
-        f'<title id="{ident}-title">{escape(title)}</title>\n<desc id="{ident}-desc">{escape(description)}</desc>\n'
+        f'<title id="{ident}-title">{style.escape(title)}</title>\n'
+        f'<desc id="{ident}-desc">{style.escape(description)}</desc>\n'
         f"{body}\n</svg>\n"
     )
 
 
 def text(
-    x: float, y: float, words: str | Line, size: float, *, fill: str = style.INK, mono: bool = False,
+    x: float, y: float, words: str | style.Line, size: float, *, fill: str = style.INK, mono: bool = False,
     bold: bool = False, italic: bool = False, middle: bool = False, struck: bool = False,
 ) -> str:  # fmt: skip
     """Draw a line of text; what is marked in it is bold and underlined, or `struck` out."""
     mark = 'text-decoration="line-through"' if struck else 'font-weight="bold" text-decoration="underline"'
-    runs: Line = ((False, words),) if isinstance(words, str) else words
-    spans = "".join(f"<tspan {mark}>{escape(w)}</tspan>" if marked else escape(w) for marked, w in runs)
-    face = escape(style.MONO if mono else style.SANS)
+    runs: style.Line = ((False, words),) if isinstance(words, str) else words
+    spans = "".join(f"<tspan {mark}>{style.escape(w)}</tspan>" if marked else style.escape(w) for marked, w in runs)
+    face = style.escape(style.MONO if mono else style.SANS)
     looks = f'font-family="{face}" font-size="{size:g}" fill="{fill}" xml:space="preserve"'
     looks += ' font-weight="bold"' if bold else ""
     looks += ' font-style="italic"' if italic else ""
@@ -60,10 +63,9 @@ def text(
 
 def draw_icon(icon: str, x: float, y: float, colour: str, scale: float = 0.95) -> str:
     """Draw a connector's icon with its upper left corner at that place."""
-    return (
-        f'<g transform="translate({_n(x)} {_n(y)}) scale({scale:g})" fill="none" stroke="{colour}" '
-        f'stroke-width="1.25" stroke-linejoin="round" stroke-linecap="round">{icon_elements(icon, colour)}</g>'
-    )
+    looks = f'fill="none" stroke="{colour}" stroke-width="1.25" stroke-linejoin="round" stroke-linecap="round"'
+    place = f"translate({_n(x)} {_n(y)}) scale({scale:g})"
+    return f'<g transform="{place}" {looks}>{icon_elements(icon, colour)}</g>'
 
 
 def icon_elements(icon: str, colour: str) -> str:
@@ -109,11 +111,11 @@ _SPOKEN = {"sensor": "sensor", "stream": "stream", "actuator": "actuator", "done
 def draw_box(box: Box, centre: Point, prefix: str, *, chosen: bool = False, words: Texts | None = None) -> str:
     """Draw a box with its centre at that place, as a group with a stable id."""
     said = words or texts()
-    title = f"<title>{escape(told)}</title>" if (told := _told(box, said)) else ""
+    title = f"<title>{style.escape(told)}</title>" if (told := _told(box, said)) else ""
     if box.kind == "row":
         about, inside = f' data-row="{box.row}"', _row(box, centre, said.get("diagram.off"))
     else:
-        about = f' data-stream="{escape(clean(box.stream))}" data-name="{escape(box.name)}"'
+        about = f' data-stream="{style.escape(style.clean(box.stream))}" data-name="{style.escape(box.name)}"'
         inside = _anonymous(box, centre) if box.kind == "anonymous" else _stream(box, centre)
     if chosen and box.kind != "anonymous":
         about += ' role="button" tabindex="-1"'
@@ -148,7 +150,8 @@ def draw_sign(status: str, centre: Point, size: float = style.SIGN) -> str:
 def _middle(points: Sequence[Point]) -> Point:
     """Return the middle of the middle piece of a spline."""
     pieces = (len(points) - 1) // 3
-    a, b, c, d = points[pieces // 2 * 3 :][:4]
+    start = pieces // 2 * 3  # pieces share their ends: the next one begins three points further
+    a, b, c, d = points[start : start + 4]
     if pieces % 2:
         return (a[0] + 3 * b[0] + 3 * c[0] + d[0]) / 8, (a[1] + 3 * b[1] + 3 * c[1] + d[1]) / 8
     return a
@@ -162,7 +165,7 @@ def _told(box: Box, words: Texts) -> str:
         kind = _SPOKEN.get(box.kind) if box.name else None
         return words.get(f"diagram.told.{kind}", name=box.name) if kind else ""
     entry = "diagram.told.formula" if box.formula else "diagram.told.row"
-    told = words.get(entry, n=box.row, connector=box.name, formula=clean(box.formula))
+    told = words.get(entry, n=box.row, connector=box.name, formula=style.clean(box.formula))
     if box.switched_off:
         return words.get("diagram.told.off", row=told)
     return told if box.flag is None else words.get("diagram.told.problem", row=told, n=box.flag)
@@ -188,27 +191,18 @@ def _anonymous(box: Box, centre: Point) -> str:
     return dot + (text(dot_x + 7, y + 3, box.note, style.SMALL_PT, fill=style.SOFT, italic=True) if box.note else "")
 
 
-@dataclass(frozen=True)
-class _Look:
-    fill: str
-    line: str
-    ink: str
-    thick: float
-    dashes: str
-
-
 _THICK = {"row": 0.9, "stream": 1.2, "sensor": 2.2, "done": 1.4, "actuator": 1.1}
 
 
-def _look(box: Box) -> _Look:
-    """Return how the box of a row or stream is drawn: by its status in a comparison, else by its kind."""
+def _look(box: Box) -> tuple[str, str, str, float, str]:
+    """Return fill, line, ink, thickness and dashes of a row's or stream's box: by its status, else by its kind."""
     if box.status is not None:
         found = style.STATUS_STYLES[box.status]
         thick = found.thick + (0.9 if box.kind == "sensor" else 0)
-        return _Look(found.fill, found.line, found.ink, thick, _dashes(box.off, box.status))
+        return found.fill, found.line, found.ink, thick, _dashes(box.off, box.status)
     fill, line = (style.OFF_FILL, style.OFF_LINE) if box.off else style.FILL_AND_LINE.get(box.kind, ("#fff", style.BOX))
     dashed = box.off or box.kind == "done"  # the loop that goes through the world is dashed
-    return _Look(fill, line, style.OFF_INK if box.off else style.INK, _THICK[box.kind], style.DASHES if dashed else "")
+    return fill, line, style.OFF_INK if box.off else style.INK, _THICK[box.kind], style.DASHES if dashed else ""
 
 
 def _dashes(off: bool, status: str) -> str:
@@ -218,24 +212,21 @@ def _dashes(off: bool, status: str) -> str:
 def _stream(box: Box, centre: Point) -> str:
     cx, cy = centre
     x, y, w, h = cx - box.width / 2, cy - box.height / 2, box.width, box.height
-    look = _look(box)
+    fill, line, ink, thick, dashes = _look(box)
     if box.kind == "stream":
-        dashes = f' stroke-dasharray="{look.dashes}"' if look.dashes else ""
-        shape = (
-            f'<ellipse cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(w / 2)}" ry="{_n(h / 2)}" '
-            f'fill="{look.fill}" stroke="{look.line}" stroke-width="{look.thick:g}"{dashes}/>'
-        )
+        dashed = f' stroke-dasharray="{dashes}"' if dashes else ""
+        place = f'cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(w / 2)}" ry="{_n(h / 2)}"'
+        shape = f'<ellipse {place} fill="{fill}" stroke="{line}" stroke-width="{thick:g}"{dashed}/>'
     elif box.kind == "actuator":
-        shape = _rect((x, y, w, h), "#fff", look.line, look.thick, dashes=look.dashes)
-        inner = (x + 2.6, y + 2.6, w - 5.2, h - 5.2)
-        shape += _rect(inner, look.fill, look.line, min(look.thick, 1.1), dashes=look.dashes)
+        shape = _rect((x, y, w, h), "#fff", line, thick, dashes=dashes)
+        shape += _rect((x + 2.6, y + 2.6, w - 5.2, h - 5.2), fill, line, min(thick, 1.1), dashes=dashes)
     else:
-        shape = _rect((x, y, w, h), look.fill, look.line, look.thick, dashes=look.dashes)
+        shape = _rect((x, y, w, h), fill, line, thick, dashes=dashes)
     tall = style.NAME_LINE * len(box.heading) + style.FORMULA_LINE * len(box.lines) + (10 if box.note else 0)
     base = cy - tall / 2 + 9.2
     for number, words in enumerate(box.heading):
         y = base + style.NAME_LINE * number
-        shape += text(cx, y, words, style.NAME_PT, fill=look.ink, bold=box.kind != "stream", middle=True, struck=True)
+        shape += text(cx, y, words, style.NAME_PT, fill=ink, bold=box.kind != "stream", middle=True, struck=True)
     base += style.NAME_LINE * len(box.heading) - 1
     for number, told in enumerate(box.lines):
         sign = f"{told.status} " if told.status and not told.continued else ""
@@ -255,18 +246,16 @@ def _stream(box: Box, centre: Point) -> str:
 
 def _row(box: Box, centre: Point, off: str) -> str:
     x, y, w, h = centre[0] - box.width / 2, centre[1] - box.height / 2, box.width, box.height
-    look = _look(box)
-    ink, bold = look.ink, box.status == ADDED
+    fill, line, ink, thick, dashes = _look(box)
     badge = style.OFF_LINE if box.off else style.BADGE
     if box.status is not None:
-        badge = look.line if box.status else style.QUIET_BADGE
-    dashes = f' stroke-dasharray="{look.dashes}"' if look.dashes else ""
+        badge = line if box.status else style.QUIET_BADGE
+    heading = box.heading[0]
     parts = [
-        f'<rect x="{_n(x)}" y="{_n(y)}" width="{_n(w)}" height="{_n(h)}" rx="3" fill="{look.fill}" '
-        f'stroke="{look.line}" stroke-width="{look.thick:g}"{dashes}/>',
+        _rect((x, y, w, h), fill, line, thick, radius=3, dashes=dashes),
         draw_badge(box.row, x, y, h, badge),
         draw_icon(box.icon, x + 20.5, y + 3.4, ink),
-        text(x + ROW_TEXT_LEFT, y + 12.4, box.heading[0], style.SMALL_PT, fill=ink, bold=bold, struck=True),
+        text(x + ROW_TEXT_LEFT, y + 12.4, heading, style.SMALL_PT, fill=ink, bold=box.status == ADDED, struck=True),
     ]
     for number, told in enumerate(box.lines):
         line_y = y + (12.3 if box.beside else 23.6 + style.FORMULA_LINE * number)
@@ -280,11 +269,11 @@ def _row(box: Box, centre: Point, off: str) -> str:
                           italic=not told.mono and not told.status,
                           struck=REMOVED in (told.status, box.status)))  # fmt: skip
     if box.switched_off:
-        across = max(17.0, width(off, 8) + 4)
+        across = max(17.0, style.width(off, 8) + 4)
         parts.append(_rect((x + w - across - 1, y - 6.5, across, 10), "#fff", style.OFF_LINE, 0.7, radius=2))
         parts.append(text(x + w - across / 2 - 1, y + 1.4, off, 8, fill="#555", middle=True))
     if box.mark:
-        across = width(box.mark, style.MONO_PT, bold=True) + 7
+        across = style.width(box.mark, style.MONO_PT, bold=True) + 7
         middle = x + w - across / 2 - 4
         parts.append(_rect((x + w - across - 4, y + 3.8, across, 11), style.INK, "none", 0, radius=2))
         parts.append(text(middle, y + 12, box.mark, style.MONO_PT, fill="#fff", bold=True, middle=True))
@@ -313,11 +302,6 @@ def _rect(
 
 def _moved(point: Point, by: float) -> Point:
     return point[0] + by, point[1] + by
-
-
-def _moved_way(way: Way, by: float) -> Way:
-    points = tuple(_moved(p, by) for p in way.points)
-    return replace(way, points=points, tip=_moved(way.tip, by) if way.tip else None)
 
 
 def _xy(point: Point) -> str:

@@ -19,16 +19,27 @@ from rrp_sheets.texts import capital
 MOST_TEXTS = 60  # of one row
 _FREE = frozenset({"memory", "all"})
 _LEGS, _VOICE = "legs", "voice"
+Lines = dict[tuple[tuple[str, ...], str], list[Driver]]
+"""Rows by what they say or do, and by voice or stream."""
 
 
 def says(source: Source) -> tuple[Said, ...]:
     """Return the texts that rows can say; rows that say the same in the same voice share a line."""
-    lines: dict[tuple[tuple[str, ...], str], list[Driver]] = {}
+    lines: Lines = {}
     for driver in source.drivers:
-        if speaks(driver.stream) and not driver.stops:
-            texts = tuple(clean(t) for t in _texts(source, driver))
-            if texts:
-                lines.setdefault((texts, _voice(source, driver.stream)), []).append(driver)
+        if not speaks(driver.stream) or driver.stops:
+            continue
+        assert driver.stream.device is not None
+        says_its_setting = _says_its_setting(driver.stream.device.type)
+        setting = str(driver.stream.settings.get("text") or "")
+        texts = [setting] if says_its_setting else source.speech.texts_of(driver.step)
+        if texts:
+            line = tuple(clean(t) for t in texts), _voice(source, driver.stream)
+            lines.setdefault(line, []).append(driver)
+    return _in_lines(lines)
+
+
+def _in_lines(lines: Lines) -> tuple[Said, ...]:
     return tuple(
         Said(driver_refs(drivers), texts[:MOST_TEXTS], max(0, len(texts) - MOST_TEXTS), voice)
         for (texts, voice), drivers in lines.items()
@@ -42,13 +53,6 @@ def speaks(stream: Stream) -> bool:
 
 def _says_its_setting(kind: DeviceType) -> bool:
     return _VOICE in kind.resources and "text" in kind.settings
-
-
-def _texts(source: Source, driver: Driver) -> list[str]:
-    assert driver.stream.device is not None
-    if _says_its_setting(driver.stream.device.type):
-        return [str(driver.stream.settings.get("text") or "")]
-    return source.speech.texts_of(driver.step)
 
 
 def _voice(source: Source, stream: Stream) -> str:
@@ -77,42 +81,31 @@ def acts(source: Source) -> tuple[Act, ...]:
     for driver in source.drivers:
         if not speaks(driver.stream):
             by_stream.setdefault(driver.stream.id, []).append(driver)
-    return tuple(_act(source, drivers) for drivers in by_stream.values())
+    lines = []
+    for drivers in by_stream.values():
+        starting = next((d for d in drivers if not d.stops), drivers[0])
+        does = capital(source.words.get("does.whole", does=source.rows.does(starting.step)))
+        parts = source.words.listed([source.get(f"part.{r}") for r in parts_of(source, drivers)])
+        name, used = clean(drivers[0].stream.name), driver_refs(drivers)
+        lines.append(Act(name, does, parts, top_speed(source, drivers), used))
+    return tuple(lines)
 
 
 def makes(source: Source) -> tuple[Said, ...]:
     """Return the gestures that rows can make and the postures that they can take, with their streams."""
-    lines: dict[tuple[tuple[str, ...], str], list[Driver]] = {}
+    lines: Lines = {}
     for driver in source.drivers:
-        names = tuple(_named_movements(source, driver)) if not driver.stops else ()
+        stream, device = driver.stream, driver.stream.device
+        setting = device.type.settings.get("name") if device else None
+        if driver.stops or device is None or setting is None or setting.kind not in ("gesture", "posture"):
+            continue
+        fixed = stream.settings.get("name")
+        names = [str(fixed)] if fixed else source.speech.texts_of(driver.step)
+        words = device.type.words(source.words.language)
         if names:
-            lines.setdefault((names, clean(driver.stream.name)), []).append(driver)
-    return tuple(
-        Said(driver_refs(drivers), names[:MOST_TEXTS], max(0, len(names) - MOST_TEXTS), stream)
-        for (names, stream), drivers in lines.items()
-    )
-
-
-def _named_movements(source: Source, driver: Driver) -> list[str]:
-    """Return the names of gestures or postures that a row can send, or that its stream is set to."""
-    if driver.stream.device is None:
-        return []
-    kind = driver.stream.device.type
-    setting = kind.settings.get("name")
-    if setting is None or setting.kind not in ("gesture", "posture"):
-        return []
-    fixed = driver.stream.settings.get("name")
-    names = [str(fixed)] if fixed else source.speech.texts_of(driver.step)
-    words = kind.words(source.words.language)
-    return [words.said(clean(name), setting.kind) for name in names]
-
-
-def _act(source: Source, drivers: list[Driver]) -> Act:
-    stream = drivers[0].stream
-    starting = next((d for d in drivers if not d.stops), drivers[0])
-    parts = [source.get(f"part.{r}") for r in parts_of(source, drivers)]
-    does = capital(source.words.get("does.whole", does=source.rows.does(starting.step)))
-    return Act(clean(stream.name), does, source.listed(parts), top_speed(source, drivers), driver_refs(drivers))
+            line = tuple(words.said(clean(name), setting.kind) for name in names), clean(stream.name)
+            lines.setdefault(line, []).append(driver)
+    return _in_lines(lines)
 
 
 def moving_parts(source: Source) -> list[str]:
@@ -133,9 +126,8 @@ def walkers(source: Source) -> list[str]:
 def cautions(source: Source) -> tuple[Labelled, ...]:
     """Return the cautions about walking and falling."""
     get, walking = source.get, walkers(source)
-    legs = list(
-        dict.fromkeys(clean(d.stream.name) for d in source.drivers if _LEGS in parts_of(source, [d]) and not d.stops)
-    )
+    standing = [d for d in source.drivers if _LEGS in parts_of(source, [d]) and not d.stops]
+    legs = dict.fromkeys(clean(d.stream.name) for d in standing)
     walks = get("caution.walks", list=source.quoted(walking)) if walking else get("caution.walks_not")
     falls = get("caution.falls", list=source.quoted(legs)) if legs else get("caution.falls_not")
     return (Labelled(get("caution.walking"), walks), Labelled(get("caution.falling"), falls))
@@ -231,10 +223,8 @@ def _fastest(robot: Robot, stream: Stream, gesture: Gesture) -> float:
     frames = gesture.timed(float(tempo) if isinstance(tempo, (int, float)) and tempo else None)
     ways = Planner(robot, start, start).plan(frames).ways
     moved = set(_through_the_room(robot, ways))
-    return max(
-        (way.fastest(i) for joint, way in ways.items() if joint in moved for i in range(len(way.times) - 1)),
-        default=0.0,
-    )
+    pieces = [(way, i) for joint, way in ways.items() if joint in moved for i in range(len(way.times) - 1)]
+    return max((way.fastest(i) for way, i in pieces), default=0.0)
 
 
 def _joints(source: Source, drivers: Sequence[Driver]) -> list[str]:

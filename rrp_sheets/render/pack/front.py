@@ -47,30 +47,19 @@ def facts(source: Source, this: Print) -> tuple[Labelled, ...]:
 
 def summary(source: Source, said: Sequence[Said]) -> str:
     """Describe the robot's behaviour in three sentences."""
-    get, limit = source.get, source.checked.run.time_limit_us
-    occasions, can = _occasions(source), _can(source, said)
+    get, limit, streams = source.get, source.checked.run.time_limit_us, source.checked.graph.streams
+    occasions = [device_says(streams[s], source.words) for s in source.sensors if not source.is_button(s)]
+    occasions = list(dict.fromkeys(occasions + ([source.presses()] if source.buttons else [])))
+    texts = doing.all_texts(said)
+    moving = [d for d in source.drivers if not d.stops and not doing.speaks(d.stream)]
+    can = [source.count("summary.says", len(texts))] if texts else []
+    can = list(dict.fromkeys(can + [source.rows.does(d.step) for d in moving]))
     sentences = (
         get("summary.senses", list=_shortened(source, occasions)) if occasions else get("summary.senses_nothing"),
         get("summary.acts", list=_shortened(source, can)) if can else get("summary.acts_nothing"),
         get("summary.ends_limit", limit=source.words.duration(limit)) if limit else get("summary.ends"),
     )
     return source.words.sentences(sentences)
-
-
-def _occasions(source: Source) -> list[str]:
-    streams = source.checked.graph.streams
-    others = [device_says(streams[s], source.words) for s in source.sensors if not source.is_button(s)]
-    buttons = [source.presses()] if source.buttons else []
-    return list(dict.fromkeys([*others, *buttons]))
-
-
-def _can(source: Source, said: Sequence[Said]) -> list[str]:
-    texts = doing.all_texts(said)
-    can = [source.count("summary.says", len(texts))] if texts else []
-    for driver in source.drivers:
-        if not driver.stops and not doing.speaks(driver.stream):
-            can.append(source.rows.does(driver.step))
-    return list(dict.fromkeys(can))
 
 
 def _shortened(source: Source, things: Sequence[str]) -> str:
@@ -82,57 +71,33 @@ def _shortened(source: Source, things: Sequence[str]) -> str:
 
 def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
     """Return the six boxes of the first page."""
-    get = source.get
+    get, run, streams = source.get, source.checked.run, source.checked.graph.streams
+    through = list(dict.fromkeys(get(f"channel.{source.channel(streams[s])}") for s in source.sensors))
+    senses = "senses_some" if through else "senses_nothing"
+    keeps = ["keeps_pictures" if people.keeps_pictures(source) else "keeps_events"]
+    if people.remembers_faces(source):
+        keeps.append("keeps_faces" if run.keeps_faces else "forgets_faces")
+    texts = doing.all_texts(said)
+    is_open = any(_OPEN.search(text) for text in texts)
+    says = "nothing" if not texts else "open" if is_open else _one_or_some(texts)
+    parts = [get(f"part.{p}") for p in doing.moving_parts(source)]
+    moves = "nothing" if not parts else "walks" if doing.walkers(source) else "parts"
+    labels = [source.label(s) for s in source.buttons]
+    hand = _one_or_some(labels) if labels else "nothing"
+    limit = source.words.duration(run.time_limit_us) if run.time_limit_us else ""
     boxes = {
-        "senses": _senses(source), "keeps": _keeps(source), "says": _says(source, said), "moves": _moves(source),
-        "hand": _hand(source), "stops": _stops(source),
-    }  # fmt: skip
+        "senses": get(f"glance.{senses}", List=capital(source.words.listed(through))),
+        "keeps": source.words.sentences([get(f"glance.{entry}") for entry in keeps]),
+        "says": get(f"glance.says_{says}", n=len(texts)),
+        "moves": get(f"glance.moves_{moves}", Parts=capital(source.words.listed(parts))),
+        "hand": get(f"glance.hand_{hand}", n=len(labels), list=source.quoted(labels)),
+        "stops": get("glance.stops_limit" if limit else "glance.stops_only", limit=limit),
+    }
     return tuple(Labelled(get(f"glance.{name}"), text) for name, text in boxes.items())
 
 
-def _senses(source: Source) -> str:
-    through: dict[str, None] = {}
-    for stream in source.sensors:
-        through[source.get(f"channel.{source.channel(source.checked.graph.streams[stream])}")] = None
-    if not through:
-        return source.get("glance.senses_nothing")
-    return source.get("glance.senses_some", List=capital(source.listed(list(through))))
-
-
-def _keeps(source: Source) -> str:
-    entries = ["keeps_pictures" if people.keeps_pictures(source) else "keeps_events"]
-    if people.remembers_faces(source):
-        entries.append("keeps_faces" if source.checked.run.keeps_faces else "forgets_faces")
-    return source.words.sentences([source.get(f"glance.{entry}") for entry in entries])
-
-
-def _says(source: Source, said: Sequence[Said]) -> str:
-    texts = doing.all_texts(said)
-    if not texts:
-        return source.get("glance.says_nothing")
-    entry = "open" if any(_OPEN.search(text) for text in texts) else "one" if len(texts) == 1 else "some"
-    return source.get(f"glance.says_{entry}", n=len(texts))
-
-
-def _moves(source: Source) -> str:
-    parts = [source.get(f"part.{p}") for p in doing.moving_parts(source)]
-    if not parts:
-        return source.get("glance.moves_nothing")
-    entry = "moves_walks" if doing.walkers(source) else "moves_parts"
-    return source.get(f"glance.{entry}", Parts=capital(source.listed(parts)))
-
-
-def _hand(source: Source) -> str:
-    labels = [source.label(s) for s in source.buttons]
-    entry = "some" if len(labels) > 1 else "one" if labels else "nothing"
-    return source.get(f"glance.hand_{entry}", n=len(labels), list=source.quoted(labels))
-
-
-def _stops(source: Source) -> str:
-    limit = source.checked.run.time_limit_us
-    if limit:
-        return source.get("glance.stops_limit", limit=source.words.duration(limit))
-    return source.get("glance.stops_only")
+def _one_or_some(things: Sequence[str]) -> str:
+    return "one" if len(things) == 1 else "some"
 
 
 def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResult]) -> tuple[Labelled, ...]:

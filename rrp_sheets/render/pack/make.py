@@ -14,21 +14,11 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
-from rrp_sheets.model.workbook import Behaviour, Row
-from rrp_sheets.render.diagram import Page, draw_diagram, draw_legend
-from rrp_sheets.render.pack import acts, front, people
+from rrp_sheets.model.workbook import Behaviour
+from rrp_sheets.render.diagram import draw_diagram, draw_legend
+from rrp_sheets.render.pack import acts, front, model, people
 from rrp_sheets.render.pack.front import Print
-from rrp_sheets.render.pack.model import (
-    BehaviourPart,
-    Changes,
-    Figure,
-    OpenFinding,
-    Pack,
-    Sentence,
-    Sheet,
-    TableRow,
-    TestSheetResult,
-)
+from rrp_sheets.render.pack.model import BehaviourPart, Changes, Figure, Pack, Sheet, TestSheetResult
 from rrp_sheets.render.pack.source import Source
 from rrp_sheets.render.sentences import Rows, explain
 from rrp_sheets.render.style import clean, typeset
@@ -44,7 +34,6 @@ MOST_DRAWN = 2_000  # rows; a hundred pages
 MOST_TOLD = 8  # rows that a paragraph tells; of more the sentences are enough
 _SECONDS = 20.0  # for one diagram's layout
 _AUTHORS = re.compile(r"\s*[;\n]\s*")
-TableRows = Sequence[Sequence[str]]
 Paper = Literal["a4", "letter"]
 Pictures = dict[str, str]
 """SVG texts by file name."""
@@ -52,40 +41,28 @@ Draw = Callable[..., tuple[tuple[Figure, ...], list[str]]]
 
 
 def make_pack(
-    reading: Reading,
-    checked: Checked,
-    this: Print,
-    *,
-    language: str = "en",
-    tests: Sequence[TestSheetResult] = (),
-    tests_note: str = "",
-    changes: Changes | None = None,
-    draft: bool = False,
-    drawn: bool = True,
-) -> tuple[Pack, Pictures]:
+    reading: Reading, checked: Checked, this: Print, *, language: str = "en", tests: Sequence[TestSheetResult] = (),
+    tests_note: str = "", changes: Changes | None = None, draft: bool = False, drawn: bool = True,
+) -> tuple[Pack, Pictures]:  # fmt: skip
     """Make the pack of a checked workbook, and its diagrams by the names under which it refers to them.
 
-    Args:
-        reading: as it was read.
-        checked: the same, checked; it may have errors.
-        this: of this print.
-        language: of the program's own words.
-        tests: the results of the workbook's test sheets.
-        tests_note: a remark on all of them.
-        changes: the differences from the approved version.
-        draft: whether it is marked as one on every page; one with errors always is.
-        drawn: whether it has diagrams; without them it is only text.
+    The workbook may have errors: then it is marked as a draft on every page, as with `draft`. The `language` is that of
+    the program's own words, `tests_note` a remark on all tests; unless `drawn` it has no diagrams, only texts.
     """
     words = texts(language)
     source = Source(reading, checked, words, Rows(checked.graph, checked.workbook, words))
     get, said = source.get, acts.says(source)
     behaviours, pictures = behaviour_parts(source, changes, drawn=drawn)
     left = len(source.findings) - MOST_FINDINGS
+    errors = checked.report.errors
+    status = source.count("draft_errors", len(errors)) if errors else get("draft") if draft else ""
+    authors = _AUTHORS.split(source.protocol("Authors"))
     return (
         Pack(
-            language=language, title=front.title_of(source, this.name), status=_status(source, draft),
+            language=language, title=front.title_of(source, this.name), status=status,
             version=clean(source.protocol("Version")), reference=clean(source.protocol("Ethics reference")),
-            mode=get("mode"), digest=reading.digest, authors=_authors(source), purpose=source.protocol("Purpose"),
+            mode=get("mode"), digest=reading.digest, purpose=source.protocol("Purpose"),
+            authors=tuple(clean(name) for name in authors if name.strip()),
             facts=front.facts(source, this), happens=source.protocol(people.HAPPENS),
             summary=front.summary(source, said), glance=front.glance(source, said),
             numbers=front.numbers(source, said, tests),
@@ -106,21 +83,11 @@ def make_pack(
     )  # fmt: skip
 
 
-def _status(source: Source, draft: bool) -> str:
-    if errors := source.checked.report.errors:
-        return source.count("draft_errors", len(errors))
-    return source.get("draft") if draft else ""
-
-
-def _authors(source: Source) -> tuple[str, ...]:
-    return tuple(clean(name) for name in _AUTHORS.split(source.protocol("Authors")) if name.strip())
-
-
-def _finding(source: Source, flag: int, found: Diagnostic) -> OpenFinding:
+def _finding(source: Source, flag: int, found: Diagnostic) -> model.OpenFinding:
     where, row = (clean(found.address.sheet), found.address.row) if found.address else ("", 0)
     severity = source.get(f"open.{found.severity.value}")
     said = (clean(translate(text, source.words.language)) for text in (found.message, found.remedy))
-    return OpenFinding(flag, severity, where, row, *said)
+    return model.OpenFinding(flag, severity, where, row, *said)
 
 
 def sheets(source: Source) -> tuple[Sheet, ...]:
@@ -130,12 +97,20 @@ def sheets(source: Source) -> tuple[Sheet, ...]:
 
 
 def _sheet(
-    source: Source, title: str, heads: Sequence[str], rows: TableRows, *, widths: Sequence[float] = (),
-    mono: Sequence[int] = (), note: str = "",
+    source: Source, title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], widths: Sequence[float],
+    mono: tuple[int, ...] = (), note: str = "",
 ) -> Sheet:  # fmt: skip
     left = source.get("more", n=f"{len(rows) - MOST_ROWS:,}") if len(rows) > MOST_ROWS else ""
-    shown = tuple(tuple(row) for row in rows[:MOST_ROWS])
-    return Sheet(title, note, tuple(heads), shown, tuple(widths or [1.0] * len(heads)), left, tuple(mono))
+    return Sheet(title, note, tuple(heads), tuple(map(tuple, rows[:MOST_ROWS])), tuple(widths), left, mono)
+
+
+def _own_sheet(
+    source: Source, title: str, columns: Mapping[str, float], rows: Sequence[Sequence[str]],
+    mono: tuple[int, ...] = (), note: str = "",
+) -> Sheet:  # fmt: skip
+    """Return a table whose title and columns (with their relative widths) are entries of the program's texts."""
+    heads = [source.get(f"c.{name}") for name in columns]
+    return _sheet(source, source.get(f"material.{title}"), heads, rows, list(columns.values()), mono, note)
 
 
 def _devices(source: Source) -> Sheet:
@@ -147,18 +122,13 @@ def _devices(source: Source) -> Sheet:
             continue
         kind = stream.device.type
         words = kind.words(source.words.language)
-        settings = [
-            source.get(
-                "material.setting",
-                name=words.setting(setting.name),
-                value=_value(source, stream.settings.get(name), setting, words),
-            )
-            for name, setting in kind.settings.items()
-            if stream.settings.get(name) not in (None, "", False)
-        ]
+        settings = []
+        for name, setting in kind.settings.items():
+            if (value := stream.settings.get(name)) not in (None, "", False):
+                shown = _value(source, value, setting, words)
+                settings.append(source.get("material.setting", name=words.setting(setting.name), value=shown))
         rows.append((clean(stream.name), clean(stream.device.name), clean("; ".join(settings))))
-    heads = (source.get("c.stream"), source.get("c.device"), source.get("c.settings"))
-    return _sheet(source, source.get("material.devices"), heads, rows, widths=(1, 1, 2))
+    return _own_sheet(source, "devices", {"stream": 1, "device": 1, "settings": 2}, rows)
 
 
 def _value(source: Source, value: Value, setting: Setting, words: DeviceWords) -> str:
@@ -178,8 +148,7 @@ def _helpers(source: Source) -> Sheet:
         (clean(h.name.text), source.listed_cells(h.inputs), h.formula.text.strip())
         for h in source.checked.workbook.helpers
     ]
-    heads = (source.get("c.name"), source.get("c.inputs"), source.get("c.formula"))
-    return _sheet(source, source.get("material.helpers"), heads, rows, widths=(1, 1, 3), mono=(2,))
+    return _own_sheet(source, "helpers", {"name": 1, "inputs": 1, "formula": 3}, rows, mono=(2,))
 
 
 def _tables(source: Source) -> list[Sheet]:
@@ -194,7 +163,7 @@ def _tables(source: Source) -> list[Sheet]:
         keep = [i for i in range(wide) if any(row[i] for row in padded)]
         rows = [[row[i] for i in keep] for row in padded]
         title = source.get("material.table", name=clean(names.get(name, name)))
-        made.append(_sheet(source, title, rows[0], rows[1:]))
+        made.append(_sheet(source, title, rows[0], rows[1:], [1.0] * len(keep)))
     return made
 
 
@@ -203,16 +172,14 @@ def _gestures(source: Source) -> Sheet:
     for frame in source.checked.workbook.gestures:
         joints = [f"{frame.headers.get(name, name)}: {cell.text}" for name, cell in frame.joints.items() if cell.text]
         rows.append((clean(frame.name.text), clean(frame.time.text), clean("; ".join(joints))))
-    heads = (source.get("c.gesture"), source.get("c.time"), source.get("c.joints"))
-    return _sheet(source, source.get("material.gestures"), heads, rows, widths=(1.5, 0.5, 3))
+    return _own_sheet(source, "gestures", {"gesture": 1.5, "time": 0.5, "joints": 3}, rows)
 
 
 def _scene(source: Source) -> Sheet:
     scene = source.checked.workbook.scene or ()
     rows = [[clean(cell.text) for cell in (r.time, r.thing, r.does, r.value)] for r in scene]
-    heads = [source.get(f"c.{name}") for name in ("time", "thing", "does", "value")]
-    note = source.get("material.scene_note")
-    return _sheet(source, source.get("material.scene"), heads, rows, widths=(1, 1, 1, 2), note=note)
+    columns = {"time": 1, "thing": 1, "does": 1, "value": 2}
+    return _own_sheet(source, "scene", columns, rows, note=source.get("material.scene_note"))
 
 
 def set_pack(pack: Pack, pictures: Pictures, paper: Paper = "a4") -> tuple[bytes, list[str]]:
@@ -261,13 +228,17 @@ def _part(
     off = graph.key not in source.checked.run.behaviours
     notes = [source.get("behaviours.starts_off")] if off and graph.steps else []
     sentences = tuple(
-        Sentence(r.number, r.text, tuple(flags.get(r.number, ())), marks.get(r.number, ""), groups.get(r.number, ""))
+        model.Sentence(
+            r.number, r.text, tuple(flags.get(r.number, ())), marks.get(r.number, ""), groups.get(r.number, "")
+        )
         for r in said.rows
     )
     rows = tuple(
-        TableRow(
+        model.TableRow(
             r.number, clean(source.listed_cells(r.inputs)), clean(r.connector.text), r.formula.text.strip(),
-            clean(r.output.text), r.on, f"{r.priority:g}" if r.priority else "", clean(_remarks(r)),
+            clean(r.output.text), r.on, f"{r.priority:g}" if r.priority else "",
+            # notes, and before them the texts of other columns that are for people
+            clean(" · ".join(text if name == "Notes" else f"{name}: {text}" for name, text in r.remarks.items())),
             marks.get(r.number, ""), groups.get(r.number, ""),
         )
         for r in behaviour.rows
@@ -275,11 +246,6 @@ def _part(
     paragraph = said.paragraph if len(said.rows) <= MOST_TOLD else ""
     note = source.words.sentences([*notes, *why])
     return BehaviourPart(said.name, *said.lists(source.words), paragraph, note, figures, sentences, rows)
-
-
-def _remarks(row: Row) -> str:
-    """Return the notes of a row, and before them the texts of other columns that are for people."""
-    return " · ".join(text if name == "Notes" else f"{name}: {text}" for name, text in row.remarks.items())
 
 
 def _figures(
@@ -299,16 +265,13 @@ def _figures(
         )  # fmt: skip
     except SheetsError as error:
         return (), [source.get("behaviours.no_diagram", why=translate(error.message, source.words.language))]
-    return tuple(_figure(source, page, pictures) for page in pages), []
-
-
-def _figure(source: Source, page: Page, pictures: Pictures) -> Figure:
-    name = f"figure-{len(pictures) + 1}.svg"
-    pictures[name] = page.svg
-    first, last = page.rows
-    entry = "rows" if page.parts == 1 else "part"
-    caption = source.get(
-        f"behaviours.{entry}", name=page.title, part=page.part, parts=page.parts, first=first, last=last
-    )
-    wide, high = page.width * page.scale, page.height * page.scale
-    return Figure(name, page.alt, caption, wide, high, first, last)
+    figures = []
+    for page in pages:
+        name = f"figure-{len(pictures) + 1}.svg"
+        pictures[name] = page.svg
+        first, last = page.rows
+        place = {"part": page.part, "parts": page.parts, "first": first, "last": last}
+        caption = source.get(f"behaviours.{'rows' if page.parts == 1 else 'part'}", name=page.title, **place)
+        wide, high = page.width * page.scale, page.height * page.scale
+        figures.append(Figure(name, page.alt, caption, wide, high, first, last))
+    return tuple(figures), []

@@ -7,11 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Labelled:
-    """A text with its label.
-
-    Attributes:
-        stated: True when the workbook's authors say it in the Protocol sheet, False when the program knows it.
-    """
+    """A text with its label; `stated` by the workbook's authors in the Protocol sheet, else known by the program."""
 
     label: str
     text: str
@@ -153,9 +149,7 @@ class TableRow:
 class BehaviourPart:
     """A behaviour: what it takes in and acts on, paragraph, diagrams, sentences, table.
 
-    Attributes:
-        paragraph: empty when it is long: the sentences say the same.
-        note: what is missing, or that it starts later.
+    A long paragraph is left out: the sentences say the same. `note`: what is missing, or that it starts later.
     """
 
     name: str
@@ -194,13 +188,9 @@ class VersionDifference:
 
 @dataclass(frozen=True)
 class Changes:
-    """Differences from the approved version.
+    """Differences from the approved version: `effects` alter the behaviour, `others` do not.
 
-    Attributes:
-        intro: which version was compared.
-        verdict: whether the behaviour is the same.
-        effects: differences that alter the behaviour; `others` do not.
-        marks: what happened to rows (`added`, `changed`), by the behaviour's key and the row's number.
+    `marks` tell what happened to rows (`added`, `changed`), by the behaviour's key and the row's number.
     """
 
     intro: str
@@ -217,15 +207,10 @@ class Pack:
     """Contents of the whole ethics pack.
 
     Attributes:
-        language: its code.
         status: what is wrong with using it (`DRAFT`), or empty.
         digest: SHA-256 of the workbook.
-        facts: of the title block.
-        summary: the program's own short account.
-        glance: the boxes of the first page.
-        numbers: each with what it counts.
+        facts: of the title block; `glance`: the boxes of the first page.
         kept: what is stored; `consent`: consent, withdrawal and deletion.
-        missing: fields that the Protocol sheet lacks.
     """
 
     language: str

@@ -53,16 +53,14 @@ def stops(source: Source) -> tuple[Stopping, ...]:
     ends = [d for d in source.drivers if "all" in (d.stream.device.type.resources if d.stream.device else ())]
     if ends:
         lines.append(Stopping(get("stop.row"), get("stop.row_how"), driver_refs(ends)))
-    chest = [ref for s, used in source.sensors.items() if _is_chest(source, s) for ref in used]
+    chest: list[Ref] = []
+    for stream, used in source.sensors.items():
+        zone = str(source.checked.graph.streams[stream].settings.get("zone") or "").casefold()
+        if zone == "chest" or source.shows(stream, "touch chest"):
+            chest += used
     lines.append(Stopping(get("stop.chest"), get("stop.chest_how" if chest else "stop.chest_none"), tuple(chest)))
     lines.append(Stopping(get("stop.failure"), get("stop.failure_how")))
     return tuple(lines)
-
-
-def _is_chest(source: Source, stream: str) -> bool:
-    shows = source.device_entry(source.checked.graph.streams[stream]).get("shows", ())
-    zone = str(source.checked.graph.streams[stream].settings.get("zone") or "").casefold()
-    return "touch chest" in shows or zone == "chest"
 
 
 HAPPENS = "What happens"
@@ -110,24 +108,24 @@ def unstated(source: Source) -> list[str]:
 def missing(source: Source) -> str:
     """Return the lacking fields in words; empty when there are none."""
     lacks = unstated(source)
-    return source.get("consent.missing", list=source.listed(lacks)) if lacks else ""
+    return source.get("consent.missing", list=source.words.listed(lacks)) if lacks else ""
 
 
 def sensed(source: Source) -> tuple[Sensed, ...]:
     """Return a line for every sensor stream that rows take in; the operator's buttons share one."""
-    lines = [_line(source, stream, used) for stream, used in source.sensors.items() if not source.is_button(stream)]
+    lines = []
+    streams = source.checked.graph.streams
+    for stream, used in source.sensors.items():
+        if not source.is_button(stream):
+            name, through = clean(streams[stream].name), source.get(f"channel.{source.channel(streams[stream])}")
+            notices = device_says(streams[stream], source.words)
+            lines.append(Sensed(name, through, notices, _values(source, stream), used))
     if source.buttons:
-        names = [clean(source.checked.graph.streams[s].name) for s in source.buttons]
+        names = source.words.listed([clean(streams[s].name) for s in source.buttons])
         used = merged([ref for stream in source.buttons for ref in source.sensors[stream]])
-        through = source.get("channel.operator")
-        lines.append(Sensed(source.listed(names), through, source.presses(), _values(source, source.buttons[0]), used))
+        through, values = source.get("channel.operator"), _values(source, source.buttons[0])
+        lines.append(Sensed(names, through, source.presses(), values, used))
     return tuple(lines)
-
-
-def _line(source: Source, stream: str, used: tuple[Ref, ...]) -> Sensed:
-    found = source.checked.graph.streams[stream]
-    through = source.get(f"channel.{source.channel(found)}")
-    return Sensed(clean(found.name), through, device_says(found, source.words), _values(source, stream), used)
 
 
 def _values(source: Source, stream: str) -> str:
@@ -135,7 +133,7 @@ def _values(source: Source, stream: str) -> str:
     if device is None:
         return ""
     if device.type.payload is not None:
-        return source.listed(source.fields(device.type))
+        return source.words.listed(source.fields(device.type))
     unit = device.type.unit
     return source.get("sensed.number", unit=unit) if unit else source.get("sensed.joint")
 
@@ -160,9 +158,7 @@ def keeps_pictures(source: Source) -> bool:
 
 def sees_faces(source: Source) -> bool:
     """Return whether a sensor looks for faces."""
-    return any(
-        "person" in source.device_entry(source.checked.graph.streams[s]).get("shows", ()) for s in source.sensors
-    )
+    return any(source.shows(stream, "person") for stream in source.sensors)
 
 
 def remembers_faces(source: Source) -> bool:
@@ -176,18 +172,16 @@ def kept(source: Source) -> tuple[Labelled, ...]:
     pictures = "none" if "camera" not in through else "kept" if keeps_pictures(source) else "not"
     speaks = any("voice" in d.stream.device.type.resources for d in source.drivers if d.stream.device)
     sound = "heard" if "microphone" in through else "none" if speaks else "silent"
-    keeps = source.checked.run.keeps_faces
-    remembers = "kept" if keeps else "run"
-    faces = remembers if remembers_faces(source) else "seen" if sees_faces(source) else "none"
-    if sees_faces(source) and keeps:
+    sees, remembers = sees_faces(source), remembers_faces(source)
+    if source.checked.run.keeps_faces and (sees or remembers):
         faces = "kept"  # those of earlier runs are known again
+    else:
+        faces = "run" if remembers else "seen" if sees else "none"
     kinds = kept_kinds(source.checked.robot, source.checked.graph, source.checked.run)
     lines = [
         Labelled(get("kept.program"), get("kept.all", list=capital(translate(names_of(kinds), source.words.language)))),
         Labelled(get("kept.trace"), get("kept.trace_text")),
-        Labelled(
-            get("kept.pictures"), source.words.sentences([get(f"kept.pictures_{pictures}"), get("kept.pictures_live")])
-        ),
+        Labelled(get("kept.pictures"), source.words.sentences([get(f"kept.pictures_{p}") for p in (pictures, "live")])),
         Labelled(get("kept.sound"), get(f"kept.sound_{sound}")),
         Labelled(get("kept.faces"), get(f"kept.faces_{faces}")),
     ]

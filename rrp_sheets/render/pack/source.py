@@ -5,13 +5,12 @@ from __future__ import annotations
 import ast
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 from rrp_sheets.checks import Checked
-from rrp_sheets.checks.facts import BLANK, UNKNOWN, AbstractValue, known_of
+from rrp_sheets.checks.facts import BLANK, UNKNOWN, known_of
 from rrp_sheets.checks.protocol import channel
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.catalogue import Severity
@@ -105,10 +104,11 @@ class Source:
                     found.setdefault(stream, []).append((name, step))
         return {stream: refs(rows) for stream, rows in found.items()}
 
-    def device_entry(self, stream: Stream) -> Mapping[str, Any]:
-        """Return the entry of a sensor in the catalogue file; empty when there is none."""
-        name = stream.device.type.name if stream.device else ""
-        return next((s for s in self.checked.robot.data["sensor"] if s["name"] == name), {})
+    def shows(self, stream: str, thing: str) -> bool:
+        """Return whether a sensor shows something (`person`), by its entry in the catalogue file."""
+        device = self.checked.graph.streams[stream].device
+        name = device.type.name if device else ""
+        return any(thing in s.get("shows", ()) for s in self.checked.robot.data["sensor"] if s["name"] == name)
 
     def channel(self, stream: Stream) -> str:
         """Return the channel of a sensor: `camera`, `touch`, `microphone` or another entry of `pack.channel`."""
@@ -136,10 +136,6 @@ class Source:
     def presses(self) -> str:
         """Return `the operator presses “a” or “b”`, with the buttons that rows take in."""
         return self.get("summary.presses", list=self.quoted((self.label(s) for s in self.buttons), "or"))
-
-    def listed(self, things: Sequence[str]) -> str:
-        """Return `a, b and c`."""
-        return self.words.listed(list(things))
 
     def listed_cells(self, cells: Iterable[Cell]) -> str:
         """Return the names in a cell, as they are typed: `a, b`."""
@@ -251,10 +247,9 @@ class SpeechTexts:
             case ast.IfExp():
                 return self._of(tree.body, env, deep + 1) | self._of(tree.orelse, env, deep + 1)
             case Switch():
-                ways = [*tree.results, *([tree.otherwise] if tree.otherwise is not None else [])]
-                return self._union(ways, env, deep)
+                return self._union([*tree.results, tree.otherwise], env, deep)
             case IfError():
-                return self._union([tree.value, *([tree.otherwise] if tree.otherwise else [])], env, deep)
+                return self._union([tree.value, tree.otherwise], env, deep)
             case Pick():
                 return self._members(tree.members, env, deep)
             case ast.Name() if tree.id in env.given:
@@ -268,7 +263,9 @@ class SpeechTexts:
         if isinstance(tree, ast.Call) and helper is not None:
             given = {p.name: (a, env) for p, a in zip(helper.parameters, tree.args, strict=False)}
             return self._of(helper.tree, _Env({}, given), deep + 1)
-        known = known_of(tree, self._names(env))
+        facts = self._checked.facts
+        names = {name: facts[s].known if s in facts else UNKNOWN for name, s in env.streams.items()}
+        known = known_of(tree, names | dict.fromkeys(env.given, UNKNOWN))
         if known.choices is not None:
             return _shown(known.choices)
         called = tree.func.id if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) else ""
@@ -292,10 +289,10 @@ class SpeechTexts:
                 found |= self._of(tree, env, deep + 1)
         return found
 
-    def _union(self, trees: Iterable[ast.AST], env: _Env, deep: int) -> SpokenTexts:
+    def _union(self, trees: Iterable[ast.AST | None], env: _Env, deep: int) -> SpokenTexts:
         found: SpokenTexts = {}
         for tree in trees:
-            found |= self._of(tree, env, deep + 1)
+            found |= {} if tree is None else self._of(tree, env, deep + 1)
         return found
 
     @staticmethod
@@ -306,11 +303,6 @@ class SpeechTexts:
             longest = max(lists, key=len)
             lists[lists.index(longest)] = ["‹" + " | ".join(longest) + "›"]
         return {"".join(way): None for way in itertools.product(*lists)}
-
-    def _names(self, env: _Env) -> dict[str, AbstractValue]:
-        facts = self._checked.facts
-        known = {name: facts[s].known if s in facts else UNKNOWN for name, s in env.streams.items()}
-        return known | dict.fromkeys(env.given, UNKNOWN)
 
     def _source(self, tree: ast.AST, env: _Env) -> str:
         """Return a short name for what is not known: a field, an input, or dots."""
