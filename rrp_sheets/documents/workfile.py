@@ -98,7 +98,7 @@ class Journal:
     def add(self, book: str, author: str, edits: Sequence[Edit], before: str, requests: Sequence[str] = ()) -> int:
         """Put an edit on disk, with the ids of the requests for which it is made; return its number.
 
-        When there is no room for it, it raises SheetsError, and nothing is changed.
+        When there is no room for it, it raises Refused, and nothing is changed.
         """
         self._drop_all()
         text = json.dumps([[type(e).__name__, asdict(e)] for e in edits], ensure_ascii=False)
@@ -204,7 +204,7 @@ class Journal:
                     return self._at_once(statement, values, more)
         except sqlite3.Error as error:
             message = N_("This was not stored: nothing can be kept beside the workbook now ({why}).", why=str(error))
-            raise SheetsError(message, N_("Free some space on the disk, and make the change again.")) from error
+            raise Refused(message, N_("Free some space on the disk, and make the change again.")) from error
 
     def _at_once(
         self, statement: str, values: tuple[Any, ...], more: Sequence[tuple[str, tuple[Any, ...]]]
@@ -260,7 +260,7 @@ class WorkFile:
         self.why = why
         self._kept = journal
         self._stamp: Stamp | None = None
-        self.digest = ""
+        self.digest = ""  # of the contents whose rows the document has: edits are based on them
         self._recovered = ""  # the digest before what a killed server had accepted
         self._reading: Reading | None = None
         self._read_stamp: Stamp | None = None  # of the file when it was read
@@ -321,7 +321,7 @@ class WorkFile:
     def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
         """Write edits to the journal and then to the file; return what brings back the sheets that were deleted.
 
-        When the file does not take them, it takes them out of the journal again, and raises Refused.
+        When the file does not take them, they are taken out of the journal again, and Refused is raised.
         """
         seq = self.journal.add(self.path.name, author, edits, self.digest, requests_now())
         try:
