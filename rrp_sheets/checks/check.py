@@ -121,7 +121,8 @@ def find_cues(
     """Return the actions with the ids of the streams that they wait for, and those streams."""
     cells = {row.time.address.row: row.time for row in rows}
     waits = any(action.cue not in ("", ROW_ABOVE) for action in scene)
-    known, propose = _by_name(graph) if waits else {}, Proposals()
+    known = _by_name(graph) if waits else {}
+    propose = Proposals()
     found, streams = [], dict[str, Stream]()
     for action in scene:
         if action.cue in ("", ROW_ABOVE):

@@ -237,10 +237,10 @@ class _TooLarge(Exception):
 class Literal:
     """One condition on one expression."""
 
-    about: str  # the expression, as a text that is the same for the same expression; two for a comparison between them
+    about: str  # the expression, as a text that is the same for equal ones
     op: type | None  # a comparison, or None: whether it is true (`value` says)
     value: Value = None
-    between: bool = False
+    between: bool = False  # it compares two expressions: `about` holds both, and `value` is None
 
 
 Case = tuple[Literal, ...]

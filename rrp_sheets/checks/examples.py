@@ -169,13 +169,13 @@ class Examples:
 
 
 _UNKNOWN = Failure("", "")
-_NOT_FOUND = frozenset({"", "FORM106", "FORM111", "FORM112"})
+_NOT_FOUND = frozenset({"FORM106", "FORM111", "FORM112"})
 """Looking up what is not there is how a workbook says that nothing is to happen; the examples cannot know."""
 
 
 def _from_holes(failure: Failure, facts: Sequence[Fact]) -> bool:
     """Return whether a failure may be due to the example: it lacks a field, or a look-up finds nothing."""
-    return failure.code in _NOT_FOUND or (failure.code == "FORM102" and any(f.holes for f in facts))
+    return not failure.code or failure.code in _NOT_FOUND or (failure.code == "FORM102" and any(f.holes for f in facts))
 
 
 def _with_example(fact: Fact, value: Value) -> Fact:

@@ -25,18 +25,16 @@ NUMBER, TEXT, TRUTH, LIST, RECORD, BLANK, ANY = "number", "text", "truth", "list
 class AbstractValue:
     """Knowledge about a value before the run."""
 
-    # one of those above, `any` when it is not known. With `blank` a value of another kind may be blank besides.
-    kind: str = ANY
+    kind: str = ANY  # one of `NUMBER`, `TEXT`, `TRUTH`, `LIST`, `RECORD` and `BLANK`; `ANY` when it is not known
     record: RecordType | None = None
     # what is known about a record's fields, by key, where it is more than their type says
     fields: Mapping[str, AbstractValue] = field(default_factory=dict)
-    # low, high: bounds of a number, in its `unit`; infinite when not known
-    low: float = -math.inf
+    low: float = -math.inf  # bounds of a number, in its `unit`; infinite when not known
     high: float = math.inf
     # all the values that it can have; None when there are too many, or when they are not known
     choices: tuple[Value, ...] | None = None
     unit: str = ""
-    blank: bool = False
+    blank: bool = False  # it may be blank besides
     members: tuple[AbstractValue, ...] = ()  # of a list that is written out: what is known about each place
 
     @property
@@ -90,7 +88,8 @@ def number_within(low: float, high: float, unit: str = "") -> AbstractValue:
     >>> number_within(0, 1).bounded, number_within(2, 2).choices, number_within(float("nan"), 1).low
     (True, (2,), -inf)
     """
-    low, high = -math.inf if math.isnan(low) else low, math.inf if math.isnan(high) else high
+    low = -math.inf if math.isnan(low) else low
+    high = math.inf if math.isnan(high) else high
     choices = (low,) if low == high and math.isfinite(low) else None
     return AbstractValue(NUMBER, low=low, high=high, choices=choices, unit=unit)
 

@@ -38,9 +38,9 @@ from rrp_sheets.texts import N_, sentences
 MOST_TIMESTAMPS = 10
 
 
-@dataclass(frozen=True)
+@dataclass
 class Compiled:
-    """The formulas of a workbook and what is known about its streams."""
+    """The formulas of a workbook and what is known about its streams; the check adds row by row."""
 
     formulas: dict[str, Formula]  # by the row's ref; missing where there is none or where it is wrong
     facts: dict[str, Fact]  # by stream id; of actuator streams by the ref of the row that drives them
@@ -195,9 +195,8 @@ def _about_dropped(problem: FormulaProblem, dropped: frozenset[str]) -> bool:
 class Helpers:
     """The helpers of a workbook."""
 
-    # those that are in order; `dropped` are the keys of the others
-    by_key: Mapping[str, HelperDef] = field(default_factory=dict)
-    dropped: frozenset[str] = frozenset()
+    by_key: Mapping[str, HelperDef] = field(default_factory=dict)  # those that are in order
+    dropped: frozenset[str] = frozenset()  # the keys of the others
     cells: Mapping[str, tuple[Cell, Cell]] = field(default_factory=dict)  # the name's and the formula's cell, by key
     # finds what may be meant by a name, for all formulas of the check together
     propose: Proposals = field(default_factory=Proposals)

@@ -81,8 +81,10 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
     memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FACES_FORGOTTEN, FACES_KEPT), t), report)
     pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((PICTURES, NO_PICTURES), t), report)
     language = _meant(protocol, "Language", "PROT008", language_code, report) or "en"
-    kept = {"keeps_faces": memory == FACES_KEPT, "keeps_pictures": pictures != NO_PICTURES}
-    return RunPlan(_behaviours(workbook, report), rate, seed, limit or None, engine, language=language, **kept)
+    return RunPlan(
+        _behaviours(workbook, report), rate, seed, limit or None, engine, language=language,
+        keeps_faces=memory == FACES_KEPT, keeps_pictures=pictures != NO_PICTURES,
+    )  # fmt: skip
 
 
 def _meant(protocol: Protocol, field: str, code: str, meaning: Callable[[str], str], report: Report) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 
@@ -252,11 +251,12 @@ def read_expect(cell: Cell, place: Place, report: Report) -> Expectation | None:
     if key(text) in ("nothingorblank", "blankornothing"):
         return Expectation("nothing", text, blanks=True)
     try:
-        with suppress(_RefusedError):
-            return _condition(cell, place, report) or _other(cell, place, report)
+        return _condition(cell, place, report) or _other(cell, place, report)
+    except _RefusedError:
+        return None
     except TooLarge as error:
         report.add("TEST014", cell.address, text=str(error))
-    return None
+        return None
 
 
 class _RefusedError(Exception):
@@ -302,7 +302,7 @@ def _over_value(cell: Cell, text: str, place: Place, report: Report) -> Expectat
 
 def _other(cell: Cell, place: Place, report: Report) -> Expectation:
     parts = None if _ABOUT.fullmatch(cell.text) else fields(cell.text)
-    # `a b c d = e` is rather a text than a field
+    # `a b c d = e` is rather a text than a field: a name of more than three words
     if parts is None or (place.record is None and len(parts) == 1 and len(parts[0][0].split()) > 3):
         return _one(cell.text, cell, place, report)
     if not known_fields(cell, [name for name, _ in parts], place.record, report):

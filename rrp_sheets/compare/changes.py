@@ -31,6 +31,7 @@ class Change:
         name: the stream, helper or field in question; empty for rows.
         rows: its row in the first and in the second workbook, 0 where there is none.
         what: the column, setting or field that changed, in words.
+        before, after: its content in the first and in the second workbook.
         effect: it alters the behaviour.
         note: why it has no effect, or what the effect is.
         pieces: of a formula, the kept, removed and added parts.
@@ -59,8 +60,9 @@ def one_sided(
     kind: str, part: str, sheet: str, text: str, row: int = 0, effect: bool = True, note: str = "", name: str = ""
 ) -> Change:
     """Return the change for what only one workbook has: the second one when `kind` is `added`, else the first."""
-    (before, after), rows = (("", text), (0, row)) if kind == "added" else ((text, ""), (row, 0))
-    return Change(kind, part, sheet, name, rows, "", before, after, effect, note)
+    if kind == "added":
+        return Change(kind, part, sheet, name, (0, row), after=text, effect=effect, note=note)
+    return Change(kind, part, sheet, name, (row, 0), before=text, effect=effect, note=note)
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,7 +151,7 @@ def _rows(first: Sequence[RowView], second: Sequence[RowView], found: Match) -> 
     """Pair rows: equal ones, then by their output, then those of one meaning, then those that are similar."""
     pairs, streams = Pairs(len(first), len(second)), found.streams
 
-    def add_outputs() -> None:
+    def add_outputs() -> None:  # of all pairs: adding one again changes nothing
         for a, b in pairs.to.items():
             _same_output(first[a], second[b], streams)
 

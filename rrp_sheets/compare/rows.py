@@ -232,9 +232,9 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
     return out
 
 
-def _uses(side: Side, stream: str) -> set[str]:
+def _uses(side: Side, stream: str) -> list[str]:
     """Return the resources of a command for an actuator stream: the stream itself, and the parts of the robot."""
     found = side.streams.get(stream)
     if found is None or found.device is None:
-        return {stream}
-    return {stream, *found.device.type.resources_for(found.settings)}
+        return [stream]
+    return list(dict.fromkeys([stream, *sorted(found.device.type.resources_for(found.settings))]))

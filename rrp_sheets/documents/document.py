@@ -113,7 +113,7 @@ class Document:
     # ---- editing
 
     def set_cells(self, author: str, sheet: str, cells: Sequence[CellText]) -> Changed:
-        """Change cells of a sheet, all or none; raise Refused as `cell_edits` and `WorkFile.store` do."""
+        """Change cells of a sheet, all or none; raise Refused when one was changed meanwhile, or is not taken."""
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
     def together(self, author: str, steps: Sequence[Cells | RestoreRows]) -> Changed:

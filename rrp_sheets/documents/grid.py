@@ -258,7 +258,8 @@ class Grid:
         came = tuple((row, followers[row]) for row in reversed(rows) if row not in before)
         gone = tuple(row for row in was if row not in new)
         for row in touched:
-            for column, _ in self.texts[row].items() ^ new[row].items():
+            changed = {column for column, _ in self.texts[row].items() ^ new[row].items()}
+            for column in changed:
                 self.authors.pop((row, column), None)
         self.texts.update(new)
         if gone:

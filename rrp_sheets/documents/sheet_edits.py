@@ -26,7 +26,7 @@ from rrp_sheets.workbook.sheet_readers import words
 from rrp_sheets.workbook.template import beginning, place_of
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False, repr=False)
 class SheetEdits:
     """Operations on the sheets of a document; each is one edit, and is undone as one."""
 

@@ -58,7 +58,7 @@ class CommandHandler:
         self._entities = SceneEntities(engine.plan, engine.seed)
         self._buttons = {key(label_of(use)): label_of(use) for use in buttons(engine.plan.sensors)}
         self._do: dict[str, Callable[[int, OperatorCommand], OperatorAction | None]] = {
-            "pause": self._pause, "resume": self._pause, "step": self._step, "speed": self._speed,
+            "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
             "mark": self._mark, "switch": self._switch, "send": self._send, "press": self._press,
             "scene": self._scene, "put": self._put, "apply": self._apply, "edited": self._editor.use,
             "look": self._look, "show": self._look,
@@ -88,11 +88,16 @@ class CommandHandler:
 
     # ---- the clock
     def _pause(self, us: int, command: OperatorCommand) -> OperatorAction | None:
-        pauses = command.kind == "pause"
-        if not (self._runner.pause(us) if pauses else self._runner.resume(us)):
+        if not self._runner.pause(us):
             return None
-        self._observer.handle(PauseEvent(us, pauses))
-        return OperatorAction(command.kind, N_("Paused.") if pauses else N_("Goes on."), command.by)
+        self._observer.handle(PauseEvent(us, True))
+        return OperatorAction("pause", N_("Paused."), command.by)
+
+    def _resume(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        if not self._runner.resume(us):
+            return None
+        self._observer.handle(PauseEvent(us, False))
+        return OperatorAction("resume", N_("Goes on."), command.by)
 
     def _step(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if self._runner.pause(us):

@@ -121,8 +121,8 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
     why = next(_differences(plan, edited), "")
     if why:
         raise SheetsError(N_("The run cannot go on with the edited rows: {reason}.", reason=why), REMEDY)
-    rows = {
-        old.ref: new  # by their order in the sheet, whatever their numbers are
+    rows = {  # paired by their order in the sheet, whatever their numbers are
+        old.ref: new
         for behaviour, running in plan.behaviours.items()
         for old, new in zip(_in_sheet(running), _in_sheet(edited.behaviours[behaviour]), strict=True)
     }

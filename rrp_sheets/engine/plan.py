@@ -73,7 +73,7 @@ def make_plan(checked: Checked, *, everything: bool = False) -> Plan:
 
 
 def _loaded(checked: Checked) -> list[BehaviourGraph]:
-    """Return the behaviours that run or can be switched on: any other would only start cameras that nobody looks at."""
+    """Return the behaviours that run or can be switched on, in the order of their sheets: others need no cameras."""
     graph = checked.graph
     loaded: set[str] = set()
     waiting = set(checked.run.behaviours)

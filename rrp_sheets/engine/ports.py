@@ -31,7 +31,10 @@ class World(Protocol):
         ...
 
     def stop(self) -> Arrivals | None:
-        """Bring the robot to its safe rest in bounded time, whatever hangs; returns ends of commands, and notices."""
+        """Bring the robot to its safe rest in bounded time, whatever hangs.
+
+        Returns the ends of commands that were being carried out, and notices; None when there are none to come.
+        """
         ...
 
 

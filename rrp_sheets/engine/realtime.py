@@ -50,11 +50,11 @@ class RealtimeAdapter(LiveWorld, Sensor, Actuator):
         self._thread.start()
 
     def sensor(self, use: DeviceUse) -> Sensor:
-        """Return the world itself."""
+        """Return this adapter, which stands for every sensor."""
         return self
 
     def actuator(self, use: DeviceUse) -> Actuator:
-        """Return the world itself."""
+        """Return this adapter, which stands for every actuator."""
         return self
 
     def start(self, queue: EventQueue | None = None) -> None:
@@ -189,8 +189,9 @@ class EventQueue:
         self._most, self.paused = self.now_us, True
 
     def resume(self, us: int) -> None:
-        """Let the clock go on from where it stands, whenever the rows were worked out last (µs)."""
-        self._zero = time.monotonic_ns() - self.now_us * 1_000
+        """Let the clock go on from where it stands; unlike a frame's clock it does not need the time `us`."""
+        now = self.now_us
+        self._zero = time.monotonic_ns() - now * 1_000
         self._most, self.paused = None, False
 
     def step(self) -> None:

@@ -192,11 +192,12 @@ class CommandQueue:
     def ask(self, command: OperatorCommand) -> None:
         """Add a command, to be carried out between this frame and the next."""
         with self._changed:
-            if command.kind == "put" and self._commands:
-                last = self._commands[-1]
-                if (last.kind, last.by, last.what.get("thing")) == ("put", command.by, command.what.get("thing")):
-                    self._commands.pop()
-            self._commands.append(command)
+            last = self._commands[-1] if self._commands else command
+            same = last.by == command.by and last.what.get("thing") == command.what.get("thing")
+            if last is not command and last.kind == command.kind == "put" and same:
+                self._commands[-1] = command  # in one step: `take` looks without the lock
+            else:
+                self._commands.append(command)
             self._changed.notify_all()
 
     def take(self) -> list[OperatorCommand]:

@@ -373,7 +373,7 @@ _LOOK = 0.05  # s between two looks, each of which counts as no more
 def run_with_timeout(
     seconds: float, calls: Iterable[tuple[str, Callable[[], None]]]
 ) -> tuple[list[str], list[RunBroken]]:
-    """Make calls at once; returns the names of those that have not come back in time, and what they have raised.
+    """Make calls, each on a thread of its own; returns the names of those not back in time, and what others raised.
 
     Time that this process did not get on a busy machine does not count: a call may have waited for it too.
     """

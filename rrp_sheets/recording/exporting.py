@@ -30,7 +30,9 @@ class ExportKind:
 
     Attributes:
         name: of a file that is downloaded, before its suffix.
-        types: the suffixes of its formats, each with the media type; no two kinds share one.
+        types: the suffixes of its formats, each with the media type; no two kinds share one. Of a kind that takes
+            several runs, the first has a full label on the page Runs (runs.html), and the page of two runs links to
+            “.xlsx” (runpair.html).
         write: writes traces to a file, of a picture only these streams (all when empty); returns notes for the user.
         links: the suffixes that the page of a run offers, each with the words beside its link.
         picture: whether it shows the numbers of one run; any other takes several runs, and all that they recorded.
@@ -194,7 +196,8 @@ def pair(first: Path, second: Path) -> dict[str, Any]:
     left, right = _streams_of(first), _streams_of(second)
     streams = []
     for k in dict.fromkeys([*left, *right]):
-        known, both = left.get(k) or right[k], (left.get(k), right.get(k))
+        both = left.get(k), right.get(k)
+        known = both[0] or right[k]
         counts, firsts = [s.count if s else None for s in both], [s.first if s else None for s in both]
         streams.append({"name": known.name, "kind": known.kind, "counts": counts, "firsts": firsts})
     return {"streams": streams, "svg": _overlaid(first, second)}

@@ -132,14 +132,14 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
 
     A diagram that cannot be drawn must not take the rest of the run with it.
     """
-    from rrp_sheets.recording.table import write_xlsx
-
     problems: list[str] = []
     with locked(path):  # when its own process has been ended, nobody holds it any more
         for name in (TABLE, DIAGRAM):
             half = path / f".{name}"  # this process may be ended any time
             try:
                 if name == TABLE:
+                    from rrp_sheets.recording.table import write_xlsx
+
                     write_xlsx([path / TRACE], half)
                 else:
                     draw(checked, half)  # `stamp_pictures` says of which run
@@ -180,7 +180,7 @@ _PICTURES: Mapping[str, Callable[[bytes, Mapping[str, str]], bytes]] = {
 
 
 def stamp_pictures(place: Path) -> None:
-    """Write the metadata of a run that was just made into its pictures; raise OSError when one must stay as it is."""
+    """Write the metadata of a run that was just made into its pictures; raise OSError when one cannot be written."""
     about = dict(stamp_of(place).pairs())
     for name, make in _PICTURES.items():
         path = place / name

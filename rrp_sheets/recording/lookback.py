@@ -17,7 +17,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice, takewhile
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -194,10 +194,15 @@ class PoseIndex:
     def piece(self, number: int) -> list[dict[str, Any]]:
         """Return the poses of a piece, each with what has changed since the one before."""
         end = self.places[number + 1] if number + 1 < len(self.places) else math.inf
+        poses = []
         with self.path.open("rb") as file:
             file.seek(self.places[number])
-            lines = takewhile(lambda _: file.tell() <= end, _whole_lines(file))
-            return [pose for line in lines if (pose := _pose(line)) is not None]
+            for line in _whole_lines(file):
+                if file.tell() > end:
+                    break
+                if (pose := _pose(line)) is not None:
+                    poses.append(pose)
+        return poses
 
 
 def _whole_lines(file: BinaryIO) -> Iterator[bytes]:
@@ -322,6 +327,8 @@ def _part(place: Path, what: str, number: int) -> Any:
             poses = _poses(place)
             if 0 <= number < len(poses.times):
                 return poses.piece(number)
+        case _:
+            raise KeyError(what)
     raise SheetsError(N_("There is no such part of the run."), N_("Reload the page: the record has perhaps changed."))
 
 

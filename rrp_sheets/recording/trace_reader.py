@@ -61,6 +61,7 @@ class TraceLine:
         return text_of(self.fields.get(name))
 
 
+@dataclass(frozen=True)
 class TraceSummary(TraceLine):
     """Last line of a trace."""
 

@@ -73,19 +73,25 @@ def _exactly(recorded: Recorded, source: ReplaySource, told: Told) -> Replayed:
     player = ReplayPlayer(recorded, source, found, Editions(source.plan), told=told)
     player.play()
     is_engines = partial(_is_engines, source=source, found=found)
-    kinds = (RecordedValue, RecordedFailure)
-    expected = Events(lambda: (e for e in recorded.played if isinstance(e, kinds) or is_engines(e)))
+    world: Counter[str] = Counter()  # what the robot and its world did, with how often
+    streams: set[str] = set()
+
+    def of_the_engine() -> Iterator[RecordedEvent]:
+        """Give what the engine recorded, and count the rest."""
+        world.clear()
+        for event in recorded.played:
+            if isinstance(event, RecordedValue):
+                streams.add(event.stream)
+            if isinstance(event, (RecordedValue, RecordedFailure)) or is_engines(event):
+                yield event
+            elif isinstance(event, RecordedNotice):
+                world[event.kind] += 1
+
+    expected = Events(of_the_engine)
     came = Events(lambda: player.events.named(found.names))
     if recorded.ended == "cut":
         came = _as_long(came, expected)
     differences, counts = Comparer(lambda row: row, lambda row: row, exact=True).compare(expected, came)
-    world: Counter[str] = Counter()  # what the robot and its world did, with how often
-    streams: set[str] = set()
-    for event in recorded.played:
-        if isinstance(event, RecordedValue):
-            streams.add(event.stream)
-        elif isinstance(event, RecordedNotice) and not is_engines(event):
-            world[event.kind] += 1
     notes = [*remarks(recorded, source, own=True), *player.left_out]
     if unread := streams - found.streams.keys():
         notes.append(N_("The workbook has no stream {names}, which the run had.", names=", ".join(sorted(unread))))

@@ -21,18 +21,18 @@ _KINDS = (N_("say"), N_("sound"), N_("scene"), N_("clamp"), N_("fall"), N_("pers
 """Kinds of entries that `unknown` counts; marked as texts here, since traces hold them as plain words."""
 
 
-def ending(recorded: Recorded, played: ReplayPlayer) -> str:
+def ending(recorded: Recorded, player: ReplayPlayer) -> str:
     """Describe in which way a replay ended otherwise than the run; empty when it did not."""
-    at = N_("{n:g} s", n=played.until_us / 1e6)
+    at = N_("{n:g} s", n=player.until_us / 1e6)
     by = recorded.summary.text("by") if recorded.summary else ""
-    if played.broken:
-        return N_("The replay broke off at {at}: {broken}", at=at, broken=played.broken)
-    if played.ended_by and recorded.ended != "end run":
-        return N_("The run would have ended at {at}, by {row}.", at=at, row=in_words(played.ended_by))
-    if recorded.ended == "end run" and not played.ended_by:
+    if player.broken:
+        return N_("The replay broke off at {at}: {broken}", at=at, broken=player.broken)
+    if player.ended_by and recorded.ended != "end run":
+        return N_("The run would have ended at {at}, by {row}.", at=at, row=in_words(player.ended_by))
+    if recorded.ended == "end run" and not player.ended_by:
         words = N_("The run was ended at {value:g} s by {row}; it would have gone on.")
         return N_(words, value=recorded.last_us / 1e6, row=in_words(by))
-    if played.ended_by and played.until_us != recorded.last_us:
+    if player.ended_by and player.until_us != recorded.last_us:
         return N_("The run would have ended at {at} instead of {value:g} s.", at=at, value=recorded.last_us / 1e6)
     return ""
 
@@ -209,13 +209,13 @@ def row_lines(found: Replayed) -> list[RowLine]:
     of: dict[tuple[str, str, str], list[Difference]] = {}
     for d in found.differences:
         of.setdefault((d.stream, d.row, d.came_row), []).append(d)
-    counts = sorted(found.counts, key=_place)
-    counts += [Count(*place, 0, len(here), 0) for place, here in of.items()]  # for a row in place of another one
+    counts = {(c.stream, c.row, c.came_row): c for c in sorted(found.counts, key=_place)}
+    places = [*(place for place in counts if place in of), *(place for place in of if place not in counts)]
     lines = []
-    for count in counts:
-        here = of.pop((count.stream, count.row, count.came_row), [])
-        if here:
-            lines.append(RowLine(_whose(count, found), _how_many(here, count, found), count.came_row))
+    for place in places:
+        here = of[place]
+        count = counts.get(place) or Count(*place, 0, len(here), 0)  # of a row in place of another one
+        lines.append(RowLine(_whose(count, found), _how_many(here, count, found), count.came_row))
     return lines
 
 

@@ -160,7 +160,8 @@ class Comparer:
     ) -> tuple[tuple[Difference, ...], tuple[Count, ...]]:
         """Return all differences in the order of time, and the counts in the order of the first events.
 
-        Both are read once and side by side, time by time: only what has no counterpart is kept.
+        Both are read once and side by side, time by time: only what has no counterpart is kept. In both, streams
+        have the names of the record.
         """
         lanes: dict[tuple[str, str], _Lane] = {}
         swapped: tuple[RecordedEvent, RecordedEvent] | None = None  # the first that came in another order

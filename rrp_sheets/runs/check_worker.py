@@ -40,7 +40,7 @@ class Findings:
 
 
 class CheckWorker:
-    """Checker of workbooks in a kept process, each `within` s; from any thread, one at a time. Close it at the end."""
+    """Checker of workbooks in a kept process, from any thread, one at a time; a check may take `within` seconds."""
 
     def __init__(self, within: float = CHECK_WITHIN) -> None:
         self._within = within

@@ -118,7 +118,7 @@ class RunProcess:
         """Have the simulator bring the robot to its rest, then the engine end; one whose rows do not end is killed."""
         if self._asked is None:
             self._asked, self._stopped_by = time.monotonic(), by
-            self._simulator.rest()
+            self._simulator.rest()  # first: the robot rests even when the engine hangs
             if self._sending.acquire(timeout=STOP_WAITS):  # an engine that does not take it is ended
                 try:
                     self._worker.say("stop", by)

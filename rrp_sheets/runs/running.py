@@ -288,7 +288,7 @@ _ROBOT = N_("the robot itself")  # where an error is counted that is no row's: i
 
 
 class Recorder(RunObserver):
-    """Observer of an engine and its loop that passes everything to the trace and the view; `begin` sets the trace."""
+    """Observer of an engine and its loop that passes everything to the view and, from `begin` on, to the trace."""
 
     def __init__(self, view: RunObserver, control: CommandQueue) -> None:
         self.view = view

@@ -118,7 +118,7 @@ def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple
 
 
 def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
-    """All cells of all sheets, the user's own too; raises UnreadableFile as `read` does."""
+    """All cells of all sheets, the user's own too; raises UnreadableFile, also for a sheet beyond the limits."""
     book, _ = open_book(Path(path))
     sheets = tuple(book.sheet(index, Extent.WHOLE) for index in range(len(book.names)))
     for sheet in sheets:
@@ -236,7 +236,7 @@ def write_folder(
     def file(name: str) -> Path:
         if not path.is_dir():
             return path
-        spelt = (p for p in path.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES)  # or in capitals
+        spelt = (p for p in path.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES)  # .CSV too
         return next(spelt, path / now.file_name(name))
 
     written: list[str] = []

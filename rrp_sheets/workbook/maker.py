@@ -123,8 +123,8 @@ class Offers:
     """
 
     connectors: tuple[str, ...] = ()
-    sensors: tuple[str, ...] = ()
-    actuators: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()  # devices that can be an input stream
+    actuators: tuple[str, ...] = ()  # devices that can be an output stream
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def lists(self) -> dict[str, tuple[str, ...]]:

@@ -394,10 +394,11 @@ class Package:
         for part, (pattern, code, what) in product(self.parts, _PARTS):
             if pattern.search("/" + part):
                 raise unreadable(code, name=self.name, what=what)
-        for part in self.parts:  # a document type stands before the first element: at the beginning
-            if part.endswith((".xml", ".rels", ".vml")) and _DOCTYPE.search(
-                self.read(part, _PROLOGUE).replace(b"\0", b"")
-            ):
+        for part in self.parts:
+            if not part.endswith((".xml", ".rels", ".vml")):
+                continue
+            beginning = self.read(part, _PROLOGUE)  # a document type stands before the first element
+            if _DOCTYPE.search(beginning.replace(b"\0", b"")):
                 raise unreadable("FILE009", name=self.name, what=N_("{part} declares its own document type", part=part))
         if b"macroenabled" in self.read("[content_types].xml").lower():
             raise unreadable("FILE004", name=self.name)

@@ -63,8 +63,8 @@ class OwnTable:
         """The rows below the header that say something: not blank, no comment, more than notes."""
         says = self.ours - self._optional
         for number, cells in self.sheet.rows().items():
-            filled = (c for c, cell in cells.items() if c in says and (cell.formula or clean_spaces(cell.text)))
-            if number > self.header_row and not self._is_comment(cells) and any(filled):
+            filled = any(c in says and (cell.formula or clean_spaces(cell.text)) for c, cell in cells.items())
+            if filled and number > self.header_row and not self._is_comment(cells):
                 yield FilledRow(number, cells)
 
     def shown_lines(self) -> list[FilledRow]:
@@ -229,7 +229,10 @@ def _behaviour_row(table: OwnTable, line: FilledRow) -> model.Row:
     if on is None and switch:
         table.add("SHEET011", switch.address, value=switch.text)
     priority, remarks = _priority(table, line), table.remarks(line)
-    return model.Row(line.number, names, inputs, connector, formula, output, on is not False, priority, remarks)
+    return model.Row(
+        line.number, names, inputs, connector=connector, formula=formula, output=output, on=on is not False,
+        priority=priority, remarks=remarks,
+    )  # fmt: skip
 
 
 def _priority(table: OwnTable, line: FilledRow) -> float:

@@ -159,8 +159,9 @@ def place_of(kind: str, sheets: Mapping[str, str]) -> str:
     """
     order, names = list(TITLES), list(sheets)
     alike = [i for i, name in enumerate(names) if sheets[name] == kind]
-    ranks = {i: order.index(sheets[name]) for i, name in enumerate(names) if sheets[name]}
-    before = [i for i, rank in ranks.items() if rank < order.index(kind) and kind != "table"]
+    own = order.index(kind)
+    ranks = {} if kind == "table" else {i: order.index(sheets[name]) for i, name in enumerate(names) if sheets[name]}
+    before = [i for i, rank in ranks.items() if rank < own]
     if last := alike or before:
         return names[last[-1] + 1] if last[-1] + 1 < len(names) else ""
-    return next((names[i] for i, rank in ranks.items() if rank > order.index(kind) and kind != "table"), "")
+    return next((names[i] for i, rank in ranks.items() if rank > own), "")

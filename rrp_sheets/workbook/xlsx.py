@@ -221,7 +221,7 @@ class SheetHandler(Handler):
         try:
             parsed = float(value)
         except ValueError:
-            parsed = math.nan
+            return value, Kind.TEXT
         if not math.isfinite(parsed):
             return value, Kind.TEXT
         kind = self._book.styles.kind(number(self._style))

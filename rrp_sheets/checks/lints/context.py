@@ -25,7 +25,7 @@ class LintContext:
     robot: Robot
     graph: Graph
     compiled: Compiled
-    running: frozenset[str]
+    running: frozenset[str]  # keys of the behaviours that run, or that a row can switch on
     routes: Paths
     report: Report
     readers: dict[str, list[Step]] = field(init=False, default_factory=dict)

@@ -92,10 +92,11 @@ def _stale_pair(step: Step, inputs: Sequence[Pace], context: LintContext) -> tup
                 continue
             # a row without formula passes its inputs on whole, blanks and times included
             forgets = formula is None or formula.names[old] in formula.used
-            compares = formula is None or (_uses_time(formula, old) and _uses_time(formula, new))
             if forgets and context.fact(step.inputs[old]).known.blank:
                 continue
-            if not (slow.timed and quick.timed and compares):
+            if not (slow.timed and quick.timed):
+                return old, new
+            if formula is not None and not (_uses_time(formula, old) and _uses_time(formula, new)):
                 return old, new
     return None
 
@@ -140,7 +141,8 @@ def _forgetting(step: Step, rare: str, context: LintContext) -> Fix | None:
     formula = f"IF(ISBLANK({argument_name(recent)}); BLANK; {inner})"
     row = RowWriter(step)
     row.insert(old, "forgetAfter", LONGEST_AGE, recent)
-    if all(r.connector.is_sink and not r.row.formula for r in context.readers.get(step.output, [])):  # it stops them
+    if all(r.connector.is_sink and not r.row.formula for r in context.readers.get(step.output, [])):
+        # only actuators read it, and the blank stops them
         row.put(inputs, None, formula, step.row.output.text)
     else:
         either = _free(f"{step.row.output.text or 'Joined'} or blank", step, context)

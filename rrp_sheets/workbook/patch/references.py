@@ -323,7 +323,7 @@ def titles_part(package: PackageEdit) -> str:
 def keep_titles(
     package: PackageEdit, sheets: Sequence[str], named: Callable[[str], str] = str, added: Sequence[str] = ()
 ) -> None:
-    """Write the list anew, unless it names other sheets than the package's book, which still tells those there were.
+    """Write the list anew, unless it does not begin with the sheets that the package's book names: those before.
 
     `sheets` are the worksheets from now on, `added` the titles of new names; `named` gives what the title of a name
     (`Mine!Print_Area`) is from now on, empty when it is gone.

@@ -73,7 +73,7 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
     place = listed.place(package, edit.before) if edit.before else len(before)
     known = listed.defined_names(package)
     lists = {title: defined for title in list_titles() if (defined := list_name(title)) in known}
-    xml, repeated, devices = new_sheet(package, name, edit.rows, lists)
+    xml, repeated, cells = new_sheet(package, name, edit.rows, lists)
     part = listed.free_part(package)
     package.added[part] = xml
     listed.renumber(package, lambda n: n + (n >= place))
@@ -83,8 +83,8 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
         listed.define(package, "_xlnm.Print_Titles", f"{quoted(name)}!{repeated}", place)
         titles = [f"{quoted(name)}!Print_Titles"]
     streams = list_name("Streams")
-    if devices and any(n.startswith(LIST_PREFIX) for n in known) and GONE in known.get(streams, GONE):
-        listed.define(package, streams, f"{quoted(name)}!{devices}")
+    if cells and any(n.startswith(LIST_PREFIX) for n in known) and GONE in known.get(streams, GONE):
+        listed.define(package, streams, f"{quoted(name)}!{cells}")
     keep_titles(package, listed.worksheets(package, before), added=titles)
 
 
@@ -124,7 +124,7 @@ def _move(package: PackageEdit, edit: MoveSheet) -> None:
 def new_sheet(
     package: PackageEdit, name: str, rows: Sequence[Sequence[str]], lists: Mapping[str, str]
 ) -> tuple[bytes, str, str]:
-    """Make a sheet: its part, the rows repeated on every printed page (`$1:$1`), and the cells with names of devices.
+    """Make a sheet: its part, the rows repeated on every printed page (`$1:$1`), and the cells with names of streams.
 
     The package's styles get what they lack for it. `lists` are the workbook's defined names by the titles of columns.
     """

@@ -277,7 +277,7 @@ def renumber(row: etree._Element, number: int) -> etree._Element:
 
 
 class RowBlock(Touchable):
-    """Rows that follow each other, none before `first`; of a `special` one a formula may stand for several cells."""
+    """Rows that follow each other, none before `first`; in a `special` block a formula may stand for several cells."""
 
     def __init__(self, sheet: SheetXml, data: bytes, first: int) -> None:
         self._sheet, self.first = sheet, first
