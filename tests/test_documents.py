@@ -15,6 +15,7 @@ from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.grid import Cells
 from rrp_sheets.documents.workfile import Journal, made_for
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.editing import Edited, edit
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, Edit, InsertRows, SetCell
@@ -111,6 +112,20 @@ def test_deleted_rows_come_back_with_their_texts_and_their_identity(document: Do
     assert on_disk(document) == before and document.grids[SHEET].rows[:2] == rows
     document.undo("Aya", again=True)
     assert on_disk(document) == before[2:]
+
+
+def test_undo_for_which_there_is_no_room_can_be_made_later(document: Document) -> None:
+    row, text = document.grids[SHEET].rows[0], "x" * 30_000
+    put(document, row, text)
+    put(document, row, "short")
+    journal = document.file.journal._db
+    (pages,) = journal.execute("pragma page_count").fetchone()
+    journal.execute(f"pragma max_page_count = {pages}")
+    with pytest.raises(SheetsError, match="This was not stored"):
+        document.undo("Aya")
+    journal.execute("pragma max_page_count = 100000")
+    document.undo("Aya")
+    assert on_disk(document)[0] == text
 
 
 def test_rows_between_which_others_have_inserted_one_are_undone_moved_and_deleted_together(document: Document) -> None:
