@@ -208,6 +208,12 @@ HELPERS = "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n"
         ("| Sqrt | x | 2 * x |", "sqrt(4)", [("FORM012", "A2")]),
         ("| Both | x, y | x + y |", "Both", [("FORM014", "C2")]),
         ("| A | x | b(x) |\n| B | x | a(x) |", "1", [("FORM011", "C2")]),
+        ("| A | x | b(x) |\n| B | x | c(x) |\n| C | x | b(x) + a(x) |", "1", [("FORM011", "C2")]),
+        (
+            "| Limit | | nope |\n| Near | x | x < limit |\n| Far | x | not near(x) |",
+            "far(redBall.x)",
+            [("FORM004", "C2")],
+        ),
     ],
 )
 def test_helpers(lines, use, expected):

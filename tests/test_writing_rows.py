@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zipfile
 from pathlib import Path
 
 import openpyxl
@@ -186,6 +187,14 @@ def test_references_that_cannot_follow(tmp_path, who):
     change = FAR if "L9" not in who else MoveRows(SHEET, 3, 1, before=8)
     told = refused(path, change)
     assert who.casefold() in told.message.casefold() and "would then mean something else" in told.message
+
+
+def test_rows_are_inserted_in_a_sheet_whose_shape_has_no_linked_cell(tmp_path):
+    path = make(tmp_path / "x.xlsx", REFERRING["a shape or a button"])
+    repack(path, {"xl/drawings/drawing1.xml": lambda data: data.replace(b'textlink="$G$3"', b'textlink=""')})
+    edit(path, [InsertRows(SHEET, 3, 1)])
+    with zipfile.ZipFile(path) as book:
+        assert b'textlink=""' in book.read("xl/drawings/drawing1.xml")
 
 
 def test_charts_and_pivot_tables(tmp_path):

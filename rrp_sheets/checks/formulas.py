@@ -241,7 +241,10 @@ def check_helpers(workbook: Workbook, tables: Mapping[str, Table], report: Repor
             if not any(is_reserved(p.shown) for p in definition.parameters):
                 tell(report, cells[k], problem)
             dropped.add(k)
-    dropped |= _refused_calls(helpers, cells, report)
+    calls = {k: _called(helper) for k, helper in helpers.items()}
+    dropped |= _refused_calls(helpers, calls, cells, report)
+    while callers := {k for k in calls.keys() - dropped if not dropped.isdisjoint(calls[k])}:
+        dropped |= callers
     kept = {k: h for k, h in helpers.items() if k not in dropped}
     return Helpers(kept, frozenset(dropped), {k: (names[k], cells[k]) for k in kept}, propose)
 
@@ -257,19 +260,23 @@ def _propose_input(problem: FormulaProblem, helper: HelperDef, text: str) -> Non
         problem.advise(sentences(remedy, problem.remedy))
 
 
-def _refused_calls(helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], report: Report) -> set[str]:
-    """Report circles and overlong chains of helpers that call each other, and return the keys of those in them."""
-    needs: dict[str, list[str]] = {}
-    for k, helper in helpers.items():
-        called = (getattr(node, "helper", None) for node in (ast.walk(helper.tree) if helper.tree else ()))
-        needs[k] = list(dict.fromkeys(key(other.shown) for other in called if other is not None))
+def _called(helper: HelperDef) -> list[str]:
+    """Return the keys of the helpers that a helper calls."""
+    called = (getattr(node, "helper", None) for node in (ast.walk(helper.tree) if helper.tree else ()))
+    return list(dict.fromkeys(key(other.shown) for other in called if other is not None))
+
+
+def _refused_calls(
+    helpers: Mapping[str, HelperDef], needs: Mapping[str, Sequence[str]], cells: Mapping[str, Cell], report: Report
+) -> set[str]:
+    """Report circles and overlong chains of calls, and return the keys of the helpers that cannot be used for that."""
     shown = {k: f"{helper.shown} ({cells[k].address.cell})" for k, helper in helpers.items()}
     places = {k: i for i, k in enumerate(helpers)}
     order = after_needs(needs, places.__getitem__)
     refused: set[str] = set()
     if len(order) < len(places):
-        for way, members in _circles(needs):
-            report.add("FORM011", cells[way[0]].address, path=" → ".join(shown[k] for k in (*way, way[0])))
+        for first, way, members in _circles(needs):
+            report.add("FORM011", cells[first].address, path=" → ".join(shown[k] for k in (*way, way[0])))
             refused |= members
         rest = {k: [n for n in called if n not in refused] for k, called in needs.items() if k not in refused}
         order = after_needs(rest, places.__getitem__)
@@ -285,15 +292,15 @@ def _refused_calls(helpers: Mapping[str, HelperDef], cells: Mapping[str, Cell], 
     return refused | {k for k, count in deep.items() if count > DEEPEST_HELPERS}
 
 
-def _circles(needs: Mapping[str, Sequence[str]]) -> Iterator[tuple[list[str], set[str]]]:
-    """Yield one way around each circle, from the first helper in it, and all helpers in that circle."""
+def _circles(needs: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, list[str], set[str]]]:
+    """Yield the first helper of each group that call each other, one circle in it, and all helpers of the group."""
     import networkx as nx  # few workbooks have circles, and loading it takes longer than checking them
 
     graph = nx.DiGraph((k, other) for k, called in needs.items() for other in called)
     for circle in nx.strongly_connected_components(graph):
         first = next(k for k in needs if k in circle)
         if len(circle) > 1 or graph.has_edge(first, first):
-            yield [k for k, _ in nx.find_cycle(graph.subgraph(circle), first)], circle
+            yield first, [k for k, _ in nx.find_cycle(graph.subgraph(circle), first)], circle
 
 
 def tell(report: Report, cell: Cell, problem: FormulaProblem) -> None:

@@ -331,6 +331,6 @@ def _table(sheet: RawSheet) -> list[str]:
 
 
 def _lines(rows: Sequence[Sequence[str]]) -> list[str]:
-    texts = [[to_markdown(re.sub(r"\r\n?", "\n", text)) for text in row] for row in rows]
+    texts = [[to_markdown(re.sub(r"\r\n?", "\n", text)) for text in row] for row in rows]  # reads back as the same
     lines = [f"| {' | '.join(row)} |" for row in texts]
     return [*lines[:1], "|" + "---|" * len(rows[0]), *lines[1:]] if rows else []

@@ -19,7 +19,6 @@ from rrp_sheets.model.changed import ChangedBehaviour, ChangedRow, ChangedStream
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Cell, TestRow
-from rrp_sheets.robots.catalogue import parse_angle
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.cleaning import clean_name
 
@@ -293,8 +292,12 @@ def _duration(cell: Cell, bare: str) -> Hashable:
 
 
 def _angle(text: str) -> Hashable:
-    angle = parse_angle(text)
-    return key(text) if angle is None else round(angle, 9)
+    bare = text.strip().removesuffix("rad").strip().replace("−", "-")
+    try:
+        value = float(bare.removesuffix("°"))
+    except ValueError:
+        return key(text)
+    return round(math.radians(value) if bare.endswith("°") else value, 9)
 
 
 def test_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -425,9 +428,10 @@ def _line(kind: ListKind, a: ListRow, b: ListRow, moved: bool) -> list[Change]:
 def _change(kind: ListKind, word: str, a: ListRow, b: ListRow, what: str = "", before: str = "", after: str = "",
             note: str = "") -> Change:  # fmt: skip
     effect = kind.effect and word not in ("written", "notes")
-    note = note or ("" if word == "notes" else kind.note)
+    note = note or ("" if effect or word == "notes" else kind.note)
     return Change(word, kind.part, b.sheet, "", (a.row, b.row), what, before, after, effect, note)
 
 
 def _one_sided(kind: ListKind, word: str, row: ListRow) -> Change:
-    return one_sided(word, kind.part, row.sheet, " | ".join(row.said.values()), row.row, kind.effect, kind.note)
+    note = "" if kind.effect else kind.note
+    return one_sided(word, kind.part, row.sheet, " | ".join(row.said.values()), row.row, kind.effect, note)

@@ -162,7 +162,7 @@ def column_letters(column: int) -> str:
     ('A', 'AB')
     """
     letters = ""
-    while column:
+    while column > 0:
         column, rest = divmod(column - 1, 26)
         letters = chr(65 + rest) + letters
     return letters

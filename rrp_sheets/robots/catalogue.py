@@ -288,7 +288,8 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
         for setting, choices in entry.get("resources_by", {}).items()
     }
     name, help = entry["name"], entry["help"]
-    given = {"title": name, **{k: tuple(v) if isinstance(v, list) else v for k, v in entry.items() if k in _PLAIN}}
+    given = {"title": name, **{k: v for k, v in entry.items() if k in _PLAIN}}
+    given |= {k: tuple(entry.get(k, ())) for k in ("resources", "shows")}
     return DeviceType(name, kind, help, settings, payload, resources_by=by, **given)
 
 

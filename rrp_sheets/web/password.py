@@ -33,9 +33,10 @@ class Password:
 
     def __init__(self, text: str) -> None:
         if not SHORTEST <= len(_same_letters(text)) <= LONGEST:
-            text = N_("The password must have at least {least} characters and at most {most}.")
-            remedy = N_("Take a few words, or leave it empty: then one is made for you.")
-            raise SheetsError(N_(text, least=SHORTEST, most=LONGEST), remedy)
+            why = N_(
+                "The password must have at least {least} characters and at most {most}.", least=SHORTEST, most=LONGEST
+            )
+            raise SheetsError(why, N_("Take a few words, or leave it empty: then one is made for you."))
         self._salt = secrets.token_bytes(16)
         self._hash = self._hashed(text)
         self._computing = threading.Semaphore(2)

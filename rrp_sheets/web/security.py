@@ -43,7 +43,8 @@ class Lan:
 
     Attributes:
         password: required of everyone except browsers that opened a link on this computer.
-        hosts: names of this computer that were printed; others are refused, as another site's name may lead here too.
+        hosts: names and addresses of this computer that were printed; others are refused, as another site's name may
+            lead here as well.
     """
 
     password: Password
@@ -109,7 +110,10 @@ def author_name(given: str, unnamed: str = SOMEBODY) -> str:
 
 
 def _opened(settings: Access, token: str, *, is_owner: bool) -> AnyResponse:
-    """Answer a link: redirect to the page without the token, with the cookie; raises UsedLink when it is not valid."""
+    """Answer a link: redirect to the page without the token, and set the cookie if the browser has none.
+
+    Raises UsedLink when the link is not valid and the browser has no cookie.
+    """
     headers = request.headers
     if "prefetch" in headers.get("Sec-Purpose", "") + headers.get("Purpose", "") + headers.get("X-Moz", ""):
         return Response(status=503)  # nobody has opened it yet

@@ -255,7 +255,7 @@ class EventBacklog:
     def __init__(self) -> None:
         self._opened = secrets.token_hex(4)  # of this session, not of one of an earlier start
         self._count = 0
-        self.number = f"{self._opened}.0"  # of the newest event
+        self.number = f"{self._opened}.0"  # of the newest event; set at once, so it may be read without the lock
         self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
 
     def add(self, event: str, data: dict[str, Any], but: str) -> str:

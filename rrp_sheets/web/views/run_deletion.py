@@ -85,11 +85,10 @@ def _deleted_page(participant: str, names: list[str]) -> DeletePage:
     below = request.form.getlist("below")
     notice: str
     if typed != (participant or "delete"):
-        code, word = (
-            N_("The code {code} was not typed; nothing was deleted."),
-            N_("The word “delete” was not typed; nothing was deleted."),
-        )
-        return _asked_page(participant, names, N_(code, code=participant) if participant else word)
+        notice = N_("The word “delete” was not typed; nothing was deleted.")
+        if participant:
+            notice = N_("The code {code} was not typed; nothing was deleted.", code=participant)
+        return _asked_page(participant, names, notice)
     # what it was is told from what is there now: afterwards there is nothing to tell it from
     runs = services().runs
     answer = _of_exporter("delete_planned", participant, names, expected, below)

@@ -119,8 +119,9 @@ def _with_rows(formula: str, rows: Callable[[Reference], tuple[int, int]]) -> st
     out, at = list[str](), 0
     for ref in references(formula):
         for (start, end), row in dict(zip(ref.spans, rows(ref), strict=True)).items():
-            out += (formula[at:start], str(row))
-            at = end
+            if int(formula[start:end]) != row:  # what stays is kept to the letter
+                out += (formula[at:start], str(row))
+                at = end
     return "".join([*out, formula[at:]])
 
 

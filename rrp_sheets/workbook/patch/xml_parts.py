@@ -213,7 +213,7 @@ _REFERENCE = re.compile(rb"<(?:[\w.-]+:)?(?:f|formula[12]?|calculatedColumnFormu
 LINKED = re.compile(
     rb"""(\b(?:textlink|fmlaLink|fmlaRange|fmlaTxbx)\s*=\s*")([^"]*)(")|(<x:Fmla\w*>)([^<]*)(</x:Fmla)"""
 )
-"""Matches a formula of a shape or a button, with what is around it."""
+"""A formula of a shape or a button between what is before and after it: groups 1 to 3, in an element 4 to 6."""
 _MANY_CELLS = [quote + word + quote for word in (b"shared", b"array", b"dataTable") for quote in (b'"', b"'")]
 _ROWS_HERE = b"<?rows here?>"
 
