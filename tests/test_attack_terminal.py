@@ -48,7 +48,7 @@ def test_nothing_steers_the_terminal(command: list[str], tmp_path: Path) -> None
         capture_output=True,
         cwd=tmp_path,
         encoding="utf-8",
-        timeout=60,
+        timeout=300,
     )
     shown = ran.stdout + ran.stderr
     assert shown

@@ -287,7 +287,7 @@ def test_a_dot_file_is_one_graph_with_a_cluster_for_each_behaviour(tmp_path, nam
     assert notes == [] and text.count("digraph") == 1
     for binary in binaries():
         done = subprocess.run(
-            [binary, "-Kdot", "-Tjson"], input=text.encode(), capture_output=True, check=True, timeout=60
+            [binary, "-Kdot", "-Tjson"], input=text.encode(), capture_output=True, check=True, timeout=300
         )
         drawn = json.loads(done.stdout)
         assert done.stderr == b""

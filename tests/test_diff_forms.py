@@ -324,7 +324,7 @@ if shutil.which("soffice"):
         books = {path.stem: path for path in (*WORKBOOKS, api.new(folder / "guided.xlsx"))}
         command = ["soffice", office, "--headless", "--convert-to", "xlsx",
                    "--outdir", str(folder / "out"), *map(str, books.values())]  # fmt: skip
-        subprocess.run(command, check=True, capture_output=True, timeout=240)
+        subprocess.run(command, check=True, capture_output=True, timeout=300)
         return books, folder / "out"
 
     @pytest.mark.parametrize("name", ["guided", *(path.stem for path in WORKBOOKS)])

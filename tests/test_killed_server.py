@@ -102,7 +102,7 @@ class Served:
         """Change something, as our script does."""
         headers = {"X-RRP": "grid", "Origin": self.home, **headers}
         request = urllib.request.Request(f"{self.home}/{address}", body, headers)
-        return str(self._opener.open(request, timeout=60).read().decode())
+        return str(self._opener.open(request, timeout=300).read().decode())
 
     def cookie(self) -> str:
         """Cookie that lets a client in."""
@@ -110,7 +110,7 @@ class Served:
 
     def get(self, address: str) -> str:
         """A page."""
-        return str(self._opener.open(f"{self.home}/{address}", timeout=60).read().decode())
+        return str(self._opener.open(f"{self.home}/{address}", timeout=300).read().decode())
 
 
 def kill_at_random(server: Served, chance: random.Random, expected: dict[int, list[str]], round_: int) -> None:
@@ -168,7 +168,7 @@ def test_a_server_killed_three_times_loses_nothing(tmp_path: Path, office: str) 
             str(out),
             str(tmp_path / "b.xlsx"),
         ]
-        subprocess.run(command, check=True, timeout=120, capture_output=True)
+        subprocess.run(command, check=True, timeout=300, capture_output=True)
         assert len((out / "b.csv").read_text().splitlines()) == ROWS + 1
 
 

@@ -93,7 +93,7 @@ def test_the_command_makes_a_password_and_tells_what_to_do(started) -> None:  # 
     assert made and port and "not encrypted" in text and "people you trust" in text
     home = f"127.0.0.1:{port[1]}"
     for password, code in (("not this one", 403), (made[1], 303)):
-        line = http.client.HTTPConnection(home, timeout=20)
+        line = http.client.HTTPConnection(home, timeout=300)
         body = urllib.parse.urlencode({"name": "Anna", "password": password})
         headers = {"Origin": f"http://{home}", "Content-Type": "application/x-www-form-urlencoded"}
         line.request("POST", "/login", body, headers)
@@ -147,4 +147,4 @@ def test_the_password_is_asked_for_twice_and_hidden(started) -> None:  # type: i
 
 def test_the_password_cannot_be_on_the_command_line(started) -> None:  # type: ignore[no-untyped-def]
     process = started("--lan", "--password", WORDS)
-    assert "No such option" in process.communicate(timeout=30)[1] and process.returncode == 2
+    assert "No such option" in process.communicate(timeout=300)[1] and process.returncode == 2

@@ -206,7 +206,7 @@ def test_the_command_needs_neither_simulator_nor_camera(session, tmp_path):
         "from rrp_sheets.cli.main import main; main()"
     )
     words = [sys.executable, "-c", code, "replay", session.result.folder, "--with", path, "--json", "-o", table]
-    told = subprocess.run(list(map(str, words)), capture_output=True, text=True, encoding="utf-8", timeout=60,
+    told = subprocess.run(list(map(str, words)), capture_output=True, text=True, encoding="utf-8", timeout=300,
                           env={**os.environ, "PYTHONIOENCODING": "utf-8"})  # fmt: skip
     assert told.returncode == 1, told.stderr
     found = json.loads(told.stdout)

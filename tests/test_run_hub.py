@@ -230,7 +230,7 @@ def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, 
     page = threading.Thread(target=lambda: client.get("/book/large.xlsx"))
     page.start()
     try:
-        assert opening.wait(10)
+        assert opening.wait(300)
         headers = {"X-RRP": "grid", "Origin": "http://localhost"}
         answered = []
         asked = threading.Thread(target=lambda: answered.append(client.post("/run/stop", headers=headers)), daemon=True)
@@ -254,7 +254,7 @@ class Held(CheckWorker):
     def check(self, path: Path) -> Findings:
         found = super().check(path)
         self.begun.set()
-        assert self.answer.wait(60)
+        assert self.answer.wait(300)
         return found
 
 
@@ -272,7 +272,7 @@ def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unuse
     worker.answer.clear()
     worker.begun.clear()
     put(session, "redBall.distence")
-    assert worker.begun.wait(60)
+    assert worker.begun.wait(300)
     put(session, "redBall.distance + 7")
     worker.answer.set()
     assert "not used while there are errors" in hear(page, '"kind":"edit"')

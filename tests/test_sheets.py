@@ -203,7 +203,7 @@ if shutil.which("soffice"):
         done = subprocess.run(
             [*command, "--outdir", str(tmp_path / "out"), *map(str, files)],
             capture_output=True,
-            timeout=120,
+            timeout=300,
             check=False,
         )
         for path in files:

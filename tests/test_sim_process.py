@@ -77,7 +77,7 @@ def test_ctrl_c_stops_the_robot_properly(tmp_path: Path) -> None:
     assert running.stdout is not None
     assert running.stdout.readline() == "running\n"
     running.send_signal(signal.SIGINT)  # in the middle of an advance, as it does nothing else
-    out, _ = running.communicate(timeout=20)
+    out, _ = running.communicate(timeout=300)
     assert out == "stopped None\n"
     assert (tmp_path / "run" / "film.gif").is_file()
 

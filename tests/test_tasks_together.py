@@ -53,7 +53,7 @@ if shutil.which("soffice"):
         kinds = ("ods", "csv:Text - txt - csv (StarCalc):9,34,76,1,,0,false,true,false")
         for source, kind in zip((made, tmp_path / "a.ods"), kinds, strict=True):
             command = ["soffice", office, "--headless", "--convert-to", kind, "--outdir", str(tmp_path), str(source)]
-            subprocess.run(command, check=True, capture_output=True, timeout=120)
+            subprocess.run(command, check=True, capture_output=True, timeout=300)
         golden(TSV.name, (tmp_path / "a.csv").read_bytes().decode("utf-8"))
 
 

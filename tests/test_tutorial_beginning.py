@@ -73,9 +73,9 @@ def test_the_command_makes_it_and_serves_it(tmp_path: Path) -> None:
         address = next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
         assert "/book/tutorial.xlsx?token=" in address
         opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
-        with opener.open(address, timeout=30) as answer:
+        with opener.open(address, timeout=300) as answer:
             assert "LESSON 1" in answer.read().decode()
     finally:
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=30)
+        process.communicate(timeout=300)
     assert process.returncode == 0 and (folder / "tutorial.xlsx").read_bytes() == FRESH

@@ -91,7 +91,7 @@ class Page:
     def run(self, *, asked: bool = False, told: int = 1) -> None:
         self.tests.soon(asked=asked)
         for _ in range(told):
-            assert self.told.acquire(timeout=60)
+            assert self.told.acquire(timeout=300)
 
     def set(self, sheet: str, cell: tuple[int, int], text: str) -> None:
         row = self.document.grids[sheet].rows[cell[0] - 2]
@@ -185,7 +185,7 @@ def test_when_their_process_is_killed_that_is_said_and_the_next_check_runs_them_
     here.run(asked=True)
     assert here.tests.results.running
     os.kill(tester.pid, signal.SIGKILL)
-    assert here.told.acquire(timeout=60)
+    assert here.told.acquire(timeout=300)
     panel = panel_of(here.tests, here.document, "Talk")
     assert panel is not None and not panel.running and not panel.lines
     assert panel.notes[0].startswith("The tests were ended: they ended unexpectedly (signal 9). Press Run tests")

@@ -152,7 +152,7 @@ def served(app: Flask) -> Iterator[int]:
 
 def answered(port: int, **headers: str) -> tuple[int, dict[str, str], float]:
     begun = time.monotonic()
-    line = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    line = http.client.HTTPConnection("127.0.0.1", port, timeout=300)
     line.request("GET", "/", headers={"Cookie": COOKIE, **headers})
     answer = line.getresponse()
     answer.read()

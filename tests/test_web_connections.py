@@ -41,7 +41,7 @@ def address(server: Served) -> tuple[str, int]:
 
 def sent(server: Served, data: bytes, opened: ExitStack) -> socket.socket:
     """A connection on which something was sent and nothing was read."""
-    line = opened.enter_context(socket.create_connection(address(server), timeout=20))
+    line = opened.enter_context(socket.create_connection(address(server), timeout=300))
     line.sendall(data)
     return line
 
@@ -78,7 +78,7 @@ def stop(server: Served) -> tuple[int, float]:
     host, port = address(server)
     headers = {"Cookie": server.cookie(), "X-RRP": "grid", "Origin": server.home}
     began = time.monotonic()
-    line = http.client.HTTPConnection(host, port, timeout=20)
+    line = http.client.HTTPConnection(host, port, timeout=300)
     line.request("POST", "/run/stop?name=n", headers=headers)
     answer = line.getresponse()
     answer.read()
@@ -204,8 +204,8 @@ def test_stop_does_not_wait_for_a_thread(tmp_path: Path) -> None:
                 line = opened.enter_context(socket.create_connection(("127.0.0.1", port)))
                 line.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
             for _ in range(THREADS):
-                assert entered.acquire(timeout=20)
-            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+                assert entered.acquire(timeout=300)
+            asked = http.client.HTTPConnection("127.0.0.1", port, timeout=300)
             asked.request("POST", "/run/stop")
             assert asked.getresponse().status == 200
             asked.close()

@@ -313,7 +313,7 @@ def server(folder: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 def fetch(url: str, opener: urllib.request.OpenerDirector, **headers: str) -> tuple[int, str]:
     try:
-        with opener.open(urllib.request.Request(url, headers=headers), timeout=60) as answer:
+        with opener.open(urllib.request.Request(url, headers=headers), timeout=300) as answer:
             return answer.status, answer.read().decode()
     except urllib.error.HTTPError as error:
         with error:
@@ -337,7 +337,7 @@ def test_the_command_serves_this_computer_only(server: tuple[subprocess.Popen[st
     assert fetch(f"{home}book/..%2f..%2fetc%2fpasswd", browser)[0] == 404
     if sys.platform != "win32":
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=300)
         assert (process.returncode, said) == (0, "")
 
 
@@ -370,7 +370,7 @@ def test_enter_prints_another_link(folder: Path) -> None:
             os.write(ours, b"\n")
         next_link()
         process.send_signal(signal.SIGINT)
-        assert process.wait(60) == 0
+        assert process.wait(300) == 0
     finally:
         process.kill()
         process.wait()

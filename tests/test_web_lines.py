@@ -36,7 +36,7 @@ class Line:
     """One page's event stream."""
 
     def __init__(self, url: str, cookie: str, *, had: str = "", client: str = "x") -> None:
-        self.http = http.client.HTTPConnection(url.removeprefix("http://"), timeout=20)
+        self.http = http.client.HTTPConnection(url.removeprefix("http://"), timeout=300)
         headers = {"Cookie": cookie, **({"Last-Event-ID": had} if had else {})}
         self.http.request("GET", f"/book/b.xlsx/events?client={client}", headers=headers)
         self.answer = self.http.getresponse()
@@ -57,7 +57,7 @@ class Line:
 
 
 def ask(url: str, method: str, address: str, cookie: str = "", data: str = "", **headers: str) -> Any:
-    line = http.client.HTTPConnection(url.removeprefix("http://"), timeout=20)
+    line = http.client.HTTPConnection(url.removeprefix("http://"), timeout=300)
     line.request(method, address, data or None, {"Origin": url, "Cookie": cookie, **headers})
     answer = line.getresponse()
     answer.body = answer.read().decode()  # type: ignore[attr-defined]
