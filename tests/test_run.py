@@ -185,7 +185,9 @@ def test_without_the_simulator_one_line_says_what_is_needed(tmp_path):
     assert done.returncode == 2 and "Traceback" not in done.stderr
     assert "simulator" in done.stderr and "3.11" in done.stderr
     assert not (tmp_path / "o").exists()
-    checked = subprocess.run([sys.executable, "-c", hide, "check", str(BOOK)], env=ENV, capture_output=True, timeout=300)
+    checked = subprocess.run(
+        [sys.executable, "-c", hide, "check", str(BOOK)], env=ENV, capture_output=True, timeout=300
+    )
     assert checked.returncode == 0
 
 

@@ -191,7 +191,7 @@ def test_stop_does_not_wait_for_a_thread(tmp_path: Path) -> None:
     def app(environ: dict[str, Any], begin: Any) -> list[bytes]:
         if environ["PATH_INFO"] != "/run/stop":
             entered.release()
-            busy.wait(60)
+            busy.wait(600)
         begin("200 OK", [("Content-Length", "0")])
         return [b""]
 
