@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from attack import _WHO, BOOK, FORMS, JSON, OURS, Way, _with_row, contents, enter, make_folder, ways
+from attack import _WHO, BOOK, FORMS, JSON, OURS, SOME, Way, _with_row, contents, enter, make_folder, ways
 from browser import COOKIE, HOME, TOKEN
 from busy import crowded
 from flask import Flask
@@ -29,9 +29,10 @@ STRANGE: list[Any] = [
 ]  # fmt: skip
 GROWS = {"tabs.change add", "tabs.change duplicate"}
 """What makes the workbook larger each time that it is right: three other ways have the same reader."""
-NO_OBJECTS = [
+NO_OBJECTS: list[str | bytes] = [
     "", " ", "null", "true", "3", '"x"', "[]", "[{}]", "{", "{]", '{"a":}', "{'a': 1}", "[" * 100_000,
     '{"a":' * 50_000, "9" * 10_000, '{"client": "c", "client": 1, "sheet": {"a": [' + "[" * 50_000, "<x/>", "a=1&b=2",
+    b"\xff\xfe{\x00}\x00", b"\x00", b"PK\x03\x04",
 ]  # fmt: skip
 
 
@@ -64,20 +65,22 @@ def send(client: Any, way: Way, text: str | bytes) -> Any:
     return client.post(way.address(), base_url=HOME, headers=headers, data=text)
 
 
-def test_what_is_no_object_is_refused(app: Flask, client: Any, folder: Path) -> None:
+@SOME
+def test_what_is_no_object_is_refused(app: Flask, client: Any, folder: Path, every: int) -> None:
     before = contents(folder)
-    for way in json_ways(app):
-        for text in (*NO_OBJECTS, b"\xff\xfe{\x00}\x00", b"\x00", b"PK\x03\x04"):
+    for place, way in enumerate(json_ways(app)):
+        for text in NO_OBJECTS[place % every :: every]:
             answer = send(client, way, text)
             assert answer.status_code == 400, (way.key, text[:30], answer.status_code)
             assert "Traceback" not in answer.text
     assert contents(folder) == before
 
 
-def test_fields_of_the_wrong_kind_are_refused_or_do_no_harm(app: Flask, client: Any, row: str) -> None:
-    for way in json_ways(app):
+@SOME
+def test_fields_of_the_wrong_kind_are_refused_or_do_no_harm(app: Flask, client: Any, row: str, every: int) -> None:
+    for place, way in enumerate(json_ways(app)):
         right = _with_row(JSON[way.key], row)
-        for strange in (*_strange(right, grows=way.key in GROWS), {}, {str(n): n for n in range(20_000)}):
+        for strange in (*_strange(right, place, every, grows=way.key in GROWS), {}, {str(n): n for n in range(20_000)}):
             sent = strange
             if way.key == "run_panel.start" and all(isinstance(sent.get(n, ""), str) for n in ("mode", "until")):
                 sent = {**sent, "mode": "x"}  # nothing is started here
@@ -88,18 +91,18 @@ def test_fields_of_the_wrong_kind_are_refused_or_do_no_harm(app: Flask, client: 
     assert client.get("/", base_url=HOME).status_code == 200
 
 
-def _strange(right: dict[str, Any], *, grows: bool) -> Iterator[dict[str, Any]]:
-    """A valid body, with each of its fields in turn of an unexpected kind.
+def _strange(right: dict[str, Any], place: int, every: int, *, grows: bool) -> Iterator[dict[str, Any]]:
+    """A valid body, with each of its fields in turn of an unexpected kind, beginning at another kind at each place.
 
     A strange name of who sends it is right, too: what then `grows` is asked for under such names elsewhere.
     """
-    for name, value in right.items():
-        for strange in STRANGE:
+    for field, (name, value) in enumerate(right.items()):
+        for strange in STRANGE[(place + field) % every :: every]:
             if not (grows and name in _WHO and isinstance(strange, str)):
                 yield {**right, name: strange}
         if isinstance(value, list) and value and isinstance(value[0], dict):
-            for inner in value[0]:
-                for strange in STRANGE:
+            for number, inner in enumerate(value[0]):
+                for strange in STRANGE[(place + number) % every :: every]:
                     yield {**right, name: [{**value[0], inner: strange}]}
 
 

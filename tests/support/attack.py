@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import pytest
 from browser import HOME, let_in
 from flask import Flask
 from werkzeug.routing import Rule
@@ -23,6 +24,9 @@ BOOK, SHEET, RUN = "good.xlsx", "Tracking", "20260101-000000-good"
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 SECRET = "a-secret-outside"
 OURS = {"X-RRP": "grid", "Origin": HOME}
+
+SOME = pytest.mark.parametrize("every", [pytest.param(3, id="some"), pytest.param(1, id="all", marks=pytest.mark.soak)])
+"""Each route is tried with every third of the cases, beginning at another one; with all of them by `make soak`."""
 
 PLACES: dict[str, Any] = {
     "name": BOOK, "sheet": SHEET, "run": RUN, "number": 1, "first": 0, "filename": "style.css", "action": "stop",
