@@ -387,7 +387,7 @@ ACTIONS = st.lists(
 )
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(actions=ACTIONS)
 def test_the_file_always_says_what_the_grid_says_and_undo_leads_back(
     actions: list[tuple[str, int, object]], tmp_path_factory: pytest.TempPathFactory

@@ -6,6 +6,7 @@ import datetime as dt
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import openpyxl
@@ -65,6 +66,7 @@ def mistakes() -> list[tuple[str, ...]]:
     return [tuple(split(line)) for line in text.split("\n") if re.match(r"\| (?!Workbook )\w", line)]
 
 
+@cache
 def base(name: str) -> Cells:
     if name == "quiz":
         return cells_of((HERE / "mistakes.md").read_text(encoding="utf-8").partition("\n# quiz\n")[2])
@@ -247,11 +249,15 @@ def spoilt(ways, books=BOOKS) -> list[tuple[str, str, str, str]]:
     return changed[::EVERY]
 
 
+@cache
+def own(name: str) -> set[tuple[str, str]]:
+    """The findings of a workbook as it is."""
+    return {d[:2] for d in found(base(name))}
+
+
 def followed(name: str, cell: str, text: str) -> list[tuple[str, str]]:
     """The findings of a changed workbook besides its own."""
-    book = base(name)
-    own = {d[:2] for d in found(book)}
-    return [d[:2] for d in found({**book, cell: text}) if d[:2] not in own]
+    return [d[:2] for d in found({**base(name), cell: text}) if d[:2] not in own(name)]
 
 
 @pytest.mark.parametrize("name", BOOKS)
