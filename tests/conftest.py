@@ -34,10 +34,6 @@ MEMORY, ENOUGH = Path("/dev/shm"), 4_000_000_000  # bytes
 _OURS = "rrp-sheets-tests-"
 
 
-os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="rrp-sheets-tests-state-")  # servers keep their secrets there
-atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
-
-
 def _files_in_memory() -> None:
     """Keep the tests' files in memory where there is enough: a disk takes longer to store an edit than we to make it.
 
@@ -50,10 +46,12 @@ def _files_in_memory() -> None:
             shutil.rmtree(old, ignore_errors=True)
     place = MEMORY / f"{_OURS}{os.getpid()}"
     place.mkdir(exist_ok=True)
-    os.environ["PYTEST_DEBUG_TEMPROOT"] = str(place)
+    os.environ["PYTEST_DEBUG_TEMPROOT"] = os.environ["TMPDIR"] = str(place)
 
 
 _files_in_memory()
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="rrp-sheets-tests-state-")  # servers keep their secrets there
+atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # The files that take longest go first, so that no worker is left with one of them while the others have ended.
 LONGEST = (
