@@ -21,9 +21,9 @@ from rrp_sheets.workbook.atomic import already_there, file_bytes, write_atomical
 from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import SetCell, parse_typed
 from rrp_sheets.workbook.maker import sheet_titles
-from rrp_sheets.workbook.package import place
 from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
 from rrp_sheets.workbook.sheet_names import sheet_named
+from rrp_sheets.workbook.xlsx import place
 
 
 @dataclass(frozen=True)

@@ -187,7 +187,7 @@ def _changed(path: Path) -> FileChanged:
 
 def _refuse_unreadable(data: bytes, name: str) -> None:
     """A result that we could not read ourselves (too large, say) is not written."""
-    from rrp_sheets.workbook.package import Package
+    from rrp_sheets.workbook.xlsx import Package
 
     if len(data) > limits.FILE_BYTES:
         size, limit = f"{len(data) / 1e6:.1f} MB", f"{limits.FILE_BYTES / 1e6:g} MB"

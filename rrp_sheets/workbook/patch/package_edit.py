@@ -14,12 +14,11 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, RowEdit, SetCell, shown
-from rrp_sheets.workbook.package import LAST_COLUMN, LAST_ROW, block_of, number, rels_of
 from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.raw import Extent, Range
 from rrp_sheets.workbook.schema import Recognised, recognise
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.xlsx import XlsxBook
+from rrp_sheets.workbook.xlsx import LAST_COLUMN, LAST_ROW, XlsxBook, block_of, number, rels_of
 
 TYPES_PART = "[Content_Types].xml"
 _CALC_CHAIN = "calcchain"

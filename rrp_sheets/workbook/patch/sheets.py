@@ -20,7 +20,6 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.maker import packed
-from rrp_sheets.workbook.package import number, rels_of
 from rrp_sheets.workbook.patch import sheet_list as listed
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
 from rrp_sheets.workbook.patch.references import (
@@ -40,6 +39,7 @@ from rrp_sheets.workbook.patch.xml_parts import XmlPart, canonical, local, named
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles, recognise
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
+from rrp_sheets.workbook.xlsx import number, rels_of
 
 _BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
 _STYLED = ("c", "row", "col")

@@ -18,9 +18,9 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Value, content
-from rrp_sheets.workbook.package import DECLARED, block_of, place, translated
-from rrp_sheets.workbook.package import number as whole
 from rrp_sheets.workbook.raw import Range
+from rrp_sheets.workbook.xlsx import DECLARED, block_of, place, translated
+from rrp_sheets.workbook.xlsx import number as whole
 
 _UNICODE = {codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16", codecs.BOM_UTF8: "utf-8-sig"}
 _DECLARATION = re.compile(rb"\A\s*<\?xml\s[^>]*\?>\s*")
