@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.patch import xml_parts as xml
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.xlsx import block_of, number

@@ -14,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, capital
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.patch import xml_parts as xml
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit, sheet_tables
 from rrp_sheets.workbook.patch.references import Moves, ReferenceConflict, adapted, check, follows, grow, references
 from rrp_sheets.workbook.raw import Range

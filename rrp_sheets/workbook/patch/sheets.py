@@ -21,7 +21,17 @@ from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.maker import packed
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
+from rrp_sheets.workbook.patch.package_edit import (
+    TYPES_PART,
+    PackageEdit,
+    XmlPart,
+    canonical,
+    local,
+    named_like,
+    remove,
+    set_attributes,
+    text_of,
+)
 from rrp_sheets.workbook.patch.references import (
     GONE,
     formula_parts,
@@ -35,7 +45,6 @@ from rrp_sheets.workbook.patch.references import (
     without,
 )
 from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, VIEWS, Piece, change, cut, paste
-from rrp_sheets.workbook.patch.xml_parts import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles, recognise
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
