@@ -12,7 +12,7 @@ import pytest
 from test_killed_server import HEADER
 
 from rrp_sheets import api
-from rrp_sheets.documents.workfile import Journal
+from rrp_sheets.documents.document import Journal
 from rrp_sheets.perception.face_memory import FaceMemory, read_memory, write_memory
 from rrp_sheets.workbook.maker import make_workbook
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.documents import Document
+from rrp_sheets.documents.document import Journal
 from rrp_sheets.documents.grid import CellText
-from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.testing.run import in_order, run_tests
 from rrp_sheets.web import workbook_tests as module

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rrp_sheets import api
 from rrp_sheets.documents import Document
-from rrp_sheets.documents.workfile import Journal, stamp_of
+from rrp_sheets.documents.document import Journal, stamp_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_

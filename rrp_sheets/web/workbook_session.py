@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from rrp_sheets.documents import Changed, Document, Refused
-from rrp_sheets.documents.workfile import made_for, write_block_reason
+from rrp_sheets.documents.document import made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_

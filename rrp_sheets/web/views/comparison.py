@@ -20,7 +20,7 @@ from markupsafe import Markup
 
 from rrp_sheets.compare.as_html import as_part, render
 from rrp_sheets.documents import Refused
-from rrp_sheets.documents.workfile import Version
+from rrp_sheets.documents.document import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled

@@ -17,8 +17,8 @@ from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
+from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import Cells, Grid, GridColumn, RestoreRows
-from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.workbook import FALSE_WORDS
