@@ -94,6 +94,20 @@ def test_a_rename_that_fails_leaves_the_workbook_usable(open_workbooks: OpenWork
     assert "T" in open_workbooks.session(path).document.grids
 
 
+def test_an_open_workbook_is_found_while_its_file_is_in_the_folder(open_workbooks: OpenWorkbooks) -> None:
+    path, elsewhere = open_workbooks.folder / "b.xlsx", open_workbooks.folder.parent / "elsewhere.xlsx"
+    assert open_workbooks.find(path.name) is None
+    session = open_workbooks.session(path)
+    assert open_workbooks.find(path.name) is session
+    path.rename(elsewhere)
+    assert open_workbooks.find(path.name) is None
+    path.symlink_to(elsewhere)
+    assert open_workbooks.find(path.name) is None
+    path.unlink()
+    elsewhere.rename(path)
+    assert open_workbooks.find(path.name) is session
+
+
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
 def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 0.01)

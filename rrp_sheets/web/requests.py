@@ -91,10 +91,11 @@ def author_of(sent: Asked, unnamed: str = SOMEBODY) -> str:
 def workbook_or_404(name: str) -> WorkbookSession:
     """Return a workbook's session; answer 404 if there is no such file, raise SheetsError if it is none."""
     repository, open_workbooks = services().repository, services().open_workbooks
+    if session := open_workbooks.find(name):  # which may have lost its last sheet: undo brings it back
+        return session
     if not repository.has(name):
         abort(404)
-    if not open_workbooks.has(name):  # one that is open may have lost its last sheet, which undo brings back
-        refuse_text(repository, name)
+    refuse_text(repository, name)
     return open_workbooks.session(repository.path(name))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import secrets
 import sqlite3
 import threading
@@ -612,9 +613,12 @@ class OpenWorkbooks:
         self._closed.set()
         self._tester.close()
 
-    def has(self, name: str) -> bool:
-        """Return whether a workbook is open."""
-        return name in self._sessions
+    def find(self, name: str) -> WorkbookSession | None:
+        """Return the session of a workbook that is open and whose file is in the folder still."""
+        with self._lock:
+            session, path = self._sessions.get(name), self.folder / name
+        there = os.path.lexists(path) and path.resolve().is_relative_to(self.folder.resolve())
+        return session if there else None
 
     @contextmanager
     def without(self, name: str) -> Iterator[None]:
