@@ -51,7 +51,8 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
     """
     from rrp_sheets.web.app import create_app
-    from rrp_sheets.web.security import OneTimeTokens, folder_secret
+    from rrp_sheets.web.password import folder_secret
+    from rrp_sheets.web.security import OneTimeTokens
     from rrp_sheets.web.services import WORKER_MODULES
     from rrp_sheets.web.serving import bind, make_server, own_temp_folder
     from rrp_sheets.workers.worker_process import fork_workers

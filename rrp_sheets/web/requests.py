@@ -12,7 +12,8 @@ from werkzeug.exceptions import BadRequest
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.web.security import SOMEBODY, author_name, visitor
+from rrp_sheets.web.models import SOMEBODY
+from rrp_sheets.web.security import author_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession

@@ -1,30 +1,26 @@
 """Access control: a browser needs a link, or with `--lan` the password; requests of other sites are refused.
 
-Here are the checks of requests, the secret of each folder, links for one use, and the sessions of those who logged in.
+Here are the checks of requests, links for one use, and the sessions of those who logged in.
 """
 
 from __future__ import annotations
 
 import hashlib
 import ipaddress
-import os
 import re
 import secrets
-import sys
-import tempfile
 import threading
 from collections import OrderedDict, deque
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 from flask import Flask, Response, abort, current_app, g, redirect, request, url_for
 from markupsafe import escape
 from werkzeug.exceptions import Forbidden
 from werkzeug.wrappers import Response as AnyResponse
 
-from rrp_sheets.texts import N_
+from rrp_sheets.web.models import SOMEBODY
 from rrp_sheets.web.password import LoginThrottle, Password
 from rrp_sheets.web.serving import let_in
 from rrp_sheets.web.statics import HEADERS, KEPT, plain_name
@@ -33,7 +29,6 @@ HOSTS = ("127.0.0.1", "localhost")
 _HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")
 _OPEN = frozenset({"login.page", "login.enter"})  # with --lan, for those who have no session yet
 _FORMS = _OPEN | {"login.leave"}  # work without script, so without its header
-SOMEBODY = "Somebody"  # who has no name on the page
 _LOGIN_FILES = frozenset({"style.css", "login.css", "icon.svg"})
 
 
@@ -189,7 +184,6 @@ def _own_origin() -> str:
 
 
 _MOST_LINKS = 50  # that nobody has used yet; the oldest is no longer good then
-_SECRET = re.compile(r"[\w-]{43}")
 
 
 class OneTimeTokens:
@@ -223,52 +217,6 @@ def is_same(given: str, secret: str) -> bool:
 def cookie_name(secret: str) -> str:
     """Return a cookie name that differs for each folder: browsers share cookies between the ports of a host."""
     return f"rrp-sheets-{hashlib.sha256(secret.encode()).hexdigest()[:8]}"
-
-
-def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
-    """Return the secret that identifies a folder's browsers, and why it could not be kept, if so.
-
-    Its file, which only this user can read, stands in the user's own folder for such data and not beside the
-    workbooks, which others may share or copy. With `renew` another is made, so that every browser needs a new link.
-    """
-    name = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:32]
-    path = _state_folder() / "rrp-sheets" / "servers" / name
-    if not renew and (kept := _read(path)):
-        return kept, ""
-    secret = secrets.token_urlsafe(32)
-    try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        handle, half = tempfile.mkstemp(dir=path.parent)  # with mode 0600
-        with os.fdopen(handle, "w", encoding="ascii") as file:
-            file.write(secret)
-        os.replace(half, path)
-    except OSError as error:
-        return secret, N_("{folder} cannot be written ({why})", folder=str(path.parent), why=error.strerror)
-    return secret, ""
-
-
-def _read(path: Path) -> str:
-    """Read the secret from a file; empty when there is none, or when others may have read or written it."""
-    try:
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
-        with os.fdopen(handle, encoding="ascii") as file:
-            about = os.fstat(handle)
-            if os.name == "posix" and (about.st_mode & 0o077 or about.st_uid != os.getuid()):
-                return ""
-            text = file.read(100)
-    except (OSError, UnicodeDecodeError):
-        return ""
-    return text if _SECRET.fullmatch(text) else ""
-
-
-def _state_folder() -> Path:
-    """Return the user's folder for application state: as XDG_STATE_HOME says, or the platform's equivalent."""
-    home = Path(os.path.expanduser("~"))
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
-    if sys.platform == "darwin":
-        return home / "Library" / "Application Support"
-    return Path(os.environ.get("XDG_STATE_HOME") or home / ".local" / "state")
 
 
 LONGEST_NAME = 40
