@@ -30,10 +30,18 @@ from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, said, script_json, show
-from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
+from rrp_sheets.web.requests import (
+    Asked,
+    author_name,
+    json_body,
+    sender_of,
+    sheet_or_404,
+    text_of,
+    visitor,
+    workbook_or_404,
+)
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run_session import LONGEST_TEXTS
-from rrp_sheets.web.security import author_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
