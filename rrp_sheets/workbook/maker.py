@@ -38,15 +38,22 @@ def make_workbook(
     sheets: Mapping[str, Sequence[Sequence[str]]], path: Path | str, offers: Offers | None = None, *,
     language: str = "en", replace: bool = True,
 ) -> Path:  # fmt: skip
-    """Write rows of texts as a workbook that opens, looks right and prints well; the same rows give the same bytes.
+    """Write rows of texts as a workbook, see `workbook_bytes`; raises SheetsError also when it cannot be written."""
+    path = Path(path)
+    write_atomically(path, workbook_bytes(sheets, offers, language), replace=replace)
+    return path
+
+
+def workbook_bytes(
+    sheets: Mapping[str, Sequence[Sequence[str]]], offers: Offers | None = None, language: str = "en"
+) -> bytes:
+    """Make a workbook of rows of texts that opens, looks right and prints well; the same rows give the same bytes.
 
     Which row is the header is found as in reading. A Lists sheet that the program has made is made again. The language
-    of the texts is for the file's properties. Raises SheetsError when a text is too long for a cell, or the file cannot
-    be written.
+    of the texts is for the file's properties. Raises SheetsError when a text is too long for a cell.
     """
     from openpyxl import Workbook
 
-    path = Path(path)
     if offers is not None:
         sheets = {name: rows for name, rows in sheets.items() if not offers.made(name, rows)}
     book = Workbook()
@@ -66,8 +73,7 @@ def make_workbook(
         maker.make()
     book.properties.language = language
     book.properties.creator = "RRP Sheets"
-    write_atomically(path, packed(book), replace=replace)
-    return path
+    return packed(book)
 
 
 def sheet_titles(names: Sequence[str]) -> dict[str, str]:
