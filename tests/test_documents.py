@@ -17,8 +17,8 @@ from rrp_sheets.documents.document import Journal, made_for
 from rrp_sheets.documents.grid import Cells
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import Edited, edit
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, Edit, InsertRows, SetCell
+from rrp_sheets.workbook.files import Edited, edit
 
 SHEET = "Tracking"
 FORMULA = 3

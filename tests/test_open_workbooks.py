@@ -16,7 +16,7 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web import workbook_session
 from rrp_sheets.web.run_session import RunManager, RunOptions
 from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks, Place, WorkbookSession
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 

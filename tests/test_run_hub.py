@@ -22,7 +22,7 @@ from rrp_sheets.web.app import create_app
 from rrp_sheets.web.run_session import RunManager, RunOptions
 from rrp_sheets.web.run_state import RunState
 from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks, WorkbookSession, message
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 START = RunStart(
     "Ball", 10_000_000, Path("runs/x"),

@@ -19,7 +19,7 @@ from rrp_sheets.runs.running import run
 from rrp_sheets.web.run_session import RunManager, RunOptions, failed
 from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 ROWS = [
     HEADER,

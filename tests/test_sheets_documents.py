@@ -13,9 +13,8 @@ from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.document import Journal
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import AddSheet, DeleteSheet, RenameSheet, SetCell
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import edit, make_workbook, read_sheets
 
 HEAD = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes"]
 SHEETS = {

@@ -19,7 +19,7 @@ from rrp_sheets.web import workbook_tests as module
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests, panel_of
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["Input streams", "Connector", "Formula", "Output stream"]
 TIMES = ["Time (ms)", "Stream", "Send", "Expect", "Notes"]

@@ -16,7 +16,7 @@ from openpyxl.worksheet.formula import ArrayFormula
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.workbook import Reading, read, to_sheets
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADERS = ["Input streams", "Connector", "Formula", "Output stream", "On", "Priority", "Notes"]
 

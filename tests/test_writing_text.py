@@ -16,12 +16,11 @@ from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import FileChanged, edit, read_sheets
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, DeleteSheet, InsertRows, MoveRows, RenameSheet, SetCell
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import FileChanged, edit, make_workbook, read_sheets, write_csv, write_markdown
 from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.text_books import from_csv, from_markdown, to_csv, to_markdown
-from rrp_sheets.workbook.text_patch import csv_text, write_csv, write_markdown
+from rrp_sheets.workbook.text_patch import csv_text
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 MANY_SHEETS = {"exercise-coach", "greeter-with-memory", "reception", "say-ball-colour-ja"}
@@ -377,10 +376,10 @@ def test_conflicts_in_text_files(folder, markdown):
 
 
 def test_all_files_of_a_folder_or_none(folder, monkeypatch):
-    from rrp_sheets.workbook import editing
+    from rrp_sheets.workbook import files
 
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
-    real, calls = editing.write_atomically, []
+    real, calls = files.write_atomically, []
 
     def second_fails(path, data, **options):
         calls.append(path.name)
@@ -388,7 +387,7 @@ def test_all_files_of_a_folder_or_none(folder, monkeypatch):
             raise SheetsError("full", "free some space")
         real(path, data, **options)
 
-    monkeypatch.setattr(editing, "write_atomically", second_fails)
+    monkeypatch.setattr(files, "write_atomically", second_fails)
     with pytest.raises(SheetsError, match="full"):
         edit(folder, [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")])
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before and len(calls) == 3

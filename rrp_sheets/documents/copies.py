@@ -14,7 +14,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_words import thing_names, verb_names
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.files import write_atomically
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -62,7 +62,7 @@ def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
 def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = True) -> Path:
     """Write a workbook of any format as a styled .xlsx."""
     from rrp_sheets.workbook import to_sheets
-    from rrp_sheets.workbook.maker import make_workbook
+    from rrp_sheets.workbook.files import make_workbook
 
     return make_workbook(to_sheets(reading), target, offers(robot), replace=replace)
 
@@ -77,9 +77,8 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
         SheetsError: when both are .xlsx, two sheets have one name, or the target cannot be written.
     """
     from rrp_sheets.workbook import read
-    from rrp_sheets.workbook.editing import read_sheets
-    from rrp_sheets.workbook.reading import MARKDOWN, to_rows
-    from rrp_sheets.workbook.text_patch import write_csv, write_markdown
+    from rrp_sheets.workbook.files import MARKDOWN, read_sheets, write_csv, write_markdown
+    from rrp_sheets.workbook.reading import to_rows
 
     suffix = target.suffix.casefold()
     if suffix == ".xlsx":

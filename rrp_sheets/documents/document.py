@@ -48,12 +48,10 @@ from rrp_sheets.model.names import key
 from rrp_sheets.private import close_to_others, opener, private_folder
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.atomic import Stamp, refuse_open_file, write_atomically
-from rrp_sheets.workbook.atomic import stamp_of as file_stamp
-from rrp_sheets.workbook.editing import clean_up, edit
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet, SetCell
+from rrp_sheets.workbook.files import Stamp, clean_up, edit, open_book, refuse_open_file, write_atomically
+from rrp_sheets.workbook.files import stamp_of as file_stamp
 from rrp_sheets.workbook.raw import Extent, RawSheet
-from rrp_sheets.workbook.reading import open_book
 from rrp_sheets.workbook.schema import recognise
 
 Step = RowStep | Batch | SheetStep

@@ -17,11 +17,9 @@ from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
-from rrp_sheets.workbook.atomic import already_there, file_bytes, write_atomically
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import SetCell, parse_typed
+from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, already_there, edit, file_bytes, read_sheets, write_atomically
 from rrp_sheets.workbook.maker import sheet_titles
-from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.xlsx import place
 

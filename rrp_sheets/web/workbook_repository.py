@@ -15,8 +15,7 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis, analyse
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.atomic import Stamp
-from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
+from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, Stamp
 
 MOST_FILES = 200
 NO_SHEETS = "FILE017"

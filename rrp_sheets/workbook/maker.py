@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
@@ -17,7 +16,6 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, Recognised, fixed_lists, list_name, recognise
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
@@ -32,16 +30,6 @@ _LISTS = re.compile(r"Lists(?: for drop-downs(?: \d+)?)?")
 """Name of the sheet with the entries of the drop-downs."""
 _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
 _PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
-
-
-def make_workbook(
-    sheets: Mapping[str, Sequence[Sequence[str]]], path: Path | str, offers: Offers | None = None, *,
-    language: str = "en", replace: bool = True,
-) -> Path:  # fmt: skip
-    """Write rows of texts as a workbook, see `workbook_bytes`; raises SheetsError also when it cannot be written."""
-    path = Path(path)
-    write_atomically(path, workbook_bytes(sheets, offers, language), replace=replace)
-    return path
 
 
 def workbook_bytes(

@@ -7,14 +7,11 @@ import json
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import edits, limits, text_books
-from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
@@ -259,61 +256,6 @@ def csv_text(rows: Rows, delimiter: str = ",") -> str:
     if delimiter == "\t":
         return body
     return body if text_books.csv_delimiter(body, "") == "," else "sep=,\n" + body
-
-
-def write_markdown(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
-    """Write a Markdown file; raises SheetsError when it cannot be written, or there is one and `replace` is False."""
-    data = markdown_text(sheets).encode()
-    _refuse_large(data)
-    write_atomically(path, data, replace=replace)
-    return path
-
-
-def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
-    """Write a folder of CSV files, one a sheet, and where needed the file `order.txt` with the order of the sheets.
-
-    Raises SheetsError when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
-    something cannot be written.
-    """
-    if folder.is_dir() and any(p.suffix.casefold() in text_books.SUFFIXES for p in folder.iterdir()):
-        message = N_("There are CSV files in “{folder}” already.", folder=folder.name)
-        raise SheetsError(message, N_("Name another folder, or empty that one."))
-    for name in sheets:
-        if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
-            message = N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name)
-            raise SheetsError(message, N_("Rename the sheet."))
-    # the mark of UTF-8 is for Excel
-    files = {f"{name}.csv": csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}
-    _refuse_large(b"".join(files.values()))
-    made = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        why = error.strerror or N_("the system refuses it")
-        message = N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why)
-        raise SheetsError(message, N_("Name another folder.")) from error
-    if list(sheets) != sorted(sheets, key=text_books.natural):
-        files[text_books.ORDER] = ("\n".join(sheets) + "\n").encode()
-    with ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
-        if made:
-            undo.callback(_remove_empty, folder)
-        for name, data in files.items():
-            write_atomically(folder / name, data, replace=name == text_books.ORDER)
-            undo.callback((folder / name).unlink, missing_ok=True)
-        undo.pop_all()
-    return folder
-
-
-def _remove_empty(folder: Path) -> None:
-    with suppress(OSError):
-        folder.rmdir()
-
-
-def _refuse_large(data: bytes) -> None:
-    if len(data) > limits.FILE_BYTES:
-        n, most = len(data) / 1e6, limits.FILE_BYTES / 1e6
-        message = N_("As text the workbook has {n:.1f} MB; {most:g} MB can be read again.", n=n, most=most)
-        raise SheetsError(message, N_("Take out the sheets that the robot does not need."))
 
 
 def _refuse_last(names: list[str]) -> None:
