@@ -24,34 +24,67 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
-from rrp_sheets.workbook.raw import Book, Extent, RawSheet, check_size, unreadable
+from rrp_sheets.workbook.maker import Offers, workbook_bytes
+from rrp_sheets.workbook.raw import Book, Extent, Format, RawSheet, Rows, check_size, unreadable
 from rrp_sheets.workbook.sheet_names import sheet_named
-from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, natural, read_csv, read_markdown
-from rrp_sheets.workbook.text_patch import (
-    NO_FILE_NAME,
-    CsvFolder,
-    CsvTable,
-    EncodedText,
-    MarkdownSheets,
-    MarkdownTable,
-    Rows,
-    csv_text,
-    markdown_text,
-)
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, natural, read_csv
+from rrp_sheets.workbook.text_patch import MARKDOWN, NO_FILE_NAME, CsvFolder, CsvTable, EncodedText, csv_text
+from rrp_sheets.workbook.xlsx import XlsxBook
 
-if TYPE_CHECKING:
-    from rrp_sheets.workbook.maker import Offers
 
-MARKDOWN = (".md", ".markdown")
-WORKBOOK_SUFFIXES = (".xlsx", *MARKDOWN)  # of files that hold a whole workbook: lists show them, copies are such files
+def _edit_xlsx(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
+    """Change an .xlsx file, of which only the parts of the sheets that change are others; see `Format`."""
+    from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
+    from rrp_sheets.workbook.patch.references import grow
+    from rrp_sheets.workbook.patch.row_edits import change_rows
+    from rrp_sheets.workbook.patch.sheets import change_sheets
+
+    def finished() -> bytes:
+        for index in package.ends:
+            grow(package, index)
+        return package.to_bytes()
+
+    package, kept = PackageEdit(data, name), list[str]()
+    for one in edits:
+        if isinstance(one, SetCell):
+            set_cell(package, one)
+        elif isinstance(one, SheetEdit):
+            package = PackageEdit(finished(), name)  # it has all sheets as they are now
+            kept += [back] if (back := change_sheets(package, one)) else []
+            package = PackageEdit(package.to_bytes(), name)
+        else:
+            change_rows(package, one)
+    new = finished()
+    if new != data:
+        _refuse_unreadable(new, name)
+    return new, tuple(kept)
+
+
+def _refuse_unreadable(data: bytes, name: str) -> None:
+    """A result that we could not read ourselves (too large, say) is not written."""
+    if len(data) > limits.FILE_BYTES:
+        size, limit = f"{len(data) / 1e6:.1f} MB", f"{limits.FILE_BYTES / 1e6:g} MB"
+        raise unreadable("FILE006", name=name, size=size, limit=limit)
+    XlsxBook(data, name)
+
+
+XLSX = Format("xlsx", (".xlsx",), XlsxBook, _edit_xlsx, workbook_bytes)
+FORMATS = (XLSX, MARKDOWN)
+"""Formats in which one file is a workbook. Several files are one in a folder of CSV files, each of them a sheet."""
+WORKBOOK_SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)  # lists show such files
 _MACROS = (".xlsm", ".xltm", ".xlam")
 KNOWN_SUFFIXES = (*WORKBOOK_SUFFIXES, *SUFFIXES, *_MACROS, ".xls", ".ods")  # those of files that are refused too
+
+
+def format_of(path: Path, suffix: str = "") -> Format | None:
+    """The format of a file by its suffix, or the one given instead."""
+    suffix = (suffix or path.suffix).casefold()
+    return next((one for one in FORMATS if suffix in one.suffixes), None)
 
 
 def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
@@ -64,23 +97,20 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
     if path.is_dir():
         files, order = csv_files(path), csv_order(path)
         book = read_csv(files, path.name or str(path), order, tab_sheets(csv_paths(path)))
-        return book, text_digest(files, named=True, order=order)
+        return book, _folder_digest(files, order)
     suffix = (suffix or path.suffix).casefold()
     if not path.is_file():
         raise unreadable("FILE002", name=path.name)
-    data = file_bytes(path, limits.FILE_BYTES)
+    data = file_bytes(path)
     if suffix in _MACROS:
         raise unreadable("FILE004", name=path.name)
     if not data:
         raise unreadable("FILE015", name=path.name)
-    if suffix in MARKDOWN:
-        return read_markdown(data, path.name), text_digest({path.name: data}, named=False)
     if suffix in SUFFIXES:
         tabs = {path.stem} if suffix == TAB_SUFFIX else set()
-        return read_csv({path.stem: data}, path.name, tabs=tabs), text_digest({path.stem: data}, named=True)
-    from rrp_sheets.workbook.xlsx import XlsxBook
-
-    return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
+        return read_csv({path.stem: data}, path.name, tabs=tabs), _folder_digest({path.stem: data})
+    found = format_of(path, suffix) or XLSX  # which refuses what is no package
+    return found.read(data, path.name), found.digest(data, path.name)
 
 
 def csv_order(folder: Path) -> list[str]:
@@ -126,14 +156,12 @@ def csv_files(folder: Path) -> dict[str, bytes]:
     return files
 
 
-def text_digest(files: Mapping[str, bytes], named: bool, order: Sequence[str] = ()) -> str:
-    """One SHA-256 over texts in the order of their names; with length and name of each where there are several."""
+def _folder_digest(files: Mapping[str, bytes], order: Sequence[str] = ()) -> str:
+    """One SHA-256 over texts in the order of their names, with length and name of each."""
     total = hashlib.sha256("".join(f"{name}\n" for name in order).encode("utf-8", "surrogateescape"))
     for name in sorted(files):
         content = decode(files[name], name).encode()
-        if named:
-            total.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
-        total.update(content)
+        total.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape") + content)
     return total.hexdigest()
 
 
@@ -165,9 +193,8 @@ class Edited:
 def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
     """Carry out edits one after the other and write the file once; each counts rows as the one before left them.
 
-    In an .xlsx only the parts of the sheets that change are written anew (see `patch`); in CSV and Markdown only the
-    lines that change. A symbolic link is followed. The edits are based on the file whose `Reading.digest` is expected;
-    None takes the file as it is.
+    What does not change of a file stays as it is. A symbolic link is followed. The edits are based on the file whose
+    `Reading.digest` is expected; None takes the file as it is.
 
     Raises:
         FileChanged: the file is not what was expected. Read it again and decide anew.
@@ -187,15 +214,15 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
         _refuse_read_only(path)
         stamp = stamp_of(path)
         data = file_bytes(path)
-        if path.suffix.casefold() in MARKDOWN:
-            return _edit_markdown(path, data, stamp, edits, expected_digest)
-        if expected_digest not in (None, digest := hashlib.sha256(data).hexdigest()):
+        found = format_of(path) or XLSX
+        if expected_digest not in (None, digest := found.digest(data, path.name)):
             raise _changed(path)
-        new, kept = _edited(data, path.name, edits)
+        if not data:
+            raise unreadable("FILE015", name=path.name)
+        new, kept = found.edit(data, path.name, edits)
         if new != data:
-            _refuse_unreadable(new, path.name)
             write_atomically(path, new, unchanged=stamp)
-            digest = hashlib.sha256(new).hexdigest()
+            digest = found.digest(new, path.name)
         return Edited(digest, new != data, kept)
 
 
@@ -207,37 +234,13 @@ def clean_up(path: Path) -> None:
             sweep(path, older=-1.0)
 
 
-def _edited(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
-    from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
-    from rrp_sheets.workbook.patch.references import grow
-    from rrp_sheets.workbook.patch.row_edits import change_rows
-    from rrp_sheets.workbook.patch.sheets import change_sheets
-
-    def finished() -> bytes:
-        for index in package.ends:
-            grow(package, index)
-        return package.to_bytes()
-
-    package, kept = PackageEdit(data, name), list[str]()
-    for one in edits:
-        if isinstance(one, SetCell):
-            set_cell(package, one)
-        elif isinstance(one, SheetEdit):
-            package = PackageEdit(finished(), name)  # it has all sheets as they are now
-            kept += [back] if (back := change_sheets(package, one)) else []
-            package = PackageEdit(package.to_bytes(), name)
-        else:
-            change_rows(package, one)
-    return finished(), tuple(kept)
-
-
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
     folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
     paths = csv_paths(path)
     stamps = {name: stamp_of(paths[name]) for name in folder}
     open_book(path)  # refuses what cannot be read
     order = csv_order(path) if path.is_dir() else []
-    if expected not in (None, digest := text_digest(folder, named=True, order=order)):
+    if expected not in (None, digest := _folder_digest(folder, order)):
         raise _changed(path)
     now, kept = CsvFolder(dict(folder), list(order), tab_sheets(paths)), list[str]()
     for one in edits:
@@ -258,29 +261,7 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
         refuse_open_file(paths[name])
         _refuse_read_only(paths[name])
     write_folder(path, folder, now, order, stamps)
-    return Edited(text_digest(now.files, named=True, order=now.order), True, tuple(kept))
-
-
-def _edit_markdown(path: Path, data: bytes, stamp: Stamp, edits: Sequence[Edit], expected: str | None) -> Edited:
-    names = list(open_book(path)[0].names)
-    if expected not in (None, digest := text_digest({path.name: data}, named=False)):
-        raise _changed(path)
-    text, kept = EncodedText(data), list[str]()
-    whole = text.text
-    for one in edits:
-        if isinstance(one, SheetEdit):
-            sheets = MarkdownSheets(whole, names, text.newline)
-            kept += [back] if (back := sheets.apply(one)) else []
-            whole, names = sheets.whole(), sheets.names
-            continue
-        table = MarkdownTable(sheet_named(names, one.sheet), whole, text.newline)
-        table.apply(one)
-        whole = table.whole()
-    new = text.encode(whole)
-    if new != data:
-        write_atomically(path, new, unchanged=stamp)
-        digest = text_digest({path.name: new}, named=False)
-    return Edited(digest, new != data, tuple(kept))
+    return Edited(_folder_digest(now.files, now.order), True, tuple(kept))
 
 
 def _changed(path: Path) -> FileChanged:
@@ -288,16 +269,6 @@ def _changed(path: Path) -> FileChanged:
         N_("“{name}” was changed by somebody else since it was read; nothing was written.", name=path.name),
         N_("Look at it again, and then make your change."),
     )
-
-
-def _refuse_unreadable(data: bytes, name: str) -> None:
-    """A result that we could not read ourselves (too large, say) is not written."""
-    from rrp_sheets.workbook.xlsx import Package
-
-    if len(data) > limits.FILE_BYTES:
-        size, limit = f"{len(data) / 1e6:.1f} MB", f"{limits.FILE_BYTES / 1e6:g} MB"
-        raise unreadable("FILE006", name=name, size=size, limit=limit)
-    Package(data, name)
 
 
 def _refuse_read_only(path: Path) -> None:
@@ -379,16 +350,20 @@ def make_workbook(
     language: str = "en", replace: bool = True,
 ) -> Path:  # fmt: skip
     """Write rows of texts as a workbook, see `workbook_bytes`; raises SheetsError also when it cannot be written."""
-    from rrp_sheets.workbook.maker import workbook_bytes
-
     path = Path(path)
     write_atomically(path, workbook_bytes(sheets, offers, language), replace=replace)
     return path
 
 
-def write_markdown(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
-    """Write a Markdown file; raises SheetsError when it cannot be written, or there is one and `replace` is False."""
-    data = markdown_text(sheets).encode()
+def write_sheets(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
+    """Write a file in the format that its suffix tells, else a folder of CSV files, see `write_csv`.
+
+    Raises SheetsError when it cannot be written, or there is a file and `replace` is False.
+    """
+    found = format_of(path)
+    if found is None:
+        return write_csv(sheets, path)
+    data = found.write(sheets)
     _refuse_large(data)
     write_atomically(path, data, replace=replace)
     return path

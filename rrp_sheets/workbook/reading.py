@@ -26,7 +26,7 @@ class Reading:
         report: what was noticed while reading; checks add to it.
         digest: SHA-256 (hexadecimal) of the .xlsx file's bytes; of CSV and Markdown of the texts with `\n` as line
             break and without byte order mark, so that a copy made by another program keeps it.
-        format: `xlsx`, `csv` or `markdown`.
+        format: the name of the format: `xlsx`, `csv`, `markdown`, …
         sheets: the sheets as the file has them; of an .xlsx the user's own only to row 20.
     """
 

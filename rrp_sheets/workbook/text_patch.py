@@ -1,4 +1,4 @@
-"""Writing CSV and Markdown files, and changing cells, rows and sheets in them: all else and the encoding stay."""
+"""Texts of CSV and Markdown files made, and cells, rows and sheets changed in them: all else and the encoding stay."""
 
 from __future__ import annotations
 
@@ -12,12 +12,11 @@ from dataclasses import dataclass, field
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import edits, limits, text_books
-from rrp_sheets.workbook.raw import text_sheet
+from rrp_sheets.workbook.raw import Format, Rows, text_sheet
 from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
-Rows = Sequence[Sequence[str]]
 NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
 """Matches a sheet's name that cannot be a file's name."""
 _HEADING = re.compile(r"^#{1,2}[ \t].*$", re.MULTILINE)
@@ -413,3 +412,29 @@ def _renamed(piece: str, name: str) -> str:
     assert head is not None
     line = re.sub(r"(##[ \t]+).*", lambda m: m[1] + name + (" #" if name.endswith("#") else ""), head[0], count=1)
     return line + ("\r" if head[0].endswith("\r") else "") + piece[head.end() :]
+
+
+def edit_markdown(data: bytes, name: str, changes: Sequence[edits.Edit]) -> tuple[bytes, tuple[str, ...]]:
+    """Change a Markdown file, of which only the lines that change are others; see `Format`."""
+    names = list(text_books.read_markdown(data, name).names)
+    text, kept = EncodedText(data), list[str]()
+    whole = text.text
+    for one in changes:
+        if isinstance(one, edits.SheetEdit):
+            sheets = MarkdownSheets(whole, names, text.newline)
+            kept += [back] if (back := sheets.apply(one)) else []
+            whole, names = sheets.whole(), sheets.names
+            continue
+        table = MarkdownTable(sheet_named(names, one.sheet), whole, text.newline)
+        table.apply(one)
+        whole = table.whole()
+    return text.encode(whole), tuple(kept)
+
+
+def _markdown_bytes(sheets: Mapping[str, Rows]) -> bytes:
+    return markdown_text(sheets).encode()
+
+
+MARKDOWN = Format(
+    "markdown", (".md", ".markdown"), text_books.read_markdown, edit_markdown, _markdown_bytes, text_books.text_digest
+)

@@ -94,6 +94,7 @@ class ShelfPage:
     """
 
     template: ClassVar[str] = "shelf.html"
+    accepted: ClassVar[str] = ",".join((*WORKBOOK_SUFFIXES, bundles.SUFFIX))
     folder: str
     cards: tuple[Card, ...]
     unreadable: tuple[tuple[str, str, str, bool], ...]
