@@ -153,7 +153,7 @@ class Handler(ContentHandler):
 class XmlReader:
     """Feeds a part of a package to a handler, piece by piece, so that one may stop early and go on later."""
 
-    def __init__(self, package: Package, part: str, handler: Handler) -> None:
+    def __init__(self, package: XlsxBook, part: str, handler: Handler) -> None:
         from defusedxml.expatreader import DefusedExpatParser
 
         self._stream, self._handler, self._name, self._part = package.open(part), handler, package.name, part
@@ -323,16 +323,16 @@ class StylesHandler(Handler):
         return Kind.DATE if is_date_format(code) else None
 
 
-class Package:
-    """The checked zip of one file, and the list of its sheets; raises UnreadableFile for what is broken or suspicious.
+class XlsxBook:
+    """An opened .xlsx file, see Book: its checked zip; raises UnreadableFile for what is broken or suspicious.
 
     `part` is the workbook part; `by_kind` has the parts that it refers to, of several of one kind the last. With
     `mac_epoch` dates count from 1904.
     """
 
     def __init__(self, data: bytes, name: str) -> None:
-        self.name = name
-        self.budget = Budget()
+        self.name, self.format, self.budget = name, "xlsx", Budget()
+        self.findings: list[Diagnostic] = []
         if not data:
             raise unreadable("FILE015", name=name)
         if data.startswith(_OLE):
@@ -447,6 +447,18 @@ class Package:
         while reader.step():
             pass
 
+    @cached_property
+    def strings(self) -> SharedStrings:
+        """The shared texts of its cells."""
+        return SharedStrings(self)
+
+    def sheet(self, index: int, extent: Extent) -> RawSheet:
+        """Read a sheet; see Book."""
+        entry = self.entries[index]
+        handler = SheetHandler(self, entry.name, extent)
+        self.parse(entry.part, handler)
+        return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)
+
     def relations(self, part: str) -> dict[str, tuple[str, str]]:
         """The relations of a part: kind and target part by id."""
         if (rels := rels_of(part)) not in self:
@@ -514,7 +526,7 @@ class _StringsHandler(Handler):
 class SharedStrings:
     """The shared texts, read only as far as a sheet asks for them."""
 
-    def __init__(self, package: Package) -> None:
+    def __init__(self, package: XlsxBook) -> None:
         self._name, self._handler = package.name, _StringsHandler(package.name)
         part = package.by_kind.get("sharedstrings")
         self._reader = XmlReader(package, part, self._handler) if part else None
@@ -699,25 +711,3 @@ class SheetHandler(Handler):
 _LAST_TABLE_COLUMN = limits.TABLE_COLUMNS + limits.COLUMNS
 """A table may begin further right; what is beyond its own 30 columns is found out later."""
 _TABLE_ROWS_READ = limits.TABLE_ROWS + limits.HEADER_ROWS + 2
-
-
-class XlsxBook(Package):
-    """An opened .xlsx file; see Book."""
-
-    format = "xlsx"
-
-    def __init__(self, data: bytes, name: str) -> None:
-        super().__init__(data, name)
-        self.findings: list[Diagnostic] = []
-
-    @cached_property
-    def strings(self) -> SharedStrings:
-        """The shared texts of its cells."""
-        return SharedStrings(self)
-
-    def sheet(self, index: int, extent: Extent) -> RawSheet:
-        """Read a sheet; see Book."""
-        entry = self.entries[index]
-        handler = SheetHandler(self, entry.name, extent)
-        self.parse(entry.part, handler)
-        return RawSheet(entry.name, handler.cells, tuple(handler.merged), frozenset(handler.hidden_rows), entry.hidden)
