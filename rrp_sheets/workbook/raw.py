@@ -123,7 +123,7 @@ class Format:
 
     Attributes:
         suffixes: of its files, in small letters, the usual one first.
-        read: gives the sheets in a file's bytes; the name is for messages. Raises UnreadableFile.
+        read: gives the sheets in a file's bytes; the name is for messages. Raises UnreadableFile, whatever they are.
         edit: gives the bytes with the edits made, and of each deleted sheet what brings it back (`BringSheet`).
         write: gives the bytes of a new file with these rows by sheet, in which cells are as one types them.
         digest: tells contents apart.
