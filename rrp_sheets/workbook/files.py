@@ -73,7 +73,11 @@ def _refuse_unreadable(data: bytes, name: str) -> None:
     XlsxBook(data, name)
 
 
-XLSX = Format("xlsx", (".xlsx",), XlsxBook, _edit_xlsx, workbook_bytes)
+def _bytes_digest(data: bytes, name: str) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+XLSX = Format("xlsx", (".xlsx",), XlsxBook, _edit_xlsx, workbook_bytes, _bytes_digest)
 FORMATS = (XLSX, MARKDOWN)
 """Formats in which one file is a workbook. Several files are one in a folder of CSV files, each of them a sheet."""
 WORKBOOK_SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)  # lists show such files

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -112,11 +111,6 @@ class Book(Protocol):
         ...
 
 
-def bytes_digest(data: bytes, name: str) -> str:
-    """The SHA-256 (hexadecimal) of a file's bytes."""
-    return hashlib.sha256(data).hexdigest()
-
-
 @dataclass(frozen=True, slots=True)
 class Format:
     """A format in which one file is a workbook; `FORMATS` of `files.py` has them all.
@@ -134,7 +128,7 @@ class Format:
     read: Callable[[bytes, str], Book]
     edit: Callable[[bytes, str, Sequence[Edit]], tuple[bytes, tuple[str, ...]]]
     write: Callable[[Mapping[str, Rows]], bytes]
-    digest: Callable[[bytes, str], str] = bytes_digest
+    digest: Callable[[bytes, str], str]
 
 
 def number_text(value: float) -> str:
