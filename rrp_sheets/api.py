@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from rrp_sheets.services.posing import Posed
     from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
-    from rrp_sheets.workbook.editing import Edited
     from rrp_sheets.workbook.edits import Edit
+    from rrp_sheets.workbook.files import Edited
 
 __all__ = [
     "RunSettings", "check", "convert", "diff", "diff_in_detail", "draw", "draw_marbles", "draw_tests", "edit",
@@ -96,7 +96,7 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     Raises:
         SheetsError: when an edit cannot be done, somebody else has changed the file, or it cannot be written.
     """
-    from rrp_sheets.workbook.editing import edit as edit_file
+    from rrp_sheets.workbook.files import edit as edit_file
 
     return edit_file(path, edits, expected_digest=expected_digest)
 

@@ -205,7 +205,7 @@ def browser(browsers, request):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory, request):
     """A folder for the workbooks of a file's tests, with the module's `BOOKS` (sheets by file name), if any, in it."""
-    from rrp_sheets.workbook.maker import make_workbook
+    from rrp_sheets.workbook.files import make_workbook
 
     made = tmp_path_factory.mktemp("books") / "books"
     made.mkdir()

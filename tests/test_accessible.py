@@ -13,8 +13,8 @@ from chromium import FLAGS_3D, axe, let_in, serving, violations
 
 from rrp_sheets.resources import bundled
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.web.requests import Lan
+from rrp_sheets.workbook.files import make_workbook
 
 if not axe():
     pytest.skip("axe-core cannot be fetched", allow_module_level=True)

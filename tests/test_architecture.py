@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / ".github" / "ARCHITECTURE.md"
 ENTRY = re.compile(r"\d+\. (?P<begins>\*[^*]+\* )?`(?P<path>[^`]+)` (?P<names>.*?): ")
-MOST = {"Key press": 21, "Formula": 38, "Ball": 16, "Stop": 15, "Rows at Stop": 7}
+MOST = {"Key press": 16, "Formula": 38, "Ball": 16, "Stop": 15, "Rows at Stop": 7}
 """The files of each journey; who makes one shorter lowers it here."""
 
 

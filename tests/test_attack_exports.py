@@ -13,8 +13,8 @@ from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook import text_patch
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook import files
+from rrp_sheets.workbook.files import write_atomically
 
 WORKBOOK = Path(__file__).parents[1] / "workbooks" / "greeter.xlsx"
 
@@ -108,7 +108,7 @@ def test_half_a_workbook_is_not_left_in_a_folder(there: bool, tmp_path: Path, mo
             raise SheetsError("No space left.", "")
         whole(path, data, replace=replace)
 
-    monkeypatch.setattr(text_patch, "write_atomically", full)
+    monkeypatch.setattr(files, "write_atomically", full)
     ran = CliRunner().invoke(group, ["convert", str(WORKBOOK), str(folder)])
     assert isinstance(ran.exception, SheetsError)
     assert [p.name for p in tmp_path.rglob("*")] == (["out"] if there else [])

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
+from rrp_sheets.documents.document import Journal, made_for
 from rrp_sheets.documents.grid import Cells
-from rrp_sheets.documents.workfile import Journal, made_for
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import Edited, edit
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, Edit, InsertRows, SetCell
+from rrp_sheets.workbook.files import Edited, edit
 
 SHEET = "Tracking"
 FORMULA = 3
@@ -239,12 +239,12 @@ def written_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another program writes the file once, at the moment when our first edit of it was stored."""
 
     def stored(path: Path, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
-        monkeypatch.setattr("rrp_sheets.documents.workfile.edit", edit)
+        monkeypatch.setattr("rrp_sheets.documents.document.edit", edit)
         done = edit(path, edits, expected_digest=expected_digest)
         edit(path, [InsertRows(SHEET, 2, 1), SetCell(SHEET, 2, 3, "new")])
         return done
 
-    monkeypatch.setattr("rrp_sheets.documents.workfile.edit", stored)
+    monkeypatch.setattr("rrp_sheets.documents.document.edit", stored)
 
 
 @pytest.mark.usefixtures("written_at_once")
@@ -456,7 +456,7 @@ def test_rows_are_the_same_when_the_server_is_killed_while_they_are_moved(
         raise KeyboardInterrupt
 
     where = {
-        "before the file": "rrp_sheets.documents.workfile.edit",
+        "before the file": "rrp_sheets.documents.document.edit",
         "before its ids": "rrp_sheets.documents.document.Document._keep_rows",
     }
     for change in (

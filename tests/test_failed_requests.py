@@ -17,7 +17,7 @@ from playwright.sync_api import expect
 from rrp_sheets.resources import bundled
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan
+from rrp_sheets.web.requests import Lan
 
 ROWS = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]
 BOOKS = {"a.xlsx": {"T": [HEADER, *ROWS]}, "b.xlsx": {"T": [HEADER, ROWS[0]]}}

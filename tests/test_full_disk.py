@@ -18,8 +18,7 @@ from rrp_sheets import api
 from rrp_sheets.model.run_files import RecordedNotice
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.resources import bundled
-from rrp_sheets.workbook.editing import read_sheets
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook, read_sheets
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of Unix")
 LIMIT = 120_000  # bytes of a file; the workbook has more, the journal at first less

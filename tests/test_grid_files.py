@@ -6,7 +6,7 @@ from chromium import becomes, eventually
 from grid_books import HEADER, ROWS, Books
 
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.files import read_sheets
 
 MARKDOWN = """# A workbook
 

@@ -10,12 +10,12 @@ import pytest
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
-from rrp_sheets.documents.workfile import Journal
+from rrp_sheets.documents.document import Journal
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.views.sheet import make_fix
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["Input streams", "Connector", "Formula", "Output stream"]
 

@@ -6,7 +6,7 @@ import pytest
 from grid_books import EMPTY, HEADER, ROWS, Books, Shared
 from playwright.sync_api import expect
 
-from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.files import read_sheets
 from rrp_sheets.workbook.schema import SHEETS as KINDS
 
 OURS = "The header row was not pasted: the sheet has one."

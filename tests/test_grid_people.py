@@ -9,7 +9,7 @@ from chromium import eventually
 from grid_books import Books, Shared
 from playwright.sync_api import expect
 
-from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.files import read_sheets
 
 
 def test_what_one_types_the_other_sees(shelf: Books) -> None:

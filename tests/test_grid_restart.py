@@ -13,8 +13,7 @@ from chromium import becomes, listening, until
 from playwright.sync_api import expect
 from test_killed_server import HEADER, NOTES, Served
 
-from rrp_sheets.workbook.editing import read_sheets
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook, read_sheets
 
 ROWS = 6
 WAIT = 60_000  # ms

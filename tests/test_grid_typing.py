@@ -12,8 +12,8 @@ from grid_books import ROWS, Books, Shared
 from playwright.sync_api import expect
 from slow_answers import SlowAnswers
 
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, SetCell
+from rrp_sheets.workbook.files import edit, read_sheets
 
 EDITOR = ".editor textarea"
 BLANK_ROWS = 20

@@ -16,7 +16,7 @@ from busy import crowded, slowness
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.workbook import limits, read
-from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.files import read_sheets
 
 NS = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
 REL = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"

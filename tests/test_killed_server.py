@@ -23,8 +23,7 @@ import pytest
 from chromium import becomes
 from playwright.sync_api import expect
 
-from rrp_sheets.workbook.editing import read_sheets
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook, read_sheets
 
 ROWS = 30
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]

@@ -16,7 +16,7 @@ from rrp_sheets import api
 from rrp_sheets.recording.lookback import answer
 from rrp_sheets.recording.marbles import value_from_json
 from rrp_sheets.recording.timeline import value_text
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 BOOK = {

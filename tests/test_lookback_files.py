@@ -23,7 +23,7 @@ from rrp_sheets.sim.film import FilmFile, write_strip
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.sim.recording import Pictures
 from rrp_sheets.sim.world import SimWorld
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 
 def test_what_came_at_one_instant_is_in_one_piece_and_every_piece_knows_what_was_before(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from playwright.sync_api import expect
 from test_lookback import BOOK, events, go, rows_of_the_trace
 
 from rrp_sheets.recording.timeline import value_text
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 TWO = {
     **BOOK,

@@ -15,9 +15,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web import workbook_session
 from rrp_sheets.web.run_session import RunManager, RunOptions
-from rrp_sheets.web.workbook_repository import OpenWorkbooks
-from rrp_sheets.web.workbook_session import EventStream, Place, WorkbookSession
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks, Place, WorkbookSession
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 
@@ -95,9 +94,23 @@ def test_a_rename_that_fails_leaves_the_workbook_usable(open_workbooks: OpenWork
     assert "T" in open_workbooks.session(path).document.grids
 
 
+def test_an_open_workbook_is_found_while_its_file_is_in_the_folder(open_workbooks: OpenWorkbooks) -> None:
+    path, elsewhere = open_workbooks.folder / "b.xlsx", open_workbooks.folder.parent / "elsewhere.xlsx"
+    assert open_workbooks.find(path.name) is None
+    session = open_workbooks.session(path)
+    assert open_workbooks.find(path.name) is session
+    path.rename(elsewhere)
+    assert open_workbooks.find(path.name) is None
+    path.symlink_to(elsewhere)
+    assert open_workbooks.find(path.name) is None
+    path.unlink()
+    elsewhere.rename(path)
+    assert open_workbooks.find(path.name) is session
+
+
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
 def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.web.workbook_repository.POLL_EVERY", 0.01)
+    monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 0.01)
     before = set(threading.enumerate())
     open_workbooks: OpenWorkbooks | None = OpenWorkbooks(tmp_path, CheckWorker())
     (thread,) = set(threading.enumerate()) - before

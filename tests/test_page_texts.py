@@ -30,7 +30,7 @@ from rrp_sheets.page_texts import script_texts
 from rrp_sheets.texts import LOCALE, N_, LazyMessage, translate
 from rrp_sheets.web import models, requests
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.security import Lan, Password
+from rrp_sheets.web.requests import Lan, Password
 from rrp_sheets.web.views import help as help_view
 
 ROOT = Path(rrp_sheets.__file__).parents[1]

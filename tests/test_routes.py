@@ -15,7 +15,7 @@ from flask import Flask
 from rrp_sheets.resources import bundled
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan
+from rrp_sheets.web.requests import Lan
 
 HOME, STRANGER = "http://192.168.0.7:8000", {"REMOTE_ADDR": "192.168.0.20"}
 HERE = "http://127.0.0.1:8000"

@@ -17,13 +17,12 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, State
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.run_data import RunStart
-from rrp_sheets.web import workbook_repository
+from rrp_sheets.web import workbook_session
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.run_session import RunManager, RunOptions
 from rrp_sheets.web.run_state import RunState
-from rrp_sheets.web.workbook_repository import OpenWorkbooks
-from rrp_sheets.web.workbook_session import EventStream, WorkbookSession, message
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks, WorkbookSession, message
+from rrp_sheets.workbook.files import make_workbook
 
 START = RunStart(
     "Ball", 10_000_000, Path("runs/x"),
@@ -226,7 +225,7 @@ def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, 
         go_on.wait(30)
         raise SheetsError("It was too large.", "")
 
-    monkeypatch.setattr(workbook_repository, "Document", slowly)
+    monkeypatch.setattr(workbook_session, "Document", slowly)
     page = threading.Thread(target=lambda: client.get("/book/large.xlsx"))
     page.start()
     try:

@@ -17,10 +17,9 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.running import run
 from rrp_sheets.web.run_session import RunManager, RunOptions, failed
-from rrp_sheets.web.workbook_repository import OpenWorkbooks
-from rrp_sheets.web.workbook_session import EventStream
+from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 ROWS = [
     HEADER,

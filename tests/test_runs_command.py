@@ -23,7 +23,7 @@ from PIL import Image
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.cli.main import group
-from rrp_sheets.documents.workfile import Journal
+from rrp_sheets.documents.document import Journal
 from rrp_sheets.engine import file_lock
 from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError

@@ -17,8 +17,8 @@ from lossless import FEATURES, make, parts, repack
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SetCell
+from rrp_sheets.workbook.files import edit, read_sheets
 from rrp_sheets.workbook.schema import TITLES, recognise
 from rrp_sheets.workbook.template import beginning
 

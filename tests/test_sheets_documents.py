@@ -11,11 +11,10 @@ from test_sheets import same
 
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
-from rrp_sheets.documents.workfile import Journal
+from rrp_sheets.documents.document import Journal
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import AddSheet, DeleteSheet, RenameSheet, SetCell
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import edit, make_workbook, read_sheets
 
 HEAD = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes"]
 SHEETS = {
@@ -151,8 +150,6 @@ def test_a_server_that_was_killed_in_between_stores_it_when_it_starts(
     document: Document, what: str, monkeypatch
 ) -> None:
     """The edit is in the journal and not yet in the file, which is where a killed server leaves it."""
-    from rrp_sheets.documents import workfile
-
     if what == "bring":
         document.sheets.delete("Aya", "Check")
 
@@ -162,7 +159,7 @@ def test_a_server_that_was_killed_in_between_stores_it_when_it_starts(
     def die(*_args: object, **_options: object) -> None:
         raise Killed
 
-    monkeypatch.setattr(workfile, "edit", die)
+    monkeypatch.setattr("rrp_sheets.documents.document.edit", die)
     does = {
         "add": lambda: document.sheets.add("Aya", "test"), "rename": lambda: document.sheets.rename("Aya", "Look", "Watch"),
         "delete": lambda: document.sheets.delete("Aya", "Look"), "bring": lambda: document.undo("Aya"),

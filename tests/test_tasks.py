@@ -14,7 +14,7 @@ from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
 from rrp_sheets import api
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 MOST_SECONDS = {"walkthrough": 35, "tracking": 75}  # the original software: 60 to 75, and 132 to 152
 

@@ -11,8 +11,7 @@ import pytest
 from chromium import GridPage, becomes, eventually
 from tasks import texts
 
-from rrp_sheets.workbook.editing import read_sheets
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook, read_sheets
 
 HEADER = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes"]
 FORMULAS = [

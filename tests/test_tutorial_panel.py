@@ -11,15 +11,15 @@ from pathlib import Path
 import pytest
 
 from rrp_sheets.documents import Document
+from rrp_sheets.documents.document import Journal
 from rrp_sheets.documents.grid import CellText
-from rrp_sheets.documents.workfile import Journal
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.testing.run import in_order, run_tests
 from rrp_sheets.web import workbook_tests as module
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests, panel_of
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["Input streams", "Connector", "Formula", "Output stream"]
 TIMES = ["Time (ms)", "Stream", "Send", "Expect", "Notes"]

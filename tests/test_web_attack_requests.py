@@ -12,7 +12,7 @@ from flask import Flask
 
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan
+from rrp_sheets.web.requests import Lan
 
 FOREIGN: list[dict[str, str]] = [
     {},

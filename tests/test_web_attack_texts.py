@@ -20,7 +20,7 @@ from click.testing import CliRunner
 from playwright.sync_api import expect
 
 from rrp_sheets.cli.main import group
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 CELL = (
     "<script>alert(1)</script>\"'><img src=x onerror=alert(1)><svg/onload=alert(1)>javascript:alert(1)"

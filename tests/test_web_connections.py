@@ -18,8 +18,8 @@ from busy import crowded
 from test_killed_server import HEADER, Served, wait_for
 
 from rrp_sheets.web.serving import MOST_OF_ADDRESS, THREADS, bind, make_server
-from rrp_sheets.web.workbook_repository import MOST_HERE
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.web.workbook_session import MOST_HERE
+from rrp_sheets.workbook.files import make_workbook
 
 STREAMS, HALF_SENT = 60, 40
 LIMIT = 0.2  # seconds for the answer to Stop

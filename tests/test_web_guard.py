@@ -23,7 +23,8 @@ from flask import Flask
 from rrp_sheets.cli.main import group
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.security import OneTimeTokens, cookie_name, folder_secret
+from rrp_sheets.web.password import folder_secret
+from rrp_sheets.web.requests import OneTimeTokens, cookie_name
 from rrp_sheets.web.workbook_repository import WorkbookRepository
 
 

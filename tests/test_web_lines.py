@@ -16,9 +16,9 @@ from browser import COOKIE
 from chromium import LATEST_ANSWER, GridPage, becomes, eventually, let_in, listening, serving
 
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan
-from rrp_sheets.web.workbook_repository import MOST_HERE, MOST_LISTENERS, MOST_OF_LOGIN
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.web.requests import Lan
+from rrp_sheets.web.workbook_session import MOST_HERE, MOST_LISTENERS, MOST_OF_LOGIN
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 WORDS = "green otter lamp"

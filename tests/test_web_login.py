@@ -17,7 +17,7 @@ from werkzeug.test import TestResponse
 
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.password import Password
-from rrp_sheets.web.security import Lan, OneTimeTokens
+from rrp_sheets.web.requests import Lan, OneTimeTokens
 from rrp_sheets.web.serving import bind, make_server
 
 WORDS = "green otter lamp"

@@ -16,7 +16,7 @@ from openpyxl.worksheet.formula import ArrayFormula
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.workbook import Reading, read, to_sheets
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import FORMATS, WORKBOOK_SUFFIXES, make_workbook
 
 HEADERS = ["Input streams", "Connector", "Formula", "Output stream", "On", "Priority", "Notes"]
 
@@ -240,13 +240,17 @@ def test_formats_are_twins(rows: list[list[str]], tmp_path: Path) -> None:
     readings = [read(tmp_path / "x.xlsx"), read(folder)]
     if not any(c.endswith("\\") or "\\|" in c or "<br" in c.casefold() for row in rows for c in row):
         readings.append(read(tmp_path / "x.md"))
+    for one in FORMATS:
+        path = tmp_path / f"written{one.suffixes[0]}"
+        path.write_bytes(one.write({"A": [HEADERS, *rows]}))
+        readings.append(read(path))
     first = readings[0]
     for other in readings[1:]:
         assert content(other.workbook) == content(first.workbook)
         assert codes(other) == codes(first)
 
 
-@given(data=st.binary(max_size=400), suffix=st.sampled_from([".xlsx", ".csv", ".md", ""]))
+@given(data=st.binary(max_size=400), suffix=st.sampled_from([".csv", "", *WORKBOOK_SUFFIXES]))
 @QUICK
 def test_arbitrary_bytes(data: bytes, suffix: str, tmp_path: Path) -> None:
     path = tmp_path / f"x{suffix}"

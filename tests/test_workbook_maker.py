@@ -11,7 +11,8 @@ import pytest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import FALSE_WORDS
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import Offers, make_workbook, sheet_titles
+from rrp_sheets.workbook.files import make_workbook
+from rrp_sheets.workbook.maker import Offers, sheet_titles
 from rrp_sheets.workbook.template import new_workbook, template_sheets
 
 OFFERS = Offers(

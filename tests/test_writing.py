@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from lossless import FEATURES, SHEET, cell, edited, make, parts, refused, repack
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows, SetCell, parse_typed
+from rrp_sheets.workbook.files import edit, read_sheets
 from rrp_sheets.workbook.raw import Extent
 from rrp_sheets.workbook.xlsx import XlsxBook
 

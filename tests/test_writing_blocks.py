@@ -16,7 +16,7 @@ from openpyxl.worksheet.formula import ArrayFormula
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell
-from rrp_sheets.workbook.patch import xml_parts
+from rrp_sheets.workbook.patch import package_edit
 
 PART = "xl/worksheets/sheet1.xml"
 ARRAY, SHARED = "array", "shared"
@@ -106,13 +106,13 @@ def test_edits_across_blocks(size: int, rows: Rows, edits: list[Edit]) -> None:
     for n, one in enumerate(edits):
         if isinstance(one, SetCell) and one.column == 3 and ARRAY in wanted.get(one.row, {}).values():
             with pytest.MonkeyPatch.context() as patched, pytest.raises(SheetsError, match="array formula"):
-                patched.setattr(xml_parts, "_BLOCK_ROWS", size)
+                patched.setattr(package_edit, "_BLOCK_ROWS", size)
                 edited(workbook(rows), edits[: n + 1])
             edits = edits[:n]
             break
         wanted = after(wanted, one)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(xml_parts, "_BLOCK_ROWS", size)
+        patched.setattr(package_edit, "_BLOCK_ROWS", size)
         new = edited(workbook(rows), edits)
     assert read(new) == wanted
     openpyxl.load_workbook(io.BytesIO(new))

@@ -16,7 +16,7 @@ from rrp_sheets import api
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import read_sheets
+from rrp_sheets.workbook.files import read_sheets
 
 WRONG = """## Tracking
 

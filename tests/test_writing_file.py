@@ -15,9 +15,9 @@ import pytest
 from lossless import SHEET, cell, make, parts, refused, repack
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.workbook import atomic, read
-from rrp_sheets.workbook.editing import FileChanged, edit, read_sheets
+from rrp_sheets.workbook import files, read
 from rrp_sheets.workbook.edits import InsertRows, SetCell
+from rrp_sheets.workbook.files import FileChanged, edit, read_sheets
 
 PART = "xl/worksheets/sheet1.xml"
 
@@ -49,14 +49,14 @@ def test_a_file_that_is_open_elsewhere(path, lock, program):
 
 def test_a_change_in_the_last_moment(path, monkeypatch):
     """The file is replaced by another program after it was read and before it is written."""
-    real = atomic.os.fsync
+    real = files.os.fsync
 
     def slow(handle):
         path.write_bytes(path.read_bytes() + b"")
         os.utime(path, ns=(1, 1))
         real(handle)
 
-    monkeypatch.setattr(atomic.os, "fsync", slow)
+    monkeypatch.setattr(files.os, "fsync", slow)
     assert "at this moment" in refused(path, SetCell(SHEET, 3, 3, "x")).message
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
@@ -76,7 +76,7 @@ def test_a_full_disk_leaves_the_file(path, monkeypatch):
     def full(handle):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(atomic.os, "fsync", full)
+    monkeypatch.setattr(files.os, "fsync", full)
     assert "No space left" in refused(path, SetCell(SHEET, 3, 3, "x")).message
     assert [p.name for p in path.parent.iterdir()] == [path.name]
 
@@ -85,8 +85,8 @@ def test_killed_in_mid_writing(path):
     """The file is as it was, and what was left beside it is swept away some time later."""
     before = path.read_bytes()
     code = (
-        "import os, sys\nfrom rrp_sheets.workbook import atomic\nfrom rrp_sheets.workbook.editing import *\n"
-        "atomic.os.fsync = lambda handle: os._exit(9)\n"
+        "import os, sys\nfrom rrp_sheets.workbook.files import *\nfrom rrp_sheets.workbook.edits import SetCell\n"
+        "os.fsync = lambda handle: os._exit(9)\n"
         f"edit(sys.argv[1], [SetCell({SHEET!r}, 3, 3, 'x')])"
     )
     assert subprocess.run([sys.executable, "-c", code, str(path)]).returncode == 9

@@ -20,8 +20,8 @@ from test_writing_lossless import COMMENTS, PART, SAMPLES
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import BringSheet, DeleteRows, DeleteSheet, InsertRows, MoveRows, RenameSheet, SetCell
+from rrp_sheets.workbook.files import edit, read_sheets
 
 ODD = b"""<?xml version='1.0' encoding='utf-8' standalone="no"?>
 <?app keep this?><!-- before --><worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"

@@ -13,8 +13,8 @@ import pytest
 from lossless import FEATURES, ROWS, SHEET, add_part, make, parts, repack
 
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows, SetCell
+from rrp_sheets.workbook.files import edit, read_sheets
 
 PART = "xl/worksheets/sheet1.xml"
 EDITS = [

@@ -13,9 +13,8 @@ from openpyxl.worksheet.datavalidation import DataValidation
 from test_writing_lossless import PIVOT, pivot, threaded
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import DeleteRows, InsertRows, MoveRows, SetCell
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import edit, make_workbook, read_sheets
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 
 PART = "xl/worksheets/sheet1.xml"

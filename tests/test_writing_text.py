@@ -16,12 +16,30 @@ from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.editing import FileChanged, edit, read_sheets
-from rrp_sheets.workbook.edits import AddSheet, DeleteRows, DeleteSheet, InsertRows, MoveRows, RenameSheet, SetCell
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.edits import (
+    AddSheet,
+    BringSheet,
+    DeleteRows,
+    DeleteSheet,
+    InsertRows,
+    MoveRows,
+    MoveSheet,
+    RenameSheet,
+    SetCell,
+)
+from rrp_sheets.workbook.files import (
+    FORMATS,
+    XLSX,
+    FileChanged,
+    edit,
+    make_workbook,
+    read_sheets,
+    write_csv,
+    write_sheets,
+)
 from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.text_books import from_csv, from_markdown, to_csv, to_markdown
-from rrp_sheets.workbook.text_patch import csv_text, write_csv, write_markdown
+from rrp_sheets.workbook.text_patch import csv_text
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 MANY_SHEETS = {"exercise-coach", "greeter-with-memory", "reception", "say-ball-colour-ja"}
@@ -53,6 +71,8 @@ def texts(path: Path) -> dict[str, dict[tuple[int, int], str]]:
 
 # ---- the twins
 
+TWINS = [f"x{one.suffixes[0]}" for one in FORMATS if one is not XLSX]
+
 
 @functools.cache
 def checked_and_explained(path: Path):
@@ -65,7 +85,7 @@ def converted(name, tmp_path):
     wanted = texts(source)
     generated = wanted.pop("Lists")
     path = source
-    for out in ("x.md", "folder", "back.xlsx"):
+    for out in (*TWINS, "folder", "back.xlsx"):
         path = api.convert(path, tmp_path / out)
         found = texts(path)
         assert found.pop("Lists", generated) == generated and ("Lists" in texts(path)) is (out == "back.xlsx")
@@ -86,7 +106,7 @@ def test_the_cells_of_a_workbook_are_the_same_in_every_format(name, tmp_path):
 def test_a_workbook_means_the_same_in_every_format(name, tmp_path):
     """The same findings, behaviours, scene and sentences."""
     source, path = converted(name, tmp_path)
-    for twin in (api.check(tmp_path / "x.md"), api.check(tmp_path / "tabbed"), api.check(path)):
+    for twin in (*(api.check(tmp_path / name) for name in TWINS), api.check(tmp_path / "tabbed"), api.check(path)):
         book, words = checked_and_explained(source)
         assert [(d.code, str(d.address), d.message) for d in book.report] == [
             (d.code, str(d.address), d.message) for d in twin.report
@@ -111,6 +131,25 @@ def tabbed(folder: Path, target: Path) -> Path:
     return target
 
 
+@pytest.mark.parametrize("twin", [*TWINS, "folder"])
+def test_edits_are_the_same_in_every_format(twin, tmp_path):
+    rows = {"T": [["Input streams", "Connector", "Formula", "Output stream"], ["Red ball", "map", "1", "X"]]}
+    book = make_workbook(rows | {"Mine": [["a"], ["1"]]}, tmp_path / "x.xlsx")
+    other = api.convert(book, tmp_path / twin)
+    changes = [
+        [SetCell("T", 3, 1, "X"), SetCell("T", 3, 2, "filter"), SetCell("T", 3, 3, 0.5), SetCell("T", 2, 3, True)],
+        [InsertRows("T", 2), SetCell("T", 2, 4, "=new"), MoveRows("T", 2, 1, 5), SetCell("T", 3, 3, None)],
+        [DeleteRows("T", 2), AddSheet("More", [["a", "b"], ["c"]], before="T"), RenameSheet("Mine", "Ours")],
+        [MoveSheet("More"), DeleteSheet("Ours")],
+    ]
+    for edits in changes:
+        kept = [edit(path, edits, expected_digest=read(path).digest).kept for path in (book, other)]
+        assert texts(other) == texts(book)
+    for path, (back,) in zip((book, other), kept, strict=True):
+        edit(path, [BringSheet("Ours", back)])
+    assert texts(other) == texts(book) and "Ours" in texts(book)
+
+
 LISTS = [["Connectors", "Sensors", "Actuators", "All devices", "On or off"], ["map", "Red ball", "Say", "Say", "TRUE"]]
 
 
@@ -119,16 +158,16 @@ def test_generated_lists_of_any_name_are_made_again(tmp_path):
     row = [["Input streams", "Connector", "Formula", "Output stream"], ["Red ball", "map", "1", "X"]]
     old = {"T": row, "Lists": LISTS, "Lists for drop-downs": LISTS, "Lists for drop-downs 21": LISTS}
     own = {"Lists for drop-downs 3": [*LISTS, ["mine"]], "My lists": LISTS}
-    write_markdown(old | own, tmp_path / "x.md")
+    write_sheets(old | own, tmp_path / "x.md")
     book = api.convert(tmp_path / "x.md", tmp_path / "x.xlsx")
     assert list(texts(book)) == ["T", "Lists for drop-downs 3", "My lists", "Lists"]
     assert list(texts(api.convert(book, tmp_path / "y.md"))) == ["T", *own]
     named = [row[0], ["Red ball", "map", "INDEX(Lists; 1)", "X"]]
-    write_markdown({"T": named, "Lists": LISTS}, tmp_path / "n.md")
+    write_sheets({"T": named, "Lists": LISTS}, tmp_path / "n.md")
     book = api.convert(tmp_path / "n.md", tmp_path / "n.xlsx")
     assert list(texts(book)) == ["T", "Lists"]
     assert list(texts(api.convert(book, tmp_path / "m.md"))) == ["T", "Lists"]  # a formula needs it
-    write_markdown({"T": row, "lists": [["x"]]}, tmp_path / "l.md")
+    write_sheets({"T": row, "lists": [["x"]]}, tmp_path / "l.md")
     book = api.convert(tmp_path / "l.md", tmp_path / "l.xlsx")
     assert list(texts(book)) == ["T", "lists", "Lists for drop-downs"]
     assert list(texts(api.convert(book, tmp_path / "l"))) == ["lists", "T"] or list(texts(tmp_path / "l")) == [
@@ -168,7 +207,7 @@ def test_any_rows_come_back(tmp_path, rows):
     assert {a: t for a, t in found.items() if a not in doubtful} == {
         a: t for a, t in kept(rows, True).items() if a not in doubtful
     }
-    write_markdown({"S": rows, "R": [["x"]]}, tmp_path / "x.md")
+    write_sheets({"S": rows, "R": [["x"]]}, tmp_path / "x.md")
     wanted = kept(rows, False)
     assert {a: t.replace(" \n", "\n") for a, t in texts(tmp_path / "x.md")["S"].items()} == {
         a: t.replace(" \n", "\n") for a, t in wanted.items()
@@ -188,7 +227,7 @@ def test_any_rows_come_back_from_xlsx(tmp_path, rows):
     found = texts(tmp_path / "x.xlsx")
     assert {at: t for at, t in found.pop("S").items() if t.strip()} == kept(rows, True)
     assert found == {"Blank": {}, "R": {(1, 1): "x"}}
-    write_markdown(to_rows(read_sheets(tmp_path / "x.xlsx")), tmp_path / "x.md")
+    write_sheets(to_rows(read_sheets(tmp_path / "x.xlsx")), tmp_path / "x.md")
     again = texts(tmp_path / "x.md")
     assert list(again) == ["S", "Blank", "R"]
     assert {a: t.replace(" \n", "\n") for a, t in again["S"].items()} == {
@@ -247,7 +286,7 @@ def test_sheets_keep_their_order_and_names(tmp_path):
     sheets = {name: [["a", "b;c;d"], ["1"]] for name in ["Zoo", "10 x", "2 x", "Übung #", "a b"]}
     write_csv(sheets, tmp_path / "f")
     assert list(texts(tmp_path / "f")) == list(sheets)
-    write_markdown(sheets, tmp_path / "x.md")
+    write_sheets(sheets, tmp_path / "x.md")
     assert list(texts(tmp_path / "x.md")) == list(sheets)
     assert texts(tmp_path / "x.md") == texts(tmp_path / "f")
     digest = read(tmp_path / "f").digest
@@ -377,10 +416,10 @@ def test_conflicts_in_text_files(folder, markdown):
 
 
 def test_all_files_of_a_folder_or_none(folder, monkeypatch):
-    from rrp_sheets.workbook import editing
+    from rrp_sheets.workbook import files
 
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
-    real, calls = editing.write_atomically, []
+    real, calls = files.write_atomically, []
 
     def second_fails(path, data, **options):
         calls.append(path.name)
@@ -388,7 +427,7 @@ def test_all_files_of_a_folder_or_none(folder, monkeypatch):
             raise SheetsError("full", "free some space")
         real(path, data, **options)
 
-    monkeypatch.setattr(editing, "write_atomically", second_fails)
+    monkeypatch.setattr(files, "write_atomically", second_fails)
     with pytest.raises(SheetsError, match="full"):
         edit(folder, [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")])
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before and len(calls) == 3
@@ -405,7 +444,7 @@ def test_any_edit_of_any_text(tmp_path, rows, row, column, text):
     for old in (tmp_path / "csv").glob("*") if (tmp_path / "csv").exists() else ():
         old.unlink()
     sheets = {"S": rows, "R": [["x"]]}
-    for path in (write_csv(sheets, tmp_path / "csv"), write_markdown(sheets, tmp_path / "x.md")):
+    for path in (write_csv(sheets, tmp_path / "csv"), write_sheets(sheets, tmp_path / "x.md")):
         before = texts(path)
         if "S" not in before:
             continue

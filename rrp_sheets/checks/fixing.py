@@ -14,8 +14,8 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import Edit, InsertRows, SetCell, parse_typed
+from rrp_sheets.workbook.files import edit, read_sheets
 
 MOST_ROUNDS = 100
 Chosen = Mapping[str, str]

@@ -162,7 +162,7 @@ def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | 
     """
     from rrp_sheets import api
     from rrp_sheets.testing import case_output
-    from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
+    from rrp_sheets.workbook.files import refuse_workbook, write_atomically
 
     if junit is not None:
         refuse_workbook(junit, file)

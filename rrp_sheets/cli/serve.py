@@ -23,7 +23,7 @@ from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.web.password import Password
-    from rrp_sheets.web.security import Lan
+    from rrp_sheets.web.requests import Lan
 
 _HOST = "127.0.0.1"
 _EVERYWHERE = ("0.0.0.0", "::")
@@ -51,7 +51,8 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
     """
     from rrp_sheets.web.app import create_app
-    from rrp_sheets.web.security import OneTimeTokens, folder_secret
+    from rrp_sheets.web.password import folder_secret
+    from rrp_sheets.web.requests import OneTimeTokens
     from rrp_sheets.web.services import WORKER_MODULES
     from rrp_sheets.web.serving import bind, make_server, own_temp_folder
     from rrp_sheets.workers.worker_process import fork_workers
@@ -165,7 +166,7 @@ def _from_file() -> str:
 
 
 def _reached(password: Password, *, both: bool) -> Lan:
-    from rrp_sheets.web.security import Lan
+    from rrp_sheets.web.requests import Lan
     from rrp_sheets.web.serving import own_addresses, own_name
 
     addresses = [address for address in own_addresses() if both or ":" not in address]

@@ -52,7 +52,7 @@ def explain_command(file: Path, output: Path | None, behaviour: str, language: s
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
     from rrp_sheets.render.output import explain
-    from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
+    from rrp_sheets.workbook.files import refuse_workbook, write_atomically
 
     if output is not None:
         refuse_workbook(output, file)
@@ -285,7 +285,7 @@ def _text(path: Path) -> str:
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
     from rrp_sheets.compare.as_html import as_html
     from rrp_sheets.compare.as_text import as_dict, as_text, verdict
-    from rrp_sheets.workbook.atomic import write_atomically
+    from rrp_sheets.workbook.files import write_atomically
     from rrp_sheets.workers.worker_loop import lift_limit
 
     comparison = found.comparison

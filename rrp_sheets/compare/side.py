@@ -20,7 +20,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Behaviour, Row, Workbook
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.reading import KNOWN_SUFFIXES
+from rrp_sheets.workbook.files import KNOWN_SUFFIXES
 from rrp_sheets.workbook.schema import BEHAVIOUR, recognise
 
 

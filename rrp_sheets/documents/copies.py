@@ -14,7 +14,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_words import thing_names, verb_names
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.files import write_atomically
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -62,13 +62,13 @@ def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
 def as_xlsx(reading: Reading, robot: Robot, target: Path, *, replace: bool = True) -> Path:
     """Write a workbook of any format as a styled .xlsx."""
     from rrp_sheets.workbook import to_sheets
-    from rrp_sheets.workbook.maker import make_workbook
+    from rrp_sheets.workbook.files import make_workbook
 
     return make_workbook(to_sheets(reading), target, offers(robot), replace=replace)
 
 
 def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> Path:
-    """Write a workbook in the format that the target's name tells: .xlsx, .md, or else a folder of CSV files.
+    """Write a workbook in the format that the target's name tells, or else as a folder of CSV files.
 
     The sheet Lists with the drop-downs' entries exists only in .xlsx, where the program makes it, unless a formula
     names it.
@@ -77,9 +77,8 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
         SheetsError: when both are .xlsx, two sheets have one name, or the target cannot be written.
     """
     from rrp_sheets.workbook import read
-    from rrp_sheets.workbook.editing import read_sheets
-    from rrp_sheets.workbook.reading import MARKDOWN, to_rows
-    from rrp_sheets.workbook.text_patch import write_csv, write_markdown
+    from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, read_sheets, write_sheets
+    from rrp_sheets.workbook.reading import to_rows
 
     suffix = target.suffix.casefold()
     if suffix == ".xlsx":
@@ -93,12 +92,13 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
     _refuse_twins(reading.workbook.sheets)
     named = reading.workbook.tables
     sheets = {n: rows for n, rows in to_rows(raw).items() if key(n) in named or not offered.made(n, rows)}
-    if suffix in MARKDOWN:
-        return write_markdown(sheets, target, replace=replace)
     if suffix in (".csv", ".xls", ".ods", ".xlsm", ".pdf", ".txt", ".tsv"):
-        remedy = N_("Name an .xlsx or .md file, or a folder (without ending) for CSV files.")
+        remedy = N_(
+            "Name a folder (without ending) for CSV files, or a file that ends with one of: {suffixes}.",
+            suffixes=listed(WORKBOOK_SUFFIXES),
+        )
         raise SheetsError(N_("“{name}” is no format that can be written.", name=target.name), remedy)
-    return write_csv(sheets, target)
+    return write_sheets(sheets, target, replace=replace)
 
 
 def _refuse_twins(names: Sequence[str]) -> None:

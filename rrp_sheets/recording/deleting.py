@@ -33,7 +33,7 @@ from rrp_sheets.perception import face_memory
 from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, facts_of, runs_in, runs_place
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.texts import N_, listed, sentences
-from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 _CHUNK = 1 << 20  # bytes that are read at once
 _MOST_FILES = 50_000

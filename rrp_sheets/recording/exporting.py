@@ -18,7 +18,7 @@ from rrp_sheets.render.output import render_picture
 from rrp_sheets.render.plots import Curve, PlotNote, draw_plots
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.workbook.atomic import unwritable, write_atomically
+from rrp_sheets.workbook.files import unwritable, write_atomically
 
 XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 PICTURE_TYPES = {".svg": "image/svg+xml", ".pdf": "application/pdf", ".png": "image/png"}

@@ -41,7 +41,7 @@ from rrp_sheets.recording.trace_reader import TraceReader, entry_of, text_of
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 PIECE_SECONDS = 20.0
 PIECE_EVENTS = 4_000

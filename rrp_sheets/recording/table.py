@@ -31,9 +31,9 @@ from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.robots.own_robot import own_robot
 from rrp_sheets.texts import N_, translate
-from rrp_sheets.workbook.atomic import refuse_open_file, unwritable
-from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.files import refuse_open_file, unwritable
 from rrp_sheets.workbook.table import MoreSheet, write_table
+from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 _RUN_WIDTHS = (28, 24, 68, 18, 11, 8, 14, 14, 14, 30, 10, 10)

@@ -20,7 +20,7 @@ from rrp_sheets.render.marble_drawing import draw_marbles
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.files import write_atomically
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked

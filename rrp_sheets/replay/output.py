@@ -18,7 +18,7 @@ from rrp_sheets.replay.record import same_json
 from rrp_sheets.replay.report import AccountLine, each_line, robot_lines, row_lines, verdict
 from rrp_sheets.replay.result import EXTRA, MISSING, ROW, TIME, VALUE, Difference, Replayed
 from rrp_sheets.texts import N_, translate
-from rrp_sheets.workbook.atomic import unwritable, write_atomically
+from rrp_sheets.workbook.files import unwritable, write_atomically
 
 SUFFIXES = (".xlsx", ".csv", ".svg", ".pdf", ".png")
 _HEADER = ("time_s", "kind", "stream", "row", "row_now", "recorded", "came", "came_at_s", "what")

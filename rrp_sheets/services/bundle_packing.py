@@ -26,9 +26,9 @@ from rrp_sheets.services.printing import HasErrors, make
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.atomic import refuse_open_file
-from rrp_sheets.workbook.package import BROKEN_ZIP
+from rrp_sheets.workbook.files import refuse_open_file
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
+from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 _FIXED = (1980, 1, 1, 0, 0, 0)  # the same bytes whenever it is packed; a zip knows no earlier time
 _MODE = 0o100644 << 16

@@ -30,8 +30,8 @@ from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.package import BROKEN_ZIP
 from rrp_sheets.workbook.raw import unreadable
+from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 SUFFIX = ".zip"
 LIST = "versions.json"

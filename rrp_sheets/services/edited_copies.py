@@ -14,16 +14,14 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.check_worker import read_and_check
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
-from rrp_sheets.workbook.atomic import already_there, file_bytes, write_atomically
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import SetCell, parse_typed
+from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, already_there, edit, file_bytes, read_sheets, write_atomically
 from rrp_sheets.workbook.maker import sheet_titles
-from rrp_sheets.workbook.package import place
-from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
 from rrp_sheets.workbook.sheet_names import sheet_named
+from rrp_sheets.workbook.xlsx import place
 
 
 @dataclass(frozen=True)
@@ -98,7 +96,7 @@ def write_marked(path: Path, target: Path, report: Report, language: str = "en")
 def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange], Checked]:
     """Make a copy in which all safe fixes are applied, and the chosen ones: by code, the id of the fix that is wanted.
 
-    The copy is an .xlsx or .md file; what has its name is replaced.
+    The copy is one file, in the format that its name tells; what has its name is replaced.
 
     Raises:
         SheetsError: when the copy would be the workbook itself, or cannot be written.
@@ -108,7 +106,8 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
     suffix = target.suffix.casefold()
     if suffix not in WORKBOOK_SUFFIXES:
         message = N_("“{name}” is no name for the copy.", name=target.name)
-        raise SheetsError(message, N_("Name an .xlsx file, or an .md file."))
+        remedy = N_("Let the file's name end with one of: {suffixes}.", suffixes=listed(WORKBOOK_SUFFIXES))
+        raise SheetsError(message, remedy)
     if target.exists() and target.resolve() == path.resolve():
         raise SheetsError(N_("The copy would replace the workbook itself."), N_("Give the copy another name."))
     with TemporaryDirectory(prefix="rrp-fix-") as folder:

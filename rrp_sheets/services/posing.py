@@ -19,8 +19,8 @@ from rrp_sheets.robots.catalogue import SIDES, parse_angle
 from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.editing import edit
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
+from rrp_sheets.workbook.files import edit
 from rrp_sheets.workbook.schema import GESTURES, recognise
 from rrp_sheets.workbook.template import beginning, place_of
 

@@ -22,7 +22,7 @@ from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.case_output import failure_lines
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook import Reading, read
-from rrp_sheets.workbook.atomic import refuse_workbook, write_atomically
+from rrp_sheets.workbook.files import refuse_workbook, write_atomically
 
 MOST_ROWS = 1_000  # a hundred and fifty pages; no board reads more, and Typst takes half a gigabyte for them
 MOST_CHANGES = 500

@@ -15,11 +15,10 @@ from rrp_sheets import page_texts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
-from rrp_sheets.web import security, statics
+from rrp_sheets.web import requests, statics
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import MessagePage, RefusedPage, pieces, script_json, show
-from rrp_sheets.web.requests import page_language
-from rrp_sheets.web.security import Access, Lan, OneTimeTokens, UsedLink
+from rrp_sheets.web.requests import Access, Lan, OneTimeTokens, UsedLink, page_language
 from rrp_sheets.web.services import make_services, services
 from rrp_sheets.web.views import (
     comparison,
@@ -94,7 +93,7 @@ def create_app(
     app.jinja_env.globals |= {"language": page_language, "script_texts": _script_texts}
     app.extensions["services"] = make_services(folder)
     statics.init_app(app)
-    security.init_app(app, Access(secret, lan, links or OneTimeTokens(), tell))
+    requests.init_app(app, Access(secret, lan, links or OneTimeTokens(), tell))
     for blueprint in BLUEPRINTS if lan is None else (*BLUEPRINTS, login.blueprint):
         app.register_blueprint(blueprint)
     app.register_error_handler(SheetsError, _show_refusal)

@@ -1,11 +1,15 @@
-"""Password of a server that others can reach, kept only as a hash; the limit on wrong passwords."""
+"""Secrets of a server: the password for others, kept only as a hash; the limit on wrong ones; each folder's own."""
 
 from __future__ import annotations
 
 import hashlib
 import hmac
 import ipaddress
+import os
+import re
 import secrets
+import sys
+import tempfile
 import threading
 import time
 import unicodedata
@@ -13,6 +17,7 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
@@ -22,6 +27,7 @@ LONGEST = 200
 _WORDS = 4
 _AT_ONCE = 8  # tries that are looked at or wait for it
 _COST = 2**14  # about 50 ms and 16 MB for each try
+_SECRET = re.compile(r"[\w-]{43}")
 
 
 class Password:
@@ -167,3 +173,49 @@ def _who(address: str) -> str:
     except ValueError:
         return address
     return address if known.version == 4 else str(ipaddress.ip_network((known, 64), strict=False))
+
+
+def folder_secret(folder: Path, *, renew: bool = False) -> tuple[str, str]:
+    """Return the secret that identifies a folder's browsers, and why it could not be kept, if so.
+
+    Its file, which only this user can read, stands in the user's own folder for such data and not beside the
+    workbooks, which others may share or copy. With `renew` another is made, so that every browser needs a new link.
+    """
+    name = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:32]
+    path = _state_folder() / "rrp-sheets" / "servers" / name
+    if not renew and (kept := _read(path)):
+        return kept, ""
+    secret = secrets.token_urlsafe(32)
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        handle, half = tempfile.mkstemp(dir=path.parent)  # with mode 0600
+        with os.fdopen(handle, "w", encoding="ascii") as file:
+            file.write(secret)
+        os.replace(half, path)
+    except OSError as error:
+        return secret, N_("{folder} cannot be written ({why})", folder=str(path.parent), why=error.strerror)
+    return secret, ""
+
+
+def _read(path: Path) -> str:
+    """Read the secret from a file; empty when there is none, or when others may have read or written it."""
+    try:
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0))
+        with os.fdopen(handle, encoding="ascii") as file:
+            about = os.fstat(handle)
+            if os.name == "posix" and (about.st_mode & 0o077 or about.st_uid != os.getuid()):
+                return ""
+            text = file.read(100)
+    except (OSError, UnicodeDecodeError):
+        return ""
+    return text if _SECRET.fullmatch(text) else ""
+
+
+def _state_folder() -> Path:
+    """Return the user's folder for application state: as XDG_STATE_HOME says, or the platform's equivalent."""
+    home = Path(os.path.expanduser("~"))
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return home / "Library" / "Application Support"
+    return Path(os.environ.get("XDG_STATE_HOME") or home / ".local" / "state")

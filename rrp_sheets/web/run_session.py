@@ -16,11 +16,9 @@ from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import said
+from rrp_sheets.web.models import SOMEBODY, said
 from rrp_sheets.web.run_state import Line, RunState
-from rrp_sheets.web.security import SOMEBODY
-from rrp_sheets.web.workbook_repository import OpenWorkbooks
-from rrp_sheets.web.workbook_session import WorkbookSession, message
+from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession, message
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time

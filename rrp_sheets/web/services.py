@@ -14,7 +14,8 @@ from rrp_sheets.web.protocol_printer import ProtocolPrinter
 from rrp_sheets.web.replay_jobs import Replays
 from rrp_sheets.web.run_session import RunManager
 from rrp_sheets.web.run_store import RunStore
-from rrp_sheets.web.workbook_repository import OpenWorkbooks, WorkbookRepository
+from rrp_sheets.web.workbook_repository import WorkbookRepository
+from rrp_sheets.web.workbook_session import OpenWorkbooks
 
 EXPORT_SECONDS = 150.0  # a table of a long run takes its time
 WORKER_MODULES = (

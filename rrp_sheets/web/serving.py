@@ -28,7 +28,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.services.query_worker import MOST_OF_ALL
 from rrp_sheets.texts import N_
 from rrp_sheets.web.statics import HEADERS
-from rrp_sheets.web.workbook_repository import MOST_LISTENERS
+from rrp_sheets.web.workbook_session import MOST_LISTENERS
 
 MOST_CONNECTIONS = 240  # at once; macOS gives a program 256 files
 MOST_OF_ADDRESS = 80  # connections of one address

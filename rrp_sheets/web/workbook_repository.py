@@ -1,38 +1,25 @@
-"""Workbooks of one folder: listed, read and checked when their files have changed; the sessions of open ones."""
+"""Workbooks of one folder: listed, read, and checked when their files have changed."""
 
 from __future__ import annotations
 
-import sqlite3
 import threading
-import weakref
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
 from rrp_sheets import api
-from rrp_sheets.documents import Document
-from rrp_sheets.documents.workfile import Journal, stamp_of
+from rrp_sheets.documents.document import stamp_of
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis, analyse
-from rrp_sheets.web.models import said
-from rrp_sheets.web.workbook_session import EventStream, WorkbookSession
-from rrp_sheets.web.workbook_tests import Tester
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.atomic import Stamp
-from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
+from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, Stamp
 
 MOST_FILES = 200
 NO_SHEETS = "FILE017"
 _KEPT = 64
-MOST_LISTENERS = 32  # event streams at once, for all workbooks
-MOST_HERE = 24  # of them, of those who have the address of this computer
-MOST_OF_LOGIN = 8  # of them, of one who has logged in
-POLL_EVERY = 1.0  # seconds between two looks for changes by another program
 
 
 @dataclass(frozen=True)
@@ -173,125 +160,3 @@ def printable(name: str) -> str:
 def addressable(name: str) -> bool:
     """Return whether a name can be used in a URL, which names with undecodable bytes cannot."""
     return printable(name) == name
-
-
-class OpenWorkbooks:
-    """Sessions of all open workbooks of a folder; `worker` checks them.
-
-    Attributes:
-        opened: called with each session when it is opened.
-        leaving: called with a session that is to be closed; raises SheetsError when that cannot be done now.
-    """
-
-    def __init__(self, folder: Path, worker: CheckWorker) -> None:
-        self.folder = folder
-        self._worker = worker
-        self._tester = Tester()
-        self._sessions: dict[str, WorkbookSession] = {}
-        self._journal: Journal | None = None
-        self._lock = threading.RLock()
-        self._joining = threading.Lock()
-        self._closed = threading.Event()
-        self.opened: Callable[[WorkbookSession], None] = lambda session: None
-        self.leaving = self.opened
-        threading.Thread(target=_watch, args=(weakref.ref(self), self._closed), daemon=True).start()
-
-    def close(self) -> None:
-        """Stop polling the files for changes, and end the tester's process."""
-        self._closed.set()
-        self._tester.close()
-
-    def has(self, name: str) -> bool:
-        """Return whether a workbook is open."""
-        return name in self._sessions
-
-    @contextmanager
-    def without(self, name: str) -> Iterator[None]:
-        """Close a workbook while the `with` block moves its file; its pages reload afterwards.
-
-        During the block it cannot be opened, and no run of it begins. Raises SheetsError when it cannot be closed now.
-        """
-        with self._lock:
-            session = self._sessions.get(name)
-            if session is not None:
-                self.leaving(session)
-                del self._sessions[name]
-            try:
-                yield
-            finally:
-                if session is not None:
-                    session.tell("reload", {})
-
-    @contextmanager
-    def staying(self, session: WorkbookSession) -> Iterator[None]:
-        """Keep a workbook open during the `with` block; raises SheetsError when it has been closed."""
-        with self._lock:
-            if session not in self._sessions.values():
-                raise SheetsError(N_("This workbook was renamed or moved meanwhile."), N_("Go to the shelf."))
-            yield
-
-    def renamed(self, before: str, name: str) -> None:
-        """Carry the journal of a renamed workbook over to its new name."""
-        with self._lock, suppress(SheetsError):  # where nothing can be kept, nothing is lost
-            self._journal = self._journal or Journal(self.folder)
-            self._journal.rename(before, name)
-
-    def session(self, path: Path) -> WorkbookSession:
-        """Return the session of a workbook; raises SheetsError when it cannot be read, or nothing written beside it."""
-        with self._lock:
-            if path.name not in self._sessions:
-                why = ""
-                try:
-                    self._journal = self._journal or Journal(self.folder)
-                except SheetsError as error:
-                    why = said(error)
-                document = Document(path, self._journal, why)
-                self._sessions[path.name] = WorkbookSession(document, self._worker, self._tester)
-                self.opened(self._sessions[path.name])
-            return self._sessions[path.name]
-
-    def sessions(self) -> list[WorkbookSession]:
-        """Return the sessions of all open workbooks."""
-        with self._lock:
-            return list(self._sessions.values())
-
-    def listen(
-        self, session: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
-    ) -> EventStream | str:
-        """Open a page's event stream, instead of an older one; return the reason if there are too many.
-
-        Pages that ask at the same moment are handled one after the other. `person` is the key of the login, whose
-        streams are limited; empty for a browser on this computer.
-        """
-        with self._joining:
-            session.end_streams(client)
-            return self._crowded(person) or join()
-
-    def _crowded(self, person: str) -> str:
-        with self._lock:
-            listeners = [one for session in self._sessions.values() for one in session.listeners]
-        mine = sum(one.person == person for one in listeners)
-        if mine >= (MOST_OF_LOGIN if person else MOST_HERE):
-            return N_("You have {n} pages open here. Close one; this page then goes on by itself.", n=mine)
-        if len(listeners) >= MOST_LISTENERS:
-            return N_(
-                "{n} pages are open on this server, {mine} of them yours, and it cannot tell more of them what "
-                "happens. When one is closed, this page goes on by itself.",
-                n=len(listeners),
-                mine=mine,
-            )
-        return ""
-
-    def poll(self) -> None:
-        """Check whether another program has changed a workbook that is shown on a page."""
-        for session in self.sessions():
-            if session.listeners:
-                with suppress(OSError, sqlite3.Error):  # told when somebody edits; and the next second is another
-                    session.poll()
-
-
-def _watch(open_workbooks: weakref.ref[OpenWorkbooks], closed: threading.Event) -> None:
-    """Poll until the server closes the workbooks, or the object is garbage-collected."""
-    while not closed.wait(POLL_EVERY) and (found := open_workbooks()) is not None:
-        found.poll()
-        del found

@@ -1,6 +1,6 @@
 """Workbooks: reading .xlsx, CSV and Markdown into one model, and making new .xlsx files.
 
-Reading is `read`; making is in `maker` and `template`, which are imported where they are needed.
+Reading is `read`; opening, editing and writing files is in `files`, making in `maker` and `template`.
 """
 
 import os

@@ -17,11 +17,11 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, counted, translate
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.maker import sheet_titles
-from rrp_sheets.workbook.package import number as whole
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch import xml_parts as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheets import place_style
+from rrp_sheets.workbook.xlsx import number as whole
 
 TITLE = "Findings"
 _PART = "xl/worksheets/findings"

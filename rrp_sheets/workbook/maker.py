@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from pathlib import Path
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
@@ -17,7 +16,6 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.atomic import write_atomically
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, Recognised, fixed_lists, list_name, recognise
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
@@ -34,19 +32,16 @@ _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to
 _PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
 
 
-def make_workbook(
-    sheets: Mapping[str, Sequence[Sequence[str]]], path: Path | str, offers: Offers | None = None, *,
-    language: str = "en", replace: bool = True,
-) -> Path:  # fmt: skip
-    """Write rows of texts as a workbook that opens, looks right and prints well; the same rows give the same bytes.
+def workbook_bytes(
+    sheets: Mapping[str, Sequence[Sequence[str]]], offers: Offers | None = None, language: str = "en"
+) -> bytes:
+    """Make a workbook of rows of texts that opens, looks right and prints well; the same rows give the same bytes.
 
     Which row is the header is found as in reading. A Lists sheet that the program has made is made again. The language
-    of the texts is for the file's properties. Raises SheetsError when a text is too long for a cell, or the file cannot
-    be written.
+    of the texts is for the file's properties. Raises SheetsError when a text is too long for a cell.
     """
     from openpyxl import Workbook
 
-    path = Path(path)
     if offers is not None:
         sheets = {name: rows for name, rows in sheets.items() if not offers.made(name, rows)}
     book = Workbook()
@@ -66,8 +61,7 @@ def make_workbook(
         maker.make()
     book.properties.language = language
     book.properties.creator = "RRP Sheets"
-    write_atomically(path, packed(book), replace=replace)
-    return path
+    return packed(book)
 
 
 def sheet_titles(names: Sequence[str]) -> dict[str, str]:

@@ -1,16 +1,21 @@
-"""Sheets as the formats give them, before anything is understood: the one structure all backends produce."""
+"""Sheets as the formats give them, before anything is understood; what a format is."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
+
+if TYPE_CHECKING:
+    from rrp_sheets.workbook.edits import Edit
+
+Rows = Sequence[Sequence[str]]
 
 
 class Kind(Enum):
@@ -92,9 +97,9 @@ class Extent(Enum):
 
 
 class Book(Protocol):
-    """Interface of a backend: the sheets' names in order, and each sheet as far as it is wanted.
+    """An opened workbook: the sheets' names in order, and each sheet as far as it is wanted.
 
-    The format is `xlsx`, `csv` or `markdown`; the findings were noticed while taking the file apart.
+    `format` is the name of its format; the findings were noticed while taking the file apart.
     """
 
     format: str
@@ -104,6 +109,26 @@ class Book(Protocol):
     def sheet(self, index: int, extent: Extent) -> RawSheet:
         """Read a sheet; raises UnreadableFile where it is broken or beyond the limits."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format in which one file is a workbook; `FORMATS` of `files.py` has them all.
+
+    Attributes:
+        suffixes: of its files, in small letters, the usual one first.
+        read: gives the sheets in a file's bytes; the name is for messages. Raises UnreadableFile, whatever they are.
+        edit: gives the bytes with the edits made, and of each deleted sheet what brings it back (`BringSheet`).
+        write: gives the bytes of a new file with these rows by sheet, in which cells are as one types them.
+        digest: tells contents apart.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    read: Callable[[bytes, str], Book]
+    edit: Callable[[bytes, str, Sequence[Edit]], tuple[bytes, tuple[str, ...]]]
+    write: Callable[[Mapping[str, Rows]], bytes]
+    digest: Callable[[bytes, str], str]
 
 
 def number_text(value: float) -> str:

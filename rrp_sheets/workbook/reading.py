@@ -1,8 +1,7 @@
-"""Opening a workbook of any format; everything that keeps it from being read ends as UnreadableFile."""
+"""Reading a workbook of any format into the model; all that keeps it from being read ends as UnreadableFile."""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,15 +13,9 @@ from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook import sheet_readers as readers
-from rrp_sheets.workbook.atomic import file_bytes
+from rrp_sheets.workbook.files import open_book
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
 from rrp_sheets.workbook.schema import BEHAVIOUR, PROTOCOL, NearMiss, recognise
-from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, read_csv, read_markdown
-
-MARKDOWN = (".md", ".markdown")
-WORKBOOK_SUFFIXES = (".xlsx", *MARKDOWN)  # of files that hold a whole workbook: lists show them, copies are such files
-_MACROS = (".xlsm", ".xltm", ".xlam")
-KNOWN_SUFFIXES = (*WORKBOOK_SUFFIXES, *SUFFIXES, *_MACROS, ".xls", ".ods")  # those of files that are refused too
 
 
 @dataclass(frozen=True)
@@ -33,7 +26,7 @@ class Reading:
         report: what was noticed while reading; checks add to it.
         digest: SHA-256 (hexadecimal) of the .xlsx file's bytes; of CSV and Markdown of the texts with `\n` as line
             break and without byte order mark, so that a copy made by another program keeps it.
-        format: `xlsx`, `csv` or `markdown`.
+        format: the name of the format: `xlsx`, `csv`, `markdown`, …
         sheets: the sheets as the file has them; of an .xlsx the user's own only to row 20.
     """
 
@@ -58,89 +51,6 @@ def read(path: Path | str, suffix: str = "") -> Reading:
         raise unreadable("FILE016", name=path.name or str(path), why=why) from error
     reader = Reader(book, str(path))
     return Reading(reader.workbook, reader.report, digest, book.format, tuple(reader.sheets))
-
-
-def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
-    """A file's sheets, and its digest; see `read`."""
-    if "\0" in str(path) or not path.exists():
-        longer = f"{path.name}.xlsx"
-        there = path.name and path.with_name(longer).exists()
-        hint = N_("Did you mean “{guess}”?", guess=longer) if there else N_("Check the spelling and the folder.")
-        raise unreadable("FILE001", name=path.name or str(path), hint=hint)
-    if path.is_dir():
-        files, order = csv_files(path), csv_order(path)
-        book = read_csv(files, path.name or str(path), order, tab_sheets(csv_paths(path)))
-        return book, text_digest(files, named=True, order=order)
-    suffix = (suffix or path.suffix).casefold()
-    if not path.is_file():
-        raise unreadable("FILE002", name=path.name)
-    data = file_bytes(path, limits.FILE_BYTES)
-    if suffix in _MACROS:
-        raise unreadable("FILE004", name=path.name)
-    if not data:
-        raise unreadable("FILE015", name=path.name)
-    if suffix in MARKDOWN:
-        return read_markdown(data, path.name), text_digest({path.name: data}, named=False)
-    if suffix in SUFFIXES:
-        tabs = {path.stem} if suffix == TAB_SUFFIX else set()
-        return read_csv({path.stem: data}, path.name, tabs=tabs), text_digest({path.stem: data}, named=True)
-    from rrp_sheets.workbook.xlsx import XlsxBook
-
-    return XlsxBook(data, path.name), hashlib.sha256(data).hexdigest()
-
-
-def csv_order(folder: Path) -> list[str]:
-    """The sheets that the folder's `order.txt` names, in that order; empty without one."""
-    path = folder / ORDER
-    if not path.is_file():
-        return []
-    lines = decode(file_bytes(path, limits.PART_BYTES), ORDER).split("\n")
-    return [name for line in lines if (name := line.strip())][: limits.SHEETS]
-
-
-def csv_paths(path: Path) -> dict[str, Path]:
-    """The .csv and .tsv files of a folder (or the one file that `path` is) by sheet name.
-
-    Raises UnreadableFile when there are too many, or two of them are the same sheet.
-    """
-    if not path.is_dir():
-        return {path.stem: path}
-    files = (p for p in path.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~" and p.is_file())
-    found = sorted(files)
-    if len(found) > limits.SHEETS:
-        raise unreadable("FILE012", name=path.name, count=len(found), limit=limits.SHEETS)
-    paths: dict[str, Path] = {}
-    for file in found:
-        if other := paths.get(file.stem):
-            raise unreadable("FILE021", name=path.name, one=other.name, other=file.name, sheet=file.stem)
-        paths[file.stem] = file
-    return paths
-
-
-def tab_sheets(paths: Mapping[str, Path]) -> set[str]:
-    """The sheets whose files are .tsv files."""
-    return {sheet for sheet, path in paths.items() if path.suffix.casefold() == TAB_SUFFIX}
-
-
-def csv_files(folder: Path) -> dict[str, bytes]:
-    """The contents of a folder's .csv and .tsv files by sheet name."""
-    files: dict[str, bytes] = {}
-    left = limits.FILE_BYTES
-    for sheet, path in csv_paths(folder).items():
-        files[sheet] = file_bytes(path, left)
-        left -= len(files[sheet])
-    return files
-
-
-def text_digest(files: Mapping[str, bytes], named: bool, order: Sequence[str] = ()) -> str:
-    """One SHA-256 over texts in the order of their names; with length and name of each where there are several."""
-    total = hashlib.sha256("".join(f"{name}\n" for name in order).encode("utf-8", "surrogateescape"))
-    for name in sorted(files):
-        content = decode(files[name], name).encode()
-        if named:
-            total.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
-        total.update(content)
-    return total.hexdigest()
 
 
 class Reader:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.atomic import already_there
-from rrp_sheets.workbook.maker import Offers, make_workbook
+from rrp_sheets.workbook.files import already_there, make_workbook
+from rrp_sheets.workbook.maker import Offers
 from rrp_sheets.workbook.schema import BEHAVIOUR, DEVICES, HELPERS, PROTOCOL, SCENE, SHEETS, TEST, TITLES, SheetKind
 
 _READ_ME = (

@@ -9,6 +9,7 @@ columns; in a .tsv file it is the tab.
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -127,6 +128,11 @@ def decode(data: bytes, name: str) -> str:
                 raise unreadable("FILE007", name=name, what=N_("more than {n} cells", n=f"{limits.TEXT_CELLS:,}"))
             return text.replace("\r\n", "\n").replace("\r", "\n")
     raise unreadable("FILE014", name=name)
+
+
+def text_digest(data: bytes, name: str) -> str:
+    """The SHA-256 of a file's text, so that a copy with other line breaks or another mark has the same."""
+    return hashlib.sha256(decode(data, name).encode()).hexdigest()
 
 
 def read_csv(files: Mapping[str, bytes], name: str, order: Sequence[str] = (), tabs: Collection[str] = ()) -> TextBook:

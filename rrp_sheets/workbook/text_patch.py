@@ -1,4 +1,4 @@
-"""Writing CSV and Markdown files, and changing cells, rows and sheets in them: all else and the encoding stay."""
+"""Texts of CSV and Markdown files made, and cells, rows and sheets changed in them: all else and the encoding stay."""
 
 from __future__ import annotations
 
@@ -7,20 +7,16 @@ import json
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import edits, limits, text_books
-from rrp_sheets.workbook.atomic import write_atomically
-from rrp_sheets.workbook.raw import text_sheet
+from rrp_sheets.workbook.raw import Format, Rows, text_sheet
 from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_names import header_row, refuse_more, sheet_name, sheet_named
 
 _LINE = re.compile(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+\Z")
-Rows = Sequence[Sequence[str]]
 NO_FILE_NAME = re.compile(r"[/\\\x00-\x1f]|^[.~ ]|[. ]$")
 """Matches a sheet's name that cannot be a file's name."""
 _HEADING = re.compile(r"^#{1,2}[ \t].*$", re.MULTILINE)
@@ -261,61 +257,6 @@ def csv_text(rows: Rows, delimiter: str = ",") -> str:
     return body if text_books.csv_delimiter(body, "") == "," else "sep=,\n" + body
 
 
-def write_markdown(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
-    """Write a Markdown file; raises SheetsError when it cannot be written, or there is one and `replace` is False."""
-    data = markdown_text(sheets).encode()
-    _refuse_large(data)
-    write_atomically(path, data, replace=replace)
-    return path
-
-
-def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
-    """Write a folder of CSV files, one a sheet, and where needed the file `order.txt` with the order of the sheets.
-
-    Raises SheetsError when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
-    something cannot be written.
-    """
-    if folder.is_dir() and any(p.suffix.casefold() in text_books.SUFFIXES for p in folder.iterdir()):
-        message = N_("There are CSV files in “{folder}” already.", folder=folder.name)
-        raise SheetsError(message, N_("Name another folder, or empty that one."))
-    for name in sheets:
-        if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
-            message = N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name)
-            raise SheetsError(message, N_("Rename the sheet."))
-    # the mark of UTF-8 is for Excel
-    files = {f"{name}.csv": csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}
-    _refuse_large(b"".join(files.values()))
-    made = not folder.exists()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        why = error.strerror or N_("the system refuses it")
-        message = N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why)
-        raise SheetsError(message, N_("Name another folder.")) from error
-    if list(sheets) != sorted(sheets, key=text_books.natural):
-        files[text_books.ORDER] = ("\n".join(sheets) + "\n").encode()
-    with ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
-        if made:
-            undo.callback(_remove_empty, folder)
-        for name, data in files.items():
-            write_atomically(folder / name, data, replace=name == text_books.ORDER)
-            undo.callback((folder / name).unlink, missing_ok=True)
-        undo.pop_all()
-    return folder
-
-
-def _remove_empty(folder: Path) -> None:
-    with suppress(OSError):
-        folder.rmdir()
-
-
-def _refuse_large(data: bytes) -> None:
-    if len(data) > limits.FILE_BYTES:
-        n, most = len(data) / 1e6, limits.FILE_BYTES / 1e6
-        message = N_("As text the workbook has {n:.1f} MB; {most:g} MB can be read again.", n=n, most=most)
-        raise SheetsError(message, N_("Take out the sheets that the robot does not need."))
-
-
 def _refuse_last(names: list[str]) -> None:
     if len(names) < 2:
         raise SheetsError(N_("“{sheet}” is the only sheet.", sheet=names[0]), N_("Add another one first."))
@@ -471,3 +412,29 @@ def _renamed(piece: str, name: str) -> str:
     assert head is not None
     line = re.sub(r"(##[ \t]+).*", lambda m: m[1] + name + (" #" if name.endswith("#") else ""), head[0], count=1)
     return line + ("\r" if head[0].endswith("\r") else "") + piece[head.end() :]
+
+
+def edit_markdown(data: bytes, name: str, changes: Sequence[edits.Edit]) -> tuple[bytes, tuple[str, ...]]:
+    """Change a Markdown file, of which only the lines that change are others; see `Format`."""
+    names = list(text_books.read_markdown(data, name).names)
+    text, kept = EncodedText(data), list[str]()
+    whole = text.text
+    for one in changes:
+        if isinstance(one, edits.SheetEdit):
+            sheets = MarkdownSheets(whole, names, text.newline)
+            kept += [back] if (back := sheets.apply(one)) else []
+            whole, names = sheets.whole(), sheets.names
+            continue
+        table = MarkdownTable(sheet_named(names, one.sheet), whole, text.newline)
+        table.apply(one)
+        whole = table.whole()
+    return text.encode(whole), tuple(kept)
+
+
+def _markdown_bytes(sheets: Mapping[str, Rows]) -> bytes:
+    return markdown_text(sheets).encode()
+
+
+MARKDOWN = Format(
+    "markdown", (".md", ".markdown"), text_books.read_markdown, edit_markdown, _markdown_bytes, text_books.text_digest
+)

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from chromium import CHROMIUM, GridPage, browsing, serving
 
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 EDITS = 7

@@ -23,7 +23,7 @@ from chromium import GridPage, browsing, let_in, serving
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 ROWS = 5000
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]

@@ -24,7 +24,7 @@ from playwright.sync_api import expect
 from test_stop import FAST, Running, command, wait_until
 from test_watchdog import EVENT_LOOP
 
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 TIMES = 5
 REST, ALONE, END = 200.0, 1000.0, 3000.0

@@ -10,8 +10,8 @@ import time
 import pytest
 import xlsxwriter
 
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import MoveRows, SetCell
+from rrp_sheets.workbook.files import edit, read_sheets
 
 ROWS, LIMIT_S = 10_000, 0.5
 

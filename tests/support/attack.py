@@ -18,7 +18,7 @@ from browser import HOME, let_in
 from flask import Flask
 from werkzeug.routing import Rule
 
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 BOOK, SHEET, RUN = "good.xlsx", "Tracking", "20260101-000000-good"
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]

@@ -12,7 +12,7 @@ from flask.testing import FlaskClient
 from werkzeug.test import TestResponse
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.security import cookie_name
+from rrp_sheets.web.requests import cookie_name
 
 TOKEN = "a-token-of-the-tests"
 COOKIE = f"{cookie_name(TOKEN)}={TOKEN}"

@@ -19,7 +19,7 @@ from typing import Any
 from browser import COOKIE, TOKEN
 
 from rrp_sheets.web.app import create_app
-from rrp_sheets.web.security import Lan
+from rrp_sheets.web.requests import Lan
 from rrp_sheets.web.serving import bind, make_server
 
 CHROMIUM = next(

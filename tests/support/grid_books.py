@@ -12,7 +12,7 @@ from chromium import GridPage, let_in, listening, violations
 from playwright.sync_api import Error
 
 from rrp_sheets.workbook import read
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 ROWS = [

@@ -14,8 +14,8 @@ import xlsxwriter
 from PIL import Image
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.workbook.editing import edit, read_sheets
 from rrp_sheets.workbook.edits import Edit
+from rrp_sheets.workbook.files import edit, read_sheets
 
 HEADERS = ["Input streams", "Connector", "Formula", "Output stream", "On", "Notes", "Mine"]
 ROWS = [

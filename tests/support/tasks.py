@@ -12,7 +12,7 @@ from typing import Any
 from chromium import GridPage
 
 from rrp_sheets import api
-from rrp_sheets.workbook.maker import make_workbook
+from rrp_sheets.workbook.files import make_workbook
 from rrp_sheets.workbook.template import empty_sheets
 
 HEADER = ["Input streams", "Connector", "Formula", "Output stream"]

@@ -20,15 +20,14 @@ from markupsafe import Markup
 
 from rrp_sheets.compare.as_html import as_part, render
 from rrp_sheets.documents import Refused
-from rrp_sheets.documents.workfile import Version
+from rrp_sheets.documents.document import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.web.models import both, said, show
-from rrp_sheets.web.requests import confirm_download, page_language, workbook_or_404
+from rrp_sheets.web.requests import author_name, confirm_download, page_language, workbook_or_404
 from rrp_sheets.web.run_store import line_of, when
-from rrp_sheets.web.security import author_name
 from rrp_sheets.web.services import Services, services
 from rrp_sheets.web.workbook_repository import refuse_text
 from rrp_sheets.web.workbook_session import WorkbookSession

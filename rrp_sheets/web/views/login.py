@@ -12,7 +12,7 @@ from werkzeug.wrappers import Response as AnyResponse
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import show
 from rrp_sheets.web.password import LONGEST
-from rrp_sheets.web.security import LONGEST_NAME, access, clean_name
+from rrp_sheets.web.requests import LONGEST_NAME, access, clean_name
 
 blueprint = Blueprint("login", __name__)
 Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]

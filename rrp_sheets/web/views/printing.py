@@ -15,7 +15,7 @@ from typing import ClassVar
 from flask import Blueprint, Response, abort, jsonify, request, send_file
 from markupsafe import Markup
 
-from rrp_sheets.documents.workfile import Version
+from rrp_sheets.documents.document import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts

@@ -11,11 +11,19 @@ from werkzeug.exceptions import BadRequest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.robots import robot_names
 from rrp_sheets.texts import N_
-from rrp_sheets.web.models import said, show
-from rrp_sheets.web.requests import Asked, author_of, json_body, number_of, text_of, truth_of, workbook_or_404
+from rrp_sheets.web.models import SOMEBODY, said, show
+from rrp_sheets.web.requests import (
+    Asked,
+    author_name,
+    author_of,
+    json_body,
+    number_of,
+    text_of,
+    truth_of,
+    workbook_or_404,
+)
 from rrp_sheets.web.robotmodel import face_picture, robot_json
 from rrp_sheets.web.run_session import FOREVER, LONGEST_TEXTS, RobotBusy, RunOptions, RunSession
-from rrp_sheets.web.security import SOMEBODY, author_name
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.sheet import grid_page
 

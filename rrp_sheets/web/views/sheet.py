@@ -17,8 +17,8 @@ from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
+from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import Cells, Grid, GridColumn, RestoreRows
-from rrp_sheets.documents.workfile import write_block_reason
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.workbook import FALSE_WORDS
@@ -30,10 +30,18 @@ from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, said, script_json, show
-from rrp_sheets.web.requests import Asked, json_body, sender_of, sheet_or_404, text_of, workbook_or_404
+from rrp_sheets.web.requests import (
+    Asked,
+    author_name,
+    json_body,
+    sender_of,
+    sheet_or_404,
+    text_of,
+    visitor,
+    workbook_or_404,
+)
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run_session import LONGEST_TEXTS
-from rrp_sheets.web.security import author_name, visitor
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable

@@ -35,9 +35,8 @@ from rrp_sheets.web.workbook_repository import (
     printable,
     refuse_text,
 )
-from rrp_sheets.workbook.atomic import write_atomically
+from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, write_atomically
 from rrp_sheets.workbook.limits import FILE_BYTES
-from rrp_sheets.workbook.reading import WORKBOOK_SUFFIXES
 
 blueprint = Blueprint("workbooks", __name__)
 SORTS = ("recent", "name", "run")
@@ -95,6 +94,7 @@ class ShelfPage:
     """
 
     template: ClassVar[str] = "shelf.html"
+    accepted: ClassVar[str] = ",".join((*WORKBOOK_SUFFIXES, bundles.SUFFIX))
     folder: str
     cards: tuple[Card, ...]
     unreadable: tuple[tuple[str, str, str, bool], ...]

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.package import block_of, number
-from rrp_sheets.workbook.patch import xml_parts as xml
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.schema import LIST_PREFIX
+from rrp_sheets.workbook.xlsx import block_of, number
 
 _CELL = r"(?<![\w.$])\$?[A-Z]{1,3}(?P<a>\$?)(?P<top>[1-9]\d{0,6})(?::\$?[A-Z]{1,3}(?P<b>\$?)(?P<bottom>[1-9]\d{0,6}))?"
 _ROWS = r"(?<![\w.$:])(?P<c>\$?)(?P<from>[1-9]\d{0,6}):\$?(?P<to>[1-9]\d{0,6})"

@@ -14,13 +14,13 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, capital
 from rrp_sheets.workbook.edits import InsertRows, MoveRows, RowEdit
-from rrp_sheets.workbook.package import LAST_ROW, block_of, place
-from rrp_sheets.workbook.patch import xml_parts as xml
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch.package_edit import PackageEdit, sheet_tables
 from rrp_sheets.workbook.patch.references import Moves, ReferenceConflict, adapted, check, follows, grow, references
 from rrp_sheets.workbook.raw import Range
 from rrp_sheets.workbook.schema import LIST_PREFIX
 from rrp_sheets.workbook.sheet_names import header_row
+from rrp_sheets.workbook.xlsx import LAST_ROW, block_of, place
 
 _MOST = 100_000
 _ELSEWHERE = N_("Do it in Excel or LibreOffice.")

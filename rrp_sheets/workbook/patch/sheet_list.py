@@ -11,9 +11,9 @@ from lxml import etree
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.package import number, rels_of, truth
-from rrp_sheets.workbook.patch import xml_parts as xml
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
+from rrp_sheets.workbook.xlsx import number, rels_of, truth
 
 _SHEET_TYPE = "application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"
 _RELATIONS_SPACE = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"

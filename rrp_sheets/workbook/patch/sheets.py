@@ -20,9 +20,9 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SheetEdit
 from rrp_sheets.workbook.maker import packed
-from rrp_sheets.workbook.package import number, rels_of
+from rrp_sheets.workbook.patch import package_edit as xml
 from rrp_sheets.workbook.patch import sheet_list as listed
-from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit
+from rrp_sheets.workbook.patch.package_edit import TYPES_PART, PackageEdit, XmlPart
 from rrp_sheets.workbook.patch.references import (
     GONE,
     formula_parts,
@@ -36,10 +36,10 @@ from rrp_sheets.workbook.patch.references import (
     without,
 )
 from rrp_sheets.workbook.patch.sheet_list import NAMES, RELATIONS, SHEETS, TYPES, VIEWS, Piece, change, cut, paste
-from rrp_sheets.workbook.patch.xml_parts import XmlPart, canonical, local, named_like, remove, set_attributes, text_of
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import DEVICES, LIST_PREFIX, list_name, list_titles, recognise
 from rrp_sheets.workbook.sheet_names import refuse_more, sheet_name
+from rrp_sheets.workbook.xlsx import number, rels_of
 
 _BORROWED = {"fontId": "fonts", "fillId": "fills", "borderId": "borders"}
 _STYLED = ("c", "row", "col")
@@ -73,9 +73,9 @@ def _add(package: PackageEdit, edit: AddSheet) -> None:
     place = listed.place(package, edit.before) if edit.before else len(before)
     known = listed.defined_names(package)
     lists = {title: defined for title in list_titles() if (defined := list_name(title)) in known}
-    xml, repeated, cells = new_sheet(package, name, edit.rows, lists)
+    data, repeated, cells = new_sheet(package, name, edit.rows, lists)
     part = listed.free_part(package)
-    package.added[part] = xml
+    package.added[part] = data
     listed.renumber(package, lambda n: n + (n >= place))
     listed.put_sheet(package, part, name, place)
     titles = []
@@ -139,14 +139,14 @@ def new_sheet(
     maker = SheetMaker(book.create_sheet(name), texts, what, lists)
     maker.make()
     with zipfile.ZipFile(io.BytesIO(packed(book))) as made:
-        xml, styles = made.read("xl/worksheets/sheet1.xml"), made.read("xl/styles.xml")
+        sheet, styles = made.read("xl/worksheets/sheet1.xml"), made.read("xl/styles.xml")
     header = what.row or maker.header
     streams = ""
     if what.kind is DEVICES:
         letter = column_letters(what.columns["Stream"])
         streams = f"${letter}${header + 1}:${letter}${maker.last}"
     titles = "" if maker.prose else f"${header}:${header}"
-    return with_package_styles(package, XmlPart(xml), XmlPart(styles)), titles, streams
+    return with_package_styles(package, XmlPart(sheet), XmlPart(styles)), titles, streams
 
 
 def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -> bytes:
@@ -154,7 +154,7 @@ def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -
     parts = package.related(package.book.part, "styles")
     merger = StyleMerger(package.part(parts[0]), styles) if parts else None  # none: a workbook without styles
     for _, e in sheet.find(*_STYLED):
-        name = "style" if local(e) == "col" else "s"
+        name = "style" if xml.local(e) == "col" else "s"
         if (old := e.get(name)) is not None and merger:
             e.set(name, str(merger.number("cellXfs", int(old))))
         elif old is not None:
@@ -163,10 +163,10 @@ def with_package_styles(package: PackageEdit, sheet: XmlPart, styles: XmlPart) -
         if merger and merger.has_marks and (old := e.get("dxfId")) is not None:
             e.set("dxfId", str(merger.number("dxfs", int(old))))
     for _, e in sheet.find("sheetView", "conditionalFormatting"):
-        if local(e) == "sheetView":
-            set_attributes(e, {"tabSelected": None})
+        if xml.local(e) == "sheetView":
+            xml.set_attributes(e, {"tabSelected": None})
         elif not (merger and merger.has_marks):
-            remove(e)
+            xml.remove(e)
     return sheet.to_bytes()
 
 
@@ -204,12 +204,12 @@ def place_style(styles: XmlPart, group: str, new: etree._Element, known: dict[st
     holder = styles.container("styleSheet", group)
     if holder is None:
         return 0
-    forms = known.setdefault(group, [canonical(e) for e in holder.iterchildren("*")])
+    forms = known.setdefault(group, [xml.canonical(e) for e in holder.iterchildren("*")])
     for e in new.iter("*"):
-        e.tag = named_like(holder, local(e))
+        e.tag = xml.named_like(holder, xml.local(e))
     new.tail = None
     holder.append(new)
-    form = canonical(new)
+    form = xml.canonical(new)
     if form in forms:
         holder.remove(new)
     else:
@@ -372,7 +372,7 @@ def _style_digest(package: PackageEdit, counts: list[int]) -> str:
     for part in package.related(package.book.part, "styles"):
         for name, count in zip(_STYLES, counts, strict=True):
             for e in package.part(part).children("styleSheet", name)[:count]:
-                total.update(canonical(e))
+                total.update(xml.canonical(e))
     return total.hexdigest()
 
 
@@ -404,6 +404,6 @@ def _found(package: PackageEdit, sheet: str) -> Iterator[str]:
             yield N_("drop-down lists in Excel") if is_list else N_("the name “{name}”", name=defined)
     own = {part.casefold() for part in own_parts(package, package.book.entries[package.index(sheet)].part)}
     for part in formula_parts(package):
-        texts = (text_of(f) for _, f in package.part(part).find("f")) if "/charts/" in part and part not in own else ()
-        if any(wanted in sheets_named(text) for text in texts):
+        formulas = package.part(part).find("f") if "/charts/" in part and part not in own else ()
+        if any(wanted in sheets_named(xml.text_of(f)) for _, f in formulas):
             yield N_("a chart")

@@ -1,0 +1,562 @@
+"""Files of workbooks: opened, changed and written, each in its format, whole or as they were.
+
+Of several edits all are made or none, nothing else in the file is touched, and nobody else's change is written over.
+
+>>> from tempfile import TemporaryDirectory
+>>> from rrp_sheets.workbook.edits import MoveRows
+>>> with TemporaryDirectory() as folder:
+...     path = make_workbook({"T": [["From", "Operator", "Parameter", "To"]]}, f"{folder}/x.xlsx")
+...     edited = edit(path, [SetCell("T", 2, 3, "=2"), MoveRows("T", 2, 1, before=4)])
+...     read_sheets(path)[0].cells[3, 3].text
+'=2'
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import glob
+import hashlib
+import os
+import secrets
+import stat
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import N_
+from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
+from rrp_sheets.workbook.maker import Offers, workbook_bytes
+from rrp_sheets.workbook.raw import Book, Extent, Format, RawSheet, Rows, check_size, unreadable
+from rrp_sheets.workbook.sheet_names import sheet_named
+from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, natural, read_csv
+from rrp_sheets.workbook.text_patch import MARKDOWN, NO_FILE_NAME, CsvFolder, CsvTable, EncodedText, csv_text
+from rrp_sheets.workbook.xlsx import XlsxBook
+
+
+def _edit_xlsx(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
+    """Change an .xlsx file, of which only the parts of the sheets that change are others; see `Format`."""
+    from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
+    from rrp_sheets.workbook.patch.references import grow
+    from rrp_sheets.workbook.patch.row_edits import change_rows
+    from rrp_sheets.workbook.patch.sheets import change_sheets
+
+    def finished() -> bytes:
+        for index in package.ends:
+            grow(package, index)
+        return package.to_bytes()
+
+    package, kept = PackageEdit(data, name), list[str]()
+    for one in edits:
+        if isinstance(one, SetCell):
+            set_cell(package, one)
+        elif isinstance(one, SheetEdit):
+            package = PackageEdit(finished(), name)  # it has all sheets as they are now
+            kept += [back] if (back := change_sheets(package, one)) else []
+            package = PackageEdit(package.to_bytes(), name)
+        else:
+            change_rows(package, one)
+    new = finished()
+    if new != data:
+        _refuse_unreadable(new, name)
+    return new, tuple(kept)
+
+
+def _refuse_unreadable(data: bytes, name: str) -> None:
+    """A result that we could not read ourselves (too large, say) is not written."""
+    if len(data) > limits.FILE_BYTES:
+        size, limit = f"{len(data) / 1e6:.1f} MB", f"{limits.FILE_BYTES / 1e6:g} MB"
+        raise unreadable("FILE006", name=name, size=size, limit=limit)
+    XlsxBook(data, name)
+
+
+def _bytes_digest(data: bytes, name: str) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+XLSX = Format("xlsx", (".xlsx",), XlsxBook, _edit_xlsx, workbook_bytes, _bytes_digest)
+FORMATS = (XLSX, MARKDOWN)
+"""Formats in which one file is a workbook. Several files are one in a folder of CSV files, each of them a sheet."""
+WORKBOOK_SUFFIXES = tuple(suffix for one in FORMATS for suffix in one.suffixes)  # lists show such files
+_MACROS = (".xlsm", ".xltm", ".xlam")
+KNOWN_SUFFIXES = (*WORKBOOK_SUFFIXES, *SUFFIXES, *_MACROS, ".xls", ".ods")  # those of files that are refused too
+
+
+def format_of(path: Path, suffix: str = "") -> Format | None:
+    """The format of a file by its suffix, or the one given instead."""
+    suffix = (suffix or path.suffix).casefold()
+    return next((one for one in FORMATS if suffix in one.suffixes), None)
+
+
+def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
+    """A file's sheets, and its digest; see `read`."""
+    if "\0" in str(path) or not path.exists():
+        longer = f"{path.name}.xlsx"
+        there = path.name and path.with_name(longer).exists()
+        hint = N_("Did you mean “{guess}”?", guess=longer) if there else N_("Check the spelling and the folder.")
+        raise unreadable("FILE001", name=path.name or str(path), hint=hint)
+    if path.is_dir():
+        files, order = csv_files(path), csv_order(path)
+        book = read_csv(files, path.name or str(path), order, tab_sheets(csv_paths(path)))
+        return book, _folder_digest(files, order)
+    suffix = (suffix or path.suffix).casefold()
+    if not path.is_file():
+        raise unreadable("FILE002", name=path.name)
+    data = file_bytes(path)
+    if suffix in _MACROS:
+        raise unreadable("FILE004", name=path.name)
+    if not data:
+        raise unreadable("FILE015", name=path.name)
+    if suffix in SUFFIXES:
+        tabs = {path.stem} if suffix == TAB_SUFFIX else set()
+        return read_csv({path.stem: data}, path.name, tabs=tabs), _folder_digest({path.stem: data})
+    found = format_of(path, suffix) or XLSX  # which refuses what is no package
+    return found.read(data, path.name), found.digest(data, path.name)
+
+
+def csv_order(folder: Path) -> list[str]:
+    """The sheets that the folder's `order.txt` names, in that order; empty without one."""
+    path = folder / ORDER
+    if not path.is_file():
+        return []
+    lines = decode(file_bytes(path, limits.PART_BYTES), ORDER).split("\n")
+    return [name for line in lines if (name := line.strip())][: limits.SHEETS]
+
+
+def csv_paths(path: Path) -> dict[str, Path]:
+    """The .csv and .tsv files of a folder (or the one file that `path` is) by sheet name.
+
+    Raises UnreadableFile when there are too many, or two of them are the same sheet.
+    """
+    if not path.is_dir():
+        return {path.stem: path}
+    files = (p for p in path.iterdir() if p.suffix.casefold() in SUFFIXES and p.name[0] not in ".~" and p.is_file())
+    found = sorted(files)
+    if len(found) > limits.SHEETS:
+        raise unreadable("FILE012", name=path.name, count=len(found), limit=limits.SHEETS)
+    paths: dict[str, Path] = {}
+    for file in found:
+        if other := paths.get(file.stem):
+            raise unreadable("FILE021", name=path.name, one=other.name, other=file.name, sheet=file.stem)
+        paths[file.stem] = file
+    return paths
+
+
+def tab_sheets(paths: Mapping[str, Path]) -> set[str]:
+    """The sheets whose files are .tsv files."""
+    return {sheet for sheet, path in paths.items() if path.suffix.casefold() == TAB_SUFFIX}
+
+
+def csv_files(folder: Path) -> dict[str, bytes]:
+    """The contents of a folder's .csv and .tsv files by sheet name."""
+    files: dict[str, bytes] = {}
+    left = limits.FILE_BYTES
+    for sheet, path in csv_paths(folder).items():
+        files[sheet] = file_bytes(path, left)
+        left -= len(files[sheet])
+    return files
+
+
+def _folder_digest(files: Mapping[str, bytes], order: Sequence[str] = ()) -> str:
+    """One SHA-256 over texts in the order of their names, with length and name of each."""
+    total = hashlib.sha256("".join(f"{name}\n" for name in order).encode("utf-8", "surrogateescape"))
+    for name in sorted(files):
+        content = decode(files[name], name).encode()
+        total.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape") + content)
+    return total.hexdigest()
+
+
+def read_sheets(path: Path | str) -> tuple[RawSheet, ...]:
+    """All cells of all sheets, the user's own too; raises UnreadableFile, also for a sheet beyond the limits."""
+    book, _ = open_book(Path(path))
+    sheets = tuple(book.sheet(index, Extent.WHOLE) for index in range(len(book.names)))
+    for sheet in sheets:
+        check_size(sheet)
+    return sheets
+
+
+class FileChanged(SheetsError):
+    """The file is not what it was when it was read: someone has changed it meanwhile."""
+
+
+@dataclass(frozen=True)
+class Edited:
+    """Result of a series of edits: the file's `Reading.digest` as it is now, and whether it was written at all.
+
+    `kept` has of every deleted sheet, in their order, what brings it back (`BringSheet`).
+    """
+
+    digest: str
+    changed: bool
+    kept: tuple[str, ...] = ()
+
+
+def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:
+    """Carry out edits one after the other and write the file once; each counts rows as the one before left them.
+
+    What does not change of a file stays as it is. A symbolic link is followed. The edits are based on the file whose
+    `Reading.digest` is expected; None takes the file as it is.
+
+    Raises:
+        FileChanged: the file is not what was expected. Read it again and decide anew.
+        SheetsError: an edit cannot be done, or the file cannot be written. It is then as it was.
+        UnreadableFile: the file cannot be read at all.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise unreadable("FILE001", name=path.name or str(path), hint=N_("Check the spelling and the folder."))
+    if not path.is_file() and not path.is_dir():
+        raise unreadable("FILE002", name=path.name)
+    refuse_open_file(path)
+    path = path.resolve()
+    with _alone(path if path.is_dir() else path.parent):
+        if path.is_dir() or path.suffix.casefold() in SUFFIXES:
+            return _edit_csv(path, edits, expected_digest)
+        _refuse_read_only(path)
+        stamp = stamp_of(path)
+        data = file_bytes(path)
+        found = format_of(path) or XLSX
+        if expected_digest not in (None, digest := found.digest(data, path.name)):
+            raise _changed(path)
+        if not data:
+            raise unreadable("FILE015", name=path.name)
+        new, kept = found.edit(data, path.name, edits)
+        if new != data:
+            write_atomically(path, new, unchanged=stamp)
+            digest = found.digest(new, path.name)
+        return Edited(digest, new != data, kept)
+
+
+def clean_up(path: Path) -> None:
+    """Delete what a killed program of ours has left half-written beside a workbook, where none of ours writes now."""
+    path = path.resolve()
+    with _alone(path.parent) as alone, contextlib.suppress(OSError):
+        if alone:
+            sweep(path, older=-1.0)
+
+
+def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
+    folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
+    paths = csv_paths(path)
+    stamps = {name: stamp_of(paths[name]) for name in folder}
+    open_book(path)  # refuses what cannot be read
+    order = csv_order(path) if path.is_dir() else []
+    if expected not in (None, digest := _folder_digest(folder, order)):
+        raise _changed(path)
+    now, kept = CsvFolder(dict(folder), list(order), tab_sheets(paths)), list[str]()
+    for one in edits:
+        if isinstance(one, SheetEdit):
+            if not path.is_dir():
+                remedy = N_("Use a folder of CSV files, or an .xlsx workbook.")
+                raise SheetsError(N_("A CSV file is one sheet."), remedy)
+            kept += [back] if (back := now.apply(one)) else []
+            continue
+        name = sheet_named(list(now.files), one.sheet)
+        text = EncodedText(now.files[name])
+        table = CsvTable(name, text.text, text.newline, now.file_name(name))
+        table.apply(one)
+        now.files[name] = text.encode(table.whole())
+    if now.files == folder and now.order == order:
+        return Edited(digest, False, tuple(kept))
+    for name in {n for n in (*folder, *now.files) if folder.get(n) != now.files.get(n)} & paths.keys():
+        refuse_open_file(paths[name])
+        _refuse_read_only(paths[name])
+    write_folder(path, folder, now, order, stamps)
+    return Edited(_folder_digest(now.files, now.order), True, tuple(kept))
+
+
+def _changed(path: Path) -> FileChanged:
+    return FileChanged(
+        N_("“{name}” was changed by somebody else since it was read; nothing was written.", name=path.name),
+        N_("Look at it again, and then make your change."),
+    )
+
+
+def _refuse_read_only(path: Path) -> None:
+    if not path.stat().st_mode & stat.S_IWUSR:
+        message = N_("“{name}” is write-protected, so it was left as it is.", name=path.name)
+        raise SheetsError(message, N_("Take the protection off in the file's properties, or change a copy."))
+
+
+@contextlib.contextmanager
+def _alone(folder: Path) -> Iterator[bool]:
+    """Let no other edit of ours run in this folder meanwhile, in this process or another; False where that is not sure.
+
+    On Windows, and in a folder whose file system has no locks, it is not sure.
+    """
+    try:
+        import fcntl
+
+        handle = os.open(folder, os.O_RDONLY)
+    except (ImportError, OSError):  # a folder that cannot be read is told when the file is
+        yield False
+        return
+    try:
+        sure = False
+        with contextlib.suppress(OSError):  # a file system without locks
+            fcntl.flock(handle, fcntl.LOCK_EX)
+            sure = True
+        yield sure
+    finally:
+        os.close(handle)
+
+
+def write_folder(
+    path: Path, before: Mapping[str, bytes], now: CsvFolder, order: Sequence[str], stamps: Mapping[str, Stamp]
+) -> None:
+    """Write the files that are other ones, new files, the order of the sheets; delete files whose sheets are gone.
+
+    `before` and `stamps` are contents and stamps of the files by sheet as they were read; `order` is what `order.txt`
+    said then. Where something cannot be written, SheetsError is raised and everything is as it was.
+    """
+
+    def file(name: str) -> Path:
+        if not path.is_dir():
+            return path
+        spelt = (p for p in path.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES)  # .CSV too
+        return next(spelt, path / now.file_name(name))
+
+    written: list[str] = []
+    try:
+        for name, data in now.files.items():
+            if before.get(name) != data:
+                new = name not in before
+                write_atomically(file(name), data, replace=not new, unchanged=None if new else stamps[name])
+                written.append(name)
+        if now.order != list(order):
+            write_atomically(path / ORDER, ("\n".join(now.order) + "\n").encode())
+    except SheetsError:
+        for name in written:
+            if name in before:
+                write_atomically(file(name), before[name])
+            else:
+                with contextlib.suppress(OSError):
+                    file(name).unlink()
+        raise
+    for name in before.keys() - now.files.keys():
+        _leave(file(name), [file(n) for n in now.files if n.casefold() == name.casefold()])
+
+
+def _leave(old: Path, alike: Sequence[Path]) -> None:
+    """Delete a file; where capitals make no difference it may be one that was just written, which gets its name."""
+    for new in alike:
+        if old.exists() and new.exists() and old.samefile(new):
+            old.rename(new)
+            return
+    old.unlink(missing_ok=True)
+
+
+def make_workbook(
+    sheets: Mapping[str, Rows], path: Path | str, offers: Offers | None = None, *,
+    language: str = "en", replace: bool = True,
+) -> Path:  # fmt: skip
+    """Write rows of texts as a workbook, see `workbook_bytes`; raises SheetsError also when it cannot be written."""
+    path = Path(path)
+    write_atomically(path, workbook_bytes(sheets, offers, language), replace=replace)
+    return path
+
+
+def write_sheets(sheets: Mapping[str, Rows], path: Path, *, replace: bool = True) -> Path:
+    """Write a file in the format that its suffix tells, else a folder of CSV files, see `write_csv`.
+
+    Raises SheetsError when it cannot be written, or there is a file and `replace` is False.
+    """
+    found = format_of(path)
+    if found is None:
+        return write_csv(sheets, path)
+    data = found.write(sheets)
+    _refuse_large(data)
+    write_atomically(path, data, replace=replace)
+    return path
+
+
+def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
+    """Write a folder of CSV files, one a sheet, and where needed the file `order.txt` with the order of the sheets.
+
+    Raises SheetsError when there are CSV files in the folder already, a sheet's name cannot be a file's name, or
+    something cannot be written.
+    """
+    if folder.is_dir() and any(p.suffix.casefold() in SUFFIXES for p in folder.iterdir()):
+        message = N_("There are CSV files in “{folder}” already.", folder=folder.name)
+        raise SheetsError(message, N_("Name another folder, or empty that one."))
+    for name in sheets:
+        if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
+            message = N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name)
+            raise SheetsError(message, N_("Rename the sheet."))
+    # the mark of UTF-8 is for Excel
+    files = {f"{name}.csv": csv_text(rows).encode("utf-8-sig") for name, rows in sheets.items()}
+    _refuse_large(b"".join(files.values()))
+    made = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        why = error.strerror or N_("the system refuses it")
+        message = N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why)
+        raise SheetsError(message, N_("Name another folder.")) from error
+    if list(sheets) != sorted(sheets, key=natural):
+        files[ORDER] = ("\n".join(sheets) + "\n").encode()
+    with contextlib.ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
+        if made:
+            undo.callback(_remove_empty, folder)
+        for name, data in files.items():
+            write_atomically(folder / name, data, replace=name == ORDER)
+            undo.callback((folder / name).unlink, missing_ok=True)
+        undo.pop_all()
+    return folder
+
+
+def _remove_empty(folder: Path) -> None:
+    with contextlib.suppress(OSError):
+        folder.rmdir()
+
+
+def _refuse_large(data: bytes) -> None:
+    if len(data) > limits.FILE_BYTES:
+        n, most = len(data) / 1e6, limits.FILE_BYTES / 1e6
+        message = N_("As text the workbook has {n:.1f} MB; {most:g} MB can be read again.", n=n, most=most)
+        raise SheetsError(message, N_("Take out the sheets that the robot does not need."))
+
+
+_ABANDONED_S = 600
+_HALF = ".part"
+_MOST_BYTES = 200  # of 255 that a name may have
+
+
+def refuse_open_file(path: Path) -> None:
+    """Raise SheetsError when Excel or LibreOffice has the file open (they leave a lock file beside it)."""
+    for program, lock in (("Excel", f"~${path.name}"), ("LibreOffice", f".~lock.{path.name}#")):
+        if os.path.exists(path.parent / lock):  # False, not an error, where that name is too long for the system
+            told = N_("“{name}” is open in {program}.", name=path.name, program=program)
+            how = N_("Close it there and try again; if it is not open, delete the file “{lock}” beside it.", lock=lock)
+            raise SheetsError(told, how)
+
+
+def already_there(path: Path) -> SheetsError:
+    """The error for a file that must not be replaced."""
+    message = N_("There is already a file “{name}”; it was left as it is.", name=path.name)
+    return SheetsError(message, N_("Choose another name, or move that file."))
+
+
+def unwritable(path: Path, error: OSError, remedy: str = N_("Name another file.")) -> SheetsError:
+    """The error for a file that the system does not let us write."""
+    reason = error.strerror or N_("the system refuses it")
+    if error.errno == errno.ENAMETOOLONG:
+        remedy = N_("Choose a shorter name.")
+    return SheetsError(N_("“{file}” cannot be written: {reason}.", file=str(path), reason=reason), remedy)
+
+
+def refuse_workbook(target: Path, source: Path) -> None:
+    """Raise SheetsError when what is written about a workbook would take the place of a workbook or a run's record."""
+    suffix = target.suffix.casefold()
+    if os.path.exists(target) and os.path.exists(source) and target.samefile(source):
+        message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
+    elif suffix == ".jsonl":
+        message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
+    elif suffix in (".xlsx", ".xlsm", ".csv", ".tsv"):
+        message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
+    else:
+        return
+    raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))
+
+
+Stamp = tuple[int, int, int]
+"""Identity of a file's state: time of the last change (ns), size in bytes, number of the file itself."""
+
+
+def stamp_of(path: Path) -> Stamp:
+    """The stamp of a file as it is now."""
+    about = path.stat()
+    return about.st_mtime_ns, about.st_size, about.st_ino
+
+
+def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
+    """The bytes of a file, read once so that what is checked, hashed and parsed is the same."""
+    with path.open("rb") as file:
+        data = file.read(limits.FILE_BYTES + 1)
+        size = max(len(data), os.fstat(file.fileno()).st_size)
+    if size > most:
+        limit = N_("{n:g} MB in all", n=limits.FILE_BYTES / 1e6)
+        raise unreadable("FILE006", name=path.name, size=f"{size / 1e6:.1f} MB", limit=limit)
+    return data
+
+
+def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged: Stamp | None = None) -> None:
+    """Write to a temporary file beside `path`, have it stored, and give it the name; raises SheetsError if it cannot.
+
+    Without `replace` a file that is there is left, even one made a moment ago. `unchanged` is the stamp that the file
+    had when it was read; it is not replaced when it has another by now.
+    """
+    refuse_open_file(path)
+    half = ""
+    try:
+        if path.is_dir() or (path.exists() and not path.is_file()):
+            raise SheetsError(N_("“{file}” is not a file that can be replaced.", file=str(path)), N_("Name a file."))
+        sweep(path)
+        mode = path.stat().st_mode & 0o777 if path.exists() else None  # a new file is as open as others of the process
+        name = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
+        handle, half = os.open(name, flags, 0o666 if mode is None else 0o600), name
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        if mode is not None:
+            os.chmod(half, mode)
+        refuse_open_file(path)
+        if unchanged is not None and stamp_of(path) != unchanged:
+            raise SheetsError(
+                N_("“{name}” was changed by another program at this moment; it was left as it is.", name=path.name),
+                N_("Look at it again, and then make your change."),
+            )
+        if replace:
+            os.replace(half, path)
+        else:
+            _take_name(half, path)
+        _keep_folder(path.parent)
+    except FileExistsError:
+        raise already_there(path) from None
+    except OSError as error:
+        raise unwritable(path, error, N_("Choose another folder, or free some space.")) from error
+    finally:
+        if half:
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(half)
+
+
+def sweep(path: Path, older: float = _ABANDONED_S) -> None:
+    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago; nobody writes for minutes."""
+    limit = time.time() - older
+    for left in path.parent.glob(f"{glob.escape(_half_name(path))}*{_HALF}"):
+        with contextlib.suppress(OSError):
+            if left.stat().st_mtime < limit:
+                left.unlink()
+
+
+def _half_name(path: Path) -> str:
+    """Return the beginning of the temporary file's name, cut so that the whole is not too long for the system."""
+    return f".{os.fsencode(path.name)[:_MOST_BYTES].decode(errors='ignore')}."
+
+
+def _keep_folder(folder: Path) -> None:
+    """Have the new name stored too, so that a power cut cannot bring the old file back (not on Windows)."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)
+
+
+def _take_name(half: str, path: Path) -> None:
+    """Give the file its name; raises FileExistsError when that is taken."""
+    try:
+        os.link(half, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        with path.open("xb"):
+            pass
+        os.replace(half, path)
