@@ -12,6 +12,7 @@ from test_sheets import same
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.document import Journal
+from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.edits import AddSheet, DeleteSheet, RenameSheet, SetCell
 from rrp_sheets.workbook.files import edit, make_workbook, read_sheets
@@ -189,3 +190,49 @@ def test_versions_and_comparing_know_sheets_that_came_and_went(document: Documen
     assert [*document.grids] == ["Look", "Switch", "Devices", "Check", "Protocol", "Parts"]
     edit(document.path, [DeleteSheet("Devices")])
     assert ("removed", "Devices") in {(c.kind, c.sheet or c.name) for c in api.diff(old, document.path).changes}
+
+
+def test_undo_on_a_deleted_sheet_is_refused_and_kept(document: Document) -> None:
+    document.sheets.move("Aya", "Parts", "Look")
+    document.sheets.rename("Ben", "Switch", "Off")
+    document.sheets.delete("Cem", "Off")
+    deleted = document.undo("Cem")
+    assert deleted is not None
+    document.sheets.delete("Cem", "Parts")
+    for _ in range(2):
+        with pytest.raises(Refused, match="no sheet “Parts”"):
+            document.undo("Aya")
+    document.undo("Cem")
+    document.undo("Aya")
+    assert list(document.reading.workbook.sheets)[-1] == "Parts"
+    document.sheets.delete("Cem", "Off")
+    with pytest.raises(Refused, match="no sheet “Off”"):
+        document.undo("Ben")
+    with pytest.raises(Refused, match="no sheet “Nowhere”"):
+        document.sheets.move("Aya", "Nowhere", "")
+
+
+def test_undo_of_a_move_finds_the_neighbour_by_its_new_name(document: Document) -> None:
+    first = list(document.reading.workbook.sheets)
+    document.sheets.move("Aya", "Look", "")
+    document.sheets.rename("Ben", "Switch", "Off")
+    document.undo("Aya")
+    assert list(document.reading.workbook.sheets) == [{"Switch": "Off"}.get(name, name) for name in first]
+
+
+def test_undo_of_a_deletion_restores_the_run_of_a_renamed_protocol(document: Document) -> None:
+    document.sheets.delete("Aya", "Switch")
+    document.sheets.rename("Ben", "Protocol", "Study")
+    document.undo("Aya")
+    assert read(document.path).workbook.protocol.text("Run") == "Look, Switch"
+
+
+def test_undo_that_cannot_read_the_file_is_kept(document: Document) -> None:
+    document.sheets.move("Aya", "Parts", "Look")
+    content = document.path.read_bytes()
+    document.path.write_bytes(b"no workbook")
+    with pytest.raises(UnreadableFile):
+        document.undo("Aya")
+    document.path.write_bytes(content)
+    document.undo("Aya")
+    assert list(document.reading.workbook.sheets)[-1] == "Parts"

@@ -42,7 +42,7 @@ from rrp_sheets.documents.grid import (
     remove,
     shift,
 )
-from rrp_sheets.documents.sheet_edits import SheetEdits, SheetIn, Sheets, SheetStep, make_sheet_step
+from rrp_sheets.documents.sheet_edits import SheetEdits, Sheets, SheetStep, make_sheet_step
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.private import close_to_others, opener, private_folder
@@ -183,7 +183,7 @@ class Document:
                 return None
             try:
                 changed, inverse = self._make(author, step)
-            except Refused:  # it can be tried again when the reason is gone
+            except Exception:  # it can be tried again when the reason is gone
                 self._steps.put(author, step, again=again)
                 raise
             self._steps.put(author, inverse, again=not again)
@@ -263,8 +263,6 @@ class Document:
         return shift(self._store, author, grid, parts[0])
 
     def _make_sheet(self, author: str, step: SheetStep) -> tuple[Changed, Step]:
-        if not isinstance(step, SheetIn):
-            step = replace(step, sheet=self.current(step.sheet))
         changed, inverse = make_sheet_step(self._sheets(), author, step)
         change = changed.change
         if change is not None and change.was:
@@ -275,7 +273,7 @@ class Document:
 
     def _sheets(self) -> Sheets:
         self._synchronise()
-        return Sheets(self.grids, self.reading, self._store, self._renew)
+        return Sheets(self.grids, self.reading, self._store, self._renew, self.current)
 
     def _each(self, author: str, together: Batch) -> tuple[Changed, Step]:
         """One step after the other; when one is refused, those before it are taken back."""

@@ -183,6 +183,14 @@ class Sheets:
     reading: Reading
     store: Store
     renew: Callable[[Mapping[str, Grid]], Mapping[str, Grid]]  # the grids as the file says them now, from these
+    current: Callable[[str], str]  # the name that a sheet has now, which may have been renamed since a step was kept
+
+    def find(self, sheet: str) -> str:
+        """Return the name that a sheet has now; raise Refused when it is gone."""
+        found = self.current(sheet)
+        if found not in self.reading.workbook.sheets:
+            raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=found), N_("Reload the page."))
+        return found
 
     def text(self, at: Address) -> str:
         """Return the typed text of a cell."""
@@ -198,15 +206,18 @@ class Sheets:
 
 def make_sheet_step(sheets: Sheets, author: str, step: SheetStep) -> tuple[Changed, SheetStep]:
     """Make a step; return what it changed, and the step that takes it back. Raise Refused when it cannot be made."""
+    if isinstance(step, SheetIn | SheetNamed):
+        step = replace(step, cells=tuple((sheets.current(name), c) for name, c in step.cells))
     match step:
         case SheetIn():
             return _bring_in(sheets, author, step)
         case SheetOut():
-            return _take_out(sheets, author, step)
+            return _take_out(sheets, author, replace(step, sheet=sheets.find(step.sheet)))
         case SheetNamed():
-            return _rename(sheets, author, step)
+            return _rename(sheets, author, replace(step, sheet=sheets.find(step.sheet)))
         case SheetPlaced():
-            return _move(sheets, author, step)
+            before = sheets.find(step.before) if step.before else ""
+            return _move(sheets, author, SheetPlaced(sheets.find(step.sheet), before))
 
 
 def _bring_in(sheets: Sheets, author: str, step: SheetIn) -> tuple[Changed, SheetStep]:
@@ -257,8 +268,6 @@ def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, She
 
 def _move(sheets: Sheets, author: str, step: SheetPlaced) -> tuple[Changed, SheetStep]:
     names = list(sheets.reading.workbook.sheets)
-    if step.before and step.before not in names:
-        raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=step.before), N_("Reload the page."))
     after = names[names.index(step.sheet) + 1 :][:1]
     sheets.store(author, [MoveSheet(step.sheet, step.before)])
     sheets.grids = sheets.renew(sheets.grids)
