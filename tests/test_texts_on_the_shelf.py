@@ -11,6 +11,8 @@ from browser import GOOD, book, get, post, visit
 from flask.testing import FlaskClient
 from recorded import END, EVENT, HEADER, write_run
 
+from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES
+
 README = "# About\n\n## Who was there\n\n| Name | Day |\n|---|---|\n| Aya | Monday |\n"
 DEVICES = "## Devices\n| Stream | Device |\n|---|---|\n| Ball | Red ball |\n"
 NEARLY = GOOD.replace("| Connector |", "| Conector |")
@@ -67,6 +69,11 @@ def test_a_readme_that_shows_rows_is_still_a_text(tmp_path: Path) -> None:
 def test_one_is_not_taken_in(client: FlaskClient, folder: Path) -> None:
     answer = post(client, "/shelf/upload", file=(BytesIO(README.encode()), "about.md"))
     assert "“about.md” is not a workbook" in answer.text and not (folder / "about.md").exists()
+
+
+def test_upload_offers_every_kind_of_workbook(client: FlaskClient) -> None:
+    (accept,) = re.findall(r'type="file" name="file" accept="([^"]+)"', get(client, "/").text)
+    assert set(accept.split(",")) == {*WORKBOOK_SUFFIXES, ".zip"}
 
 
 def test_a_file_that_becomes_a_workbook_is_one_from_then_on(tmp_path: Path) -> None:
