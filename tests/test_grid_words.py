@@ -134,6 +134,31 @@ def test_tab_and_enter_take_what_is_offered(shelf: Books) -> None:
         becomes(lambda: grid.text("D2"), text)
 
 
+@pytest.mark.parametrize("key", ["Tab", "Enter Enter"])
+@pytest.mark.parametrize(
+    ("sheet", "address", "typed", "chosen"),
+    [
+        ("Scene", "D2", "", "at 1, 0.2, 0.4"),  # a value that may be anything else too
+        ("Devices", "B4", "say", "Say parameter"),  # a complete name, which a longer one continues
+    ],
+)
+def test_tab_takes_a_suggestion_that_was_chosen(
+    shelf: Books, sheet: str, address: str, typed: str, chosen: str, key: str
+) -> None:
+    grid = shelf.open(SHEETS, sheet=sheet)
+    grid.checked()
+    grid.go(address)
+    grid.page.keyboard.type(typed) if typed else grid.press("F2")
+    option = grid.page.locator(".suggestions [aria-selected=true] .name")
+    for _ in range(20):
+        grid.press("ArrowDown")
+        if option.inner_text() == chosen:
+            break
+    grid.press(*key.split())
+    becomes(lambda: grid.text(address), chosen)
+    becomes(lambda: grid.page.locator(".editor").count(), 0)
+
+
 def test_suggestions_are_offered_when_the_words_come_after_the_editor_was_opened(shelf: Books) -> None:
     grid = shelf.open({**TRACKING, "Try": [SHEETS["Try"][0], ["0", "Dista", "1", "", ""]]}, sheet="Try")
     held: list[Any] = []

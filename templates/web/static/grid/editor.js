@@ -221,7 +221,7 @@ export class Editor {
     const chosen = this.offers && this.chosen >= 0;
     if (this.offers && key === "Enter" && this.moved) return this.accept(this.chosen);
     if (chosen && !shiftKey && this.found.partial) return this.accept(this.chosen);
-    if (chosen && this.found.whole) this.accept(this.chosen);
+    if (chosen && (this.moved || this.found.whole)) this.accept(this.chosen);
     return this.close(true, key === "Enter" ? (shiftKey ? "raise" : "enter") : shiftKey ? "back" : "tab");
   }
 
