@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from functools import reduce
 from typing import NamedTuple, NoReturn
 
-from rrp_sheets.formulas.limits import LARGEST_NUMBER
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Token
 from rrp_sheets.texts import N_
@@ -65,21 +64,6 @@ def instead_of_cell(names: Sequence[str]) -> str:
     """Return the remedy that proposes up to three inputs: `a or b or c`."""
     listed = reduce(lambda before, after: N_("{before} or {after}", before=before, after=after), names[:3])
     return N_("Write the name of the row's input instead: {names}.", names=listed)
-
-
-def number(token: Token) -> int | float:
-    """Return the number that a token shows; raises FormulaProblem FORM001 or FORM008."""
-    text = token.text.replace("_", "")
-    try:
-        based = text[1:2].casefold() in ("x", "o", "b")
-        found = int(text, 0 if based else 10) if based or text.isdecimal() else float(text)
-    except ValueError:
-        reason = N_("“{text}” is not a number", text=token.text)
-        raise syntax(token, reason, N_("Write a number such as 0.5.")) from None
-    if abs(found) > LARGEST_NUMBER:
-        shown = token.text if len(token.text) <= 13 else token.text[:12] + "…"
-        raise FormulaProblem("FORM008", token.start, token.end - token.start, number=shown)
-    return found
 
 
 def truth_beside_number(left: ast.expr, right: ast.expr) -> bool:

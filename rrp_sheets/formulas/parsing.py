@@ -10,7 +10,7 @@ from typing import NoReturn, TypeVar
 from rrp_sheets.formulas import hints
 from rrp_sheets.formulas.limits import DEEPEST
 from rrp_sheets.formulas.problems import FormulaProblem, together
-from rrp_sheets.formulas.tokens import Hole, Token
+from rrp_sheets.formulas.tokens import Hole, Token, parse_number
 from rrp_sheets.model.names import OPERATOR_WORDS
 from rrp_sheets.texts import N_
 
@@ -387,7 +387,7 @@ class _Parser:
         kind = self.now.kind
         if kind in ("number", "text"):
             token = self.step()
-            value = hints.number(token) if kind == "number" else token.text
+            value = parse_number(token) if kind == "number" else token.text
             return self.at(ast.Constant(value), token.start, token.end)
         if kind == "name":
             return self._name()

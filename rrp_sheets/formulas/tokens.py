@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rrp_sheets.formulas.limits import MOST_TEXTS_DEEP
+from rrp_sheets.formulas.limits import LARGEST_NUMBER, MOST_TEXTS_DEEP
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.texts import N_
 
@@ -332,3 +332,19 @@ def _strange(typed: str, at: int) -> FormulaProblem:
     remedy = _REMEDIES.get(c, _LEAVE_OUT)
     about = {"quotes": True} if remedy in (_QUOTED, _LEAVE_OUT) else {}
     return FormulaProblem("FORM001", at, reason=N_("“{c}” has no meaning in a formula", c=c), remedy=remedy, **about)
+
+
+def parse_number(token: Token) -> int | float:
+    """Return the number that a token shows; raises FormulaProblem FORM001 or FORM008."""
+    text = token.text.replace("_", "")
+    try:
+        based = text[1:2].casefold() in ("x", "o", "b")
+        found = int(text, 0 if based else 10) if based or text.isdecimal() else float(text)
+    except ValueError:
+        reason = N_("“{text}” is not a number", text=token.text)
+        remedy = N_("Write a number such as 0.5.")
+        raise FormulaProblem("FORM001", token.start, token.end - token.start, reason=reason, remedy=remedy) from None
+    if abs(found) > LARGEST_NUMBER:
+        shown = token.text if len(token.text) <= 13 else token.text[:12] + "…"
+        raise FormulaProblem("FORM008", token.start, token.end - token.start, number=shown)
+    return found
