@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / ".github" / "ARCHITECTURE.md"
 ENTRY = re.compile(r"\d+\. (?P<begins>\*[^*]+\* )?`(?P<path>[^`]+)` (?P<names>.*?): ")
-MOST = {"Key press": 16, "Formula": 38, "Ball": 16, "Stop": 15, "Rows at Stop": 7}
+MOST = {"Key press": 16, "Formula": 38, "Ball": 16, "Value": 14, "Stop": 15, "Rows at Stop": 7}
 """The files of each journey; who makes one shorter lowers it here."""
 
 
@@ -35,7 +35,7 @@ class JourneyFile:
 
 def journeys() -> dict[str, list[JourneyFile]]:
     """Read the journeys of the page, by their names."""
-    text = PAGE.read_text(encoding="utf-8").partition("## Four journeys")[2].partition("\n## ")[0]
+    text = PAGE.read_text(encoding="utf-8").partition("## Five journeys")[2].partition("\n## ")[0]
     found: dict[str, list[JourneyFile]] = {}
     for part in text.split("\n### ")[1:]:
         title = part.partition(":")[0]

@@ -1,4 +1,5 @@
-// The commands of keys, menus and buttons: one table, of which each place takes its own. To add a shortcut is to add an entry.
+// The commands of keys, menus and buttons: one table, of which each place takes its own. A shortcut is an entry here and a line in
+// rrp_sheets/help/keys.md. Keys within one part of a page (diagram, dialogs, column widths, look back) are in that part's module.
 // An entry has what it needs of these:
 //   section, told, help: its line of the help on keys (rrp_sheets/help/keys.md); an entry without `told` belongs to the line above it
 //   name, label: for menus and for buttons with `data-do`
