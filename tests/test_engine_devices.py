@@ -57,7 +57,7 @@ def test_wait_without_any_time_is_an_error_of_its_row():
     book = rows('| Head yaw | subscribe | "soon" | Any pause |\n| Any pause done | subscribe | | Print |', PAUSE)
     engine = FrameEngine(make_plan(check(book)))
     engine.settle(0, [("headyaw", 1)])
-    [told] = engine.take_happenings()
+    [told] = engine.take_notices()
     assert told.kind == "error" and told.row == "T!2"
     assert "soon" in told.text
     engine.settle(33_333, [])
@@ -131,7 +131,7 @@ def test_toggle_switches_the_other_way():
     assert played.values("Slow") == []
     told = FrameEngine(make_plan(check(ONLY_T)))
     told.settle(0, [("headpitch", 0)])
-    assert [h.text for h in told.take_happenings()] == ["The behaviour Count is switched on."]
+    assert [h.text for h in told.take_notices()] == ["The behaviour Count is switched on."]
     assert told.on == {"t", "count"}
     told.settle(33_333, [("headpitch", 0)])
     assert told.on == {"t"}

@@ -85,8 +85,8 @@ class Until(RunObserver):
         self.over = threading.Event()
         self.told = []
 
-    def happening(self, us, happening):
-        self.told.append(happening)
+    def notice(self, us, notice):
+        self.told.append(notice)
 
     def stopped(self):
         return self.over.is_set()

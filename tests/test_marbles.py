@@ -12,11 +12,11 @@ import pytest
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recorded import recorded_engine
 
 from rrp_sheets import api
 from rrp_sheets.cli.show import marbles_command
 from rrp_sheets.connectors import connectors
-from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.trace import TraceWriter
 from rrp_sheets.errors import SheetsError
@@ -281,7 +281,7 @@ def trace(tmp_path):
     folder.mkdir()
     plan = make_plan(checked)
     writer = TraceWriter(folder / "trace.jsonl", plan, {"name": "book.md"})
-    engine = FrameEngine(plan, writer)
+    engine = recorded_engine(plan, writer)
     for frame in range(61):
         sent = [("redball", play.example("Red ball", x=0.1 * (frame % 20)))] if frame % 10 == 0 else []
         engine.settle(frame * 1_000_000 // 30, sent)

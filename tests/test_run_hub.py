@@ -81,7 +81,7 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(run_state: 
         run_state.event(us, "headtracker", "A!5", 0.5)
     run_state.event(3_000_000, "headtracker", "A!5", None)
     run_state.event(3_100_000, "say", "A!3", "Hello")
-    run_state.happening(3_200_000, Notice("say", "Hello", "say", "A!3", "say-001.wav"))
+    run_state.notice(3_200_000, Notice("say", "Hello", "say", "A!3", "say-001.wav"))
     run_state.acted(3_300_000, OperatorAction("mark", "Kai laughs", "Mika"))
     for us in range(3_400_000, 4_000_000, 100_000):
         run_state.acted(

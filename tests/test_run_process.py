@@ -70,8 +70,8 @@ class Taken(RunObserver):
     def error(self, *what):
         self.got.append(("error", *what))
 
-    def happening(self, *what):
-        self.got.append(("happening", *what))
+    def notice(self, *what):
+        self.got.append(("notice", *what))
 
     def frame(self, *what):
         self.got.append(("frame", *what))

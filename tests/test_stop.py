@@ -107,9 +107,9 @@ class Panel(RunObserver):
         """The robot has begun its rest."""
         self.finished.append(time.monotonic())
 
-    def happening(self, us: int, happening: Notice) -> None:
+    def notice(self, us: int, notice: Notice) -> None:
         """Something is told."""
-        self.notes.append(happening.text)
+        self.notes.append(notice.text)
 
 
 class Running:

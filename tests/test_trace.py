@@ -6,8 +6,8 @@ import json
 
 import pytest
 from play import check, rows
+from recorded import recorded_engine
 
-from rrp_sheets.engine.engine import FrameEngine
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.engine.runners import FrameRunner
@@ -30,14 +30,14 @@ BOOK = rows(
 
 @pytest.fixture
 def trace(tmp_path):
-    """A trace of three frames: a value, an error, a happening."""
+    """A trace of three frames: a value, an error, a notice."""
     plan = make_plan(check(BOOK))
     path = tmp_path / "trace.jsonl"
     writer = TraceWriter(path, plan, {"seed": 7})
-    engine = FrameEngine(plan, writer)
+    engine = recorded_engine(plan, writer)
     world = ScriptedWorld([(0, "headyaw", 2), (33_333, "headyaw", 0)])
     FrameRunner(world, lambda: engine).go(66_666, RunObserver())
-    writer.happening(66_666, Notice("say", "Hello", "print", "T!4"))
+    writer.notice(66_666, Notice("say", "Hello", "print", "T!4"))
     writer.close({"ended": "time"})
     return path
 

@@ -152,12 +152,12 @@ class Watch(RunObserver):
             words = N_("error in {row}: {message} (it got {values})", row=row, message=failure.message, values=given)
             self._line(us, words, "red")
 
-    def happening(self, us: int, happening: Notice) -> None:
+    def notice(self, us: int, notice: Notice) -> None:
         """Print speech, clamped commands and notes."""
-        words = {"say": N_("says “{text}”"), "sound": N_("plays “{text}”")}.get(happening.kind)
+        words = {"say": N_("says “{text}”"), "sound": N_("plays “{text}”")}.get(notice.kind)
         colour = {"say": "green", "sound": "green", "person": "cyan", "error": "red", "clamp": "yellow"}
-        text = translated(N_(words, text=happening.text) if words else happening.text)
-        self._line(us, f"{text}{f'  ({happening.row})' if happening.row else ''}", colour.get(happening.kind))
+        text = translated(N_(words, text=notice.text) if words else notice.text)
+        self._line(us, f"{text}{f'  ({notice.row})' if notice.row else ''}", colour.get(notice.kind))
 
     def frame(self, us: int) -> None:
         """Print the progress when nothing else was printed for a while."""

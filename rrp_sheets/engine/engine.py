@@ -173,7 +173,7 @@ class Engine(ABC):
         self._observer = observer
         self.interpreter = GuardedInterpreter()
         self._commands: list[Command] = []
-        self._happenings: list[Notice] = []
+        self._notices: list[Notice] = []
         self._driven: dict[str, Command] = {}  # the last command of each actuator stream, to stop it
         self._wired: dict[str, CompositeDisposable] = {}
         if len(plan.steps) > 60:  # for the rest of the process: a lower limit would break an engine that still runs
@@ -200,9 +200,9 @@ class Engine(ABC):
     def settle(self, now_us: int, arrivals: Iterable[tuple[str, Value]]) -> list[Command]:
         """Go on to a time with the values that have arrived by then; the commands for the actuators of the world."""
 
-    def take_happenings(self) -> list[Notice]:
+    def take_notices(self) -> list[Notice]:
         """Return the notices since the last call: a behaviour was switched, a wait has no time."""
-        found, self._happenings = self._happenings, []
+        found, self._notices = self._notices, []
         return found
 
     def close(self) -> None:
@@ -261,9 +261,9 @@ class Engine(ABC):
         if stream in self.streams:
             self.streams[stream].on_next(value)
 
-    def tell(self, happening: Notice) -> None:
+    def tell(self, notice: Notice) -> None:
         """Report a notice to the observers of the run."""
-        self._happenings.append(happening)
+        self._notices.append(notice)
 
     def switch(self, behaviour: str, state: str) -> None:
         """Switch a behaviour (its key) `on`, `off`, or the other way (`toggle`); between instants only."""

@@ -136,8 +136,8 @@ class RealtimeAdapter(LiveWorld, Sensor, Actuator):
     def _post(queue: EventQueue, arrivals: Arrivals) -> None:
         for stream, value in arrivals.events:
             queue.event(stream, value)
-        for happening in arrivals.notices:
-            queue.tell(happening)
+        for notice in arrivals.notices:
+            queue.tell(notice)
 
 
 def _all(queue: SimpleQueue[_Item]) -> list[_Item]:
@@ -147,12 +147,12 @@ def _all(queue: SimpleQueue[_Item]) -> list[_Item]:
 
 @dataclass(frozen=True, slots=True)
 class QueuedEvent:
-    """A value of a stream, a happening, or the break of a device, with the time it was put in (µs of the run)."""
+    """A value of a stream, a notice, or the break of a device, with the time it was put in (µs of the run)."""
 
     us: int
     stream: str = ""
     value: Value = None
-    happening: Notice | None = None
+    notice: Notice | None = None
     broken: RunBroken | None = None
 
 
@@ -204,9 +204,9 @@ class EventQueue:
         """Put a value of a stream into the queue."""
         self._queue.put(QueuedEvent(self.now_us, stream, value))
 
-    def tell(self, happening: Notice) -> None:
+    def tell(self, notice: Notice) -> None:
         """Put a notice into the queue."""
-        self._queue.put(QueuedEvent(self.now_us, happening=happening))
+        self._queue.put(QueuedEvent(self.now_us, notice=notice))
 
     def broke(self, error: RunBroken) -> None:
         """Put the break of a device into the queue: the run cannot go on."""

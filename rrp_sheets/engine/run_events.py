@@ -90,7 +90,7 @@ class FormulaFailure(RunEvent):
 class NoticeEvent(RunEvent):
     """Something besides the values, such as speech or a clamped command."""
 
-    method = "happening"
+    method = "notice"
     at_once = False
     may_miss = True
     us: int

@@ -124,8 +124,8 @@ class FrameRunner(_Runner):
             commands = engine.settle(now, arrivals.events)
             if cued := engine.triggers.take():
                 world.act(cued)
-            for happening in (*arrivals.notices, *engine.take_happenings()):
-                observer.handle(NoticeEvent(now, happening))
+            for notice in (*arrivals.notices, *engine.take_notices()):
+                observer.handle(NoticeEvent(now, notice))
             observer.handle(FrameEnd(now))
             if engine.ended_by:
                 return now, "end run"
@@ -140,8 +140,8 @@ class FrameRunner(_Runner):
             now = due
             arrivals = world.advance(now, commands)
             if control.stopped:  # meanwhile: the robot rests already, and the rows of this frame may take long
-                for happening in arrivals.notices:
-                    observer.handle(NoticeEvent(now, happening))
+                for notice in arrivals.notices:
+                    observer.handle(NoticeEvent(now, notice))
                 return now, "stopped"
 
     def stop(self) -> list[Notice]:
@@ -271,7 +271,7 @@ class RealtimeRunner(_Runner):
             else:
                 self._settle(min(now, until_us), self._open(queued, observer) if queued and now < until_us else [])
                 queued = None
-            for told in engine.take_happenings():
+            for told in engine.take_notices():
                 observer.handle(NoticeEvent(engine.clock.us, told))
             if now >= tick or now >= until_us or engine.ended_by:
                 ticked = now
@@ -303,9 +303,9 @@ class RealtimeRunner(_Runner):
     def _open(self, queued: QueuedEvent, observer: RunObserver) -> list[tuple[str, object]]:
         if queued.broken is not None:
             raise queued.broken
-        if queued.happening is None:
+        if queued.notice is None:
             return [(queued.stream, queued.value)]
-        observer.handle(NoticeEvent(self.engine.clock.us, queued.happening))
+        observer.handle(NoticeEvent(self.engine.clock.us, queued.notice))
         return []
 
     def _wake(self) -> None:

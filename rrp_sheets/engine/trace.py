@@ -1,6 +1,6 @@
 """The trace: every event of a run as JSON Lines, written as it happens.
 
-The first line is the header; then one line per event, error or happening, flushed once per frame; the last line is the
+The first line is the header; then one line per event, error or notice, flushed once per frame; the last line is the
 summary. After the header nothing depends on the wall clock, so the same run gives the same bytes; only what people did
 meanwhile has the wall's time too, to lay films beside it.
 """
@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from rrp_sheets.engine.file_lock import lock
-from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.model.exchange import Notice, OperatorAction
@@ -45,8 +44,8 @@ def notice_entry(us: int, notice: Notice, labels: Mapping[str, str]) -> dict[str
     return RecordedNotice(us, stream, notice.row, notice.kind, notice.text, notice.sound).entry()
 
 
-class TraceWriter(RunObserver):
-    """Writes a trace; an engine's observer."""
+class TraceWriter:
+    """Writes the trace of a run, line by line."""
 
     def __init__(self, path: Path, plan: Plan, header: Mapping[str, Any]) -> None:
         # a name that is no proper text (a file name in another encoding) is written as an escape, which JSON can read
@@ -84,9 +83,9 @@ class TraceWriter(RunObserver):
         """Write that a formula failed."""
         self._add(RecordedFailure(us, "", row, failure.message, failure.code, [to_json(v) for v in values]))
 
-    def happening(self, us: int, happening: Notice) -> None:
+    def notice(self, us: int, notice: Notice) -> None:
         """Write what the world tells: speech, a clamped command, a note."""
-        self._waiting.append(_line(notice_entry(us, happening, self._labels)))
+        self._waiting.append(_line(notice_entry(us, notice, self._labels)))
 
     def _add(self, event: RecordedEvent) -> None:
         self._waiting.append(_line(event.entry()))

@@ -268,9 +268,9 @@ class ReplayPlayer(RunObserver):
 
     def _settle(self, now: int, arrivals: Sequence[tuple[str, Value]]) -> None:
         self._engine.settle(now, arrivals)
-        for happening in self._engine.take_happenings():
-            notice = RecordedNotice(now, happening.stream, happening.row, happening.kind, happening.text)
-            self.events.append(notice)
+        for notice in self._engine.take_notices():
+            recorded = RecordedNotice(now, notice.stream, notice.row, notice.kind, notice.text)
+            self.events.append(recorded)
         self._engine.triggers.take()
 
     # ---- from the record to the engine

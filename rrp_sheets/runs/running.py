@@ -171,8 +171,8 @@ def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> t
             recorder.view.handle(FinishingEvent())
         finally:
             try:
-                for happening in (*runner.stop(), *runner.engine.triggers.left()):
-                    recorder.handle(NoticeEvent(runner.engine.clock.us, happening))
+                for notice in (*runner.stop(), *runner.engine.triggers.left()):
+                    recorder.handle(NoticeEvent(runner.engine.clock.us, notice))
             except RunBroken as error:
                 broken, ended = broken or error, "broken"  # the first break is the cause
             finally:
@@ -317,11 +317,11 @@ class Recorder(RunObserver):
         """Record that a formula failed."""
         self.trace.error(us, row, failure, values)
 
-    def happening(self, us: int, happening: Notice) -> None:
+    def notice(self, us: int, notice: Notice) -> None:
         """Record a notice; one of kind `error` is counted for its row."""
-        self.trace.happening(us, happening)
-        if happening.kind == "error":  # an actuator cannot use its value: an error of that row like any other
-            self.unusable[happening.row or happening.stream or _ROBOT] += 1
+        self.trace.notice(us, notice)
+        if notice.kind == "error":  # an actuator cannot use its value: an error of that row like any other
+            self.unusable[notice.row or notice.stream or _ROBOT] += 1
 
     def frame(self, us: int) -> None:
         """Flush the trace after a frame, and tell the view which behaviours a row has switched: a note in the trace."""

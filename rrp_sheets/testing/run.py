@@ -130,7 +130,7 @@ class Player(RunObserver):
                 self.ended_us, self.ended_by = now, engine.row
                 engine.close()
                 return
-            self.faults += [Fault(now, h.row, h.text) for h in engine.take_happenings() if h.kind == "error"]
+            self.faults += [Fault(now, h.row, h.text) for h in engine.take_notices() if h.kind == "error"]
             sent = due
             if len(self.events) > MOST_EVENTS:
                 self.broken[self.case.rows[0].row] = N_(

@@ -314,17 +314,17 @@ class RunState(RunObserver):
             self._newest.failed(us, row, failure.message)
             self.log.trouble(us, "error", failure.message, row)
 
-    def happening(self, us: int, happening: Notice) -> None:
+    def notice(self, us: int, notice: Notice) -> None:
         """Log a notice, such as speech, a clamped command or an error."""
-        known = self._streams.get(happening.stream)
+        known = self._streams.get(notice.stream)
         name = known.name if known else ""
         with self._lock:
-            if kind := _HEARD.get(happening.kind):
-                self.log.add(us, kind, happening.text, row=happening.row, stream=name, sound=happening.sound)
+            if kind := _HEARD.get(notice.kind):
+                self.log.add(us, kind, notice.text, row=notice.row, stream=name, sound=notice.sound)
                 return
-            if happening.kind == "error" and happening.row:
-                self._newest.failed(us, happening.row, happening.text)
-            self.log.trouble(us, happening.kind, happening.text, happening.row, name)
+            if notice.kind == "error" and notice.row:
+                self._newest.failed(us, notice.row, notice.text)
+            self.log.trouble(us, notice.kind, notice.text, notice.row, name)
 
     def frame(self, us: int) -> None:
         """Note the time at which a frame ended."""

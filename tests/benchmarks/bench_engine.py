@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 from asteval import Interpreter
 from play import example, rows
+from recorded import recorded_engine
 
 from rrp_sheets import api
 from rrp_sheets.engine.engine import FrameEngine
@@ -98,7 +99,7 @@ def time_asteval(log):
 
 
 def time_engine(plan, frames, trace=None):
-    engine = FrameEngine(plan, trace)
+    engine = FrameEngine(plan, None) if trace is None else recorded_engine(plan, trace)
     began = time.perf_counter()
     for now, arrivals in frames:
         engine.settle(now, arrivals)

@@ -7,6 +7,12 @@ import os
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.engine.engine import FrameEngine
+from rrp_sheets.engine.plan import Plan
+from rrp_sheets.engine.run_events import CommandQueue, RunObserver
+from rrp_sheets.engine.trace import TraceWriter
+from rrp_sheets.runs.running import Recorder
+
 HOSTILE = "<script>alert(1)</script>\"'"
 HEADER: dict[str, Any] = {
     "type": "header", "format": 1, "program": "0.2.0", "workbook": "0" * 64, "name": "good.md", "robot": "nao",
@@ -36,3 +42,11 @@ def write_run(folder: Path, name: str, *lines: dict[str, Any] | str) -> Path:
     trace.write_text("\n".join(texts) + "\n" * whole, encoding="utf-8")
     os.utime(trace, (1_700_000_000, 1_700_000_000))
     return place
+
+
+def recorded_engine(plan: Plan, writer: TraceWriter) -> FrameEngine:
+    """Return an engine whose events a recorder writes into a trace."""
+    recorder = Recorder(RunObserver(), CommandQueue())
+    engine = FrameEngine(plan, recorder)
+    recorder.begin(writer, engine)
+    return engine
