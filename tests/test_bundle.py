@@ -237,7 +237,7 @@ def test_a_run_for_which_there_is_no_room_is_told(place: Path, tmp_path: Path, m
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("rrp_sheets.web.views.workbook_list.shutil.copytree", full)
-    monkeypatch.setattr("rrp_sheets.services.bundles.dress", lambda *_: None)
+    monkeypatch.setattr("rrp_sheets.services.bundles.add_catalogues", lambda *_: None)
     said = html.unescape(upload(visit(tmp_path), "song.zip", (place / "song.zip").read_bytes()))
     assert "“one” could not be stored" in said and "song.md is on the shelf" in said
     assert not list((tmp_path / "runs").iterdir())

@@ -26,7 +26,7 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.run_files import Stamp
 from rrp_sheets.recording import exporting
-from rrp_sheets.recording.deleting import places_of
+from rrp_sheets.recording.deleting import search_code
 from rrp_sheets.recording.exporting import ExportKind
 from rrp_sheets.recording.folder import stamp_pictures
 from rrp_sheets.recording.metadata import stamp_of
@@ -375,11 +375,11 @@ def test_every_picture_says_where_it_comes_from_and_is_found_by_the_code(session
         shutil.copy(session / name, out / name)
     api.pack(tmp_path / "good.xlsx", out / "bundle.zip", runs=[session.name])
     with zipfile.ZipFile(out / "bundle.zip") as packed:
-        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(bundles.LIST)}
+        written = {p.name: p.read_bytes() for p in out.iterdir()} | {"bundle.zip": packed.read(bundles.VERSIONS_FILE)}
     for told in ("0" * 64, "0.2.0", "simulated", "7", "P-01"):
         assert [name for name, data in written.items() if told.encode() not in data] == [], told
     packed = ("film.gif", "marbles.pdf", "plots.pdf")  # not searched
-    left = places_of("P-01", out)
+    left = search_code("P-01", out)
     assert sorted(left.found) == sorted(p.name for p in out.iterdir() if p.name not in packed)
     assert {u.name for u in left.unsearched} == set(packed)
     with Image.open(out / "film.gif") as picture:  # it is still a film

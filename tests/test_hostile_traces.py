@@ -13,7 +13,7 @@ from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.run_files import RecordedNotice
-from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.recording.metadata import metadata_of
 from rrp_sheets.recording.table import write_xlsx
 from rrp_sheets.recording.trace_reader import TraceReader
 from rrp_sheets.replay.record import read_record
@@ -72,5 +72,5 @@ def test_a_pipe_in_place_of_a_trace_is_not_waited_for(tmp_path: Path) -> None:
     place = tmp_path / "runs" / "odd"
     place.mkdir(parents=True)
     os.mkfifo(place / "trace.jsonl")
-    facts = facts_of(place)
+    facts = metadata_of(place)
     assert not facts.readable and "it is no file" in facts.why

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from play import check, rows
 
-from rrp_sheets.diagnostics.report import slips
+from rrp_sheets.diagnostics.report import count_typos
 from rrp_sheets.model.names import Proposals, key, nearest
 
 NAMES = st.text("abcd e", max_size=8)
@@ -23,8 +23,8 @@ def test_the_nearest_name_is_that_of_the_exhaustive_search(name, candidates):
 
 @given(NAMES, NAMES, st.integers(0, 6))
 def test_slips_up_to_a_bound_are_those_without(first, second, most):
-    every = slips(first, second)
-    bounded = slips(first, second, most)
+    every = count_typos(first, second)
+    bounded = count_typos(first, second, most)
     assert bounded == every if every <= most else bounded > most
 
 

@@ -18,7 +18,7 @@ from recorded import END, HEADER, write_run
 
 from rrp_sheets import api
 from rrp_sheets.recording.lookback import Index
-from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.recording.metadata import metadata_of
 from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
@@ -209,7 +209,7 @@ def test_a_hundred_thousand_events_open_in_a_bounded_time(tmp_path: Path) -> Non
     assert len(curve["points"]) <= 1_200 and max(v for _, v in curve["points"]) == 99.0
     assert len(shown) < 300_000
     began = time.monotonic()
-    assert facts_of(place).seconds == 8.0 and time.monotonic() - began < whole / 10  # its beginning and its end
+    assert metadata_of(place).seconds == 8.0 and time.monotonic() - began < whole / 10  # its beginning and its end
 
 
 # ---- files ----

@@ -18,7 +18,7 @@ from processes import killed
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.recording.metadata import metadata_of
 from rrp_sheets.services import query_worker
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.workers import worker_process
@@ -85,8 +85,8 @@ def test_whatever_lies_there_is_listed_with_what_is_wrong(odd: FlaskClient, name
 
 def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
     place = write_run(tmp_path, "now", HEADER, EVENT)
-    assert facts_of(place).ended == "cut"
-    assert facts_of(place, {"now"}).ended == "going"
+    assert metadata_of(place).ended == "cut"
+    assert metadata_of(place, {"now"}).ended == "going"
     os.utime(place / "trace.jsonl")
     client = visit(tmp_path)
     assert "is going" in get(client, "/runs").text

@@ -26,7 +26,7 @@ from rrp_sheets.engine.realtime import RealtimeAdapter
 from rrp_sheets.engine.run_events import CommandQueue, RunObserver
 from rrp_sheets.engine.runners import RealtimeRunner
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Arrivals, State, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, WorldSnapshot, WorldState
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.run_process import RunProcess
@@ -61,7 +61,7 @@ class Lockstep:
         self.acted += actions
 
     def show(self, picture):
-        return WorldSnapshot(State({}, (), (), "", {"Red ball": (float(len(self.acted)), 0, 0)}))
+        return WorldSnapshot(WorldState({}, (), (), "", {"Red ball": (float(len(self.acted)), 0, 0)}))
 
     def stop(self):
         pass

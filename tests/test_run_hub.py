@@ -13,7 +13,7 @@ from browser import TOKEN, let_in
 
 from rrp_sheets.documents import CellText
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.run_data import RunStart
@@ -125,7 +125,7 @@ def test_memory_stays_small_however_long_a_run_is(run_state: RunState) -> None:
     for us in range(0, 4_000_000_000, 1_000_000):
         run_state.event(us, "a!distance", "A!2", us / 1e9)
         run_state.acted(us, OperatorAction("mark", "x" * 500, "Mika"))
-        run_state.state(us, State({}, (0,) * 6, (0, 0, 0), "", {}, {"head": f"A!{us % 7}"}))
+        run_state.state(us, WorldState({}, (0,) * 6, (0, 0, 0), "", {}, {"head": f"A!{us % 7}"}))
         run_state.frame(us)
         run_state.news()
     told, lines = run_state.all()
@@ -135,7 +135,7 @@ def test_memory_stays_small_however_long_a_run_is(run_state: RunState) -> None:
 
 def test_who_drives_what_goes_over_short_pauses(run_state: RunState) -> None:
     def see(us: int, **driving: str) -> list[list[object]]:
-        run_state.state(us, State({}, (0,) * 6, (1, 1, 1), "", {}, driving))
+        run_state.state(us, WorldState({}, (0,) * 6, (1, 1, 1), "", {}, driving))
         run_state.frame(us)
         return run_state.news()[0].get("drives", [])
 
@@ -297,7 +297,7 @@ def hear(page: EventStream, words: str) -> str:
 def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(run_state: RunState, monkeypatch) -> None:
     now = 100.0
     monkeypatch.setattr("rrp_sheets.web.run_state.time", SimpleNamespace(monotonic=lambda: now))
-    run_state.state(0, State({}, (), (), "", {}))
+    run_state.state(0, WorldState({}, (), (), "", {}))
     run_state.picture(0, b"first")
     run_state.picture(0, b"second")
     told, _ = run_state.news()

@@ -27,7 +27,7 @@ from rrp_sheets.engine.run_events import (
     StreamEvent,
 )
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
-from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, Record, record_from_mapping
 from rrp_sheets.resources import bundled
 from rrp_sheets.runs import RunSettings
@@ -138,7 +138,7 @@ def test_everything_that_a_view_is_told_arrives_in_order():
     box, lines, _ = pair()
     here, there = Taken(), Taken()
     put = {"thing": "Red ball", "put": [1.0, 0.0, 0.4]}
-    state = State({"HeadYaw": 0.1}, (0.0, 0.5), (1.0, 0.0, 0.0), "Hi", {"Ball": (1.0, 0.0, 0.4)}, {"head": "T!4"})
+    state = WorldState({"HeadYaw": 0.1}, (0.0, 0.5), (1.0, 0.0, 0.0), "Hi", {"Ball": (1.0, 0.0, 0.4)}, {"head": "T!4"})
     told = [
         StreamEvent(1, "redball", "", record_from_mapping("Red ball", {"x": 1})),
         FormulaFailure(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a")),

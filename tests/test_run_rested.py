@@ -16,7 +16,7 @@ from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.running import run
-from rrp_sheets.web.run_session import RunManager, RunOptions, failed
+from rrp_sheets.web.run_session import RunManager, RunOptions, failure_notice
 from rrp_sheets.web.workbook_session import EventStream, OpenWorkbooks
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.files import make_workbook
@@ -107,7 +107,7 @@ def test_a_run_for_which_there_is_no_room_leaves_no_folder(tmp_path: Path, monke
     with pytest.raises(SheetsError, match="No space left on device") as caught:
         run(reading, checked, RunSettings(fast=True), world=lambda *_: ScriptedWorld([]))
     assert list((tmp_path / "runs").iterdir()) == [], "it would be told for ever that it cannot be read"
-    assert failed(caught.value)["remedy"] == "Make room.", "no option of the command line in the browser"
+    assert failure_notice(caught.value)["remedy"] == "Make room.", "no option of the command line in the browser"
     (kept := tmp_path / "kept").mkdir()
     (kept / "mine.txt").touch()
     with pytest.raises(SheetsError, match="No space left on device"):

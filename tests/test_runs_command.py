@@ -28,8 +28,8 @@ from rrp_sheets.engine import file_lock
 from rrp_sheets.engine.file_lock import lock, locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.perception.face_memory import FaceMemory, kept, write_memory
-from rrp_sheets.recording.deleting import delete, places_of, plan
-from rrp_sheets.recording.metadata import facts_of
+from rrp_sheets.recording.deleting import delete, plan, search_code
+from rrp_sheets.recording.metadata import metadata_of
 from rrp_sheets.render.output import png_with
 from rrp_sheets.resources import bundled
 
@@ -188,9 +188,9 @@ def test_a_code_that_nobody_has_is_told_with_those_that_there_are(folder: Path) 
 def test_a_run_that_goes_on_is_refused(folder: Path) -> None:
     trace = write_run(folder, "8-now", HEADER | {"participant": CODE}, EVENT) / "trace.jsonl"
     with trace.open("a") as written:
-        assert facts_of(trace.parent).ended == "cut"
+        assert metadata_of(trace.parent).ended == "cut"
         lock(written)
-        assert facts_of(trace.parent).ended == "going"  # although nothing was written for long
+        assert metadata_of(trace.parent).ended == "going"  # although nothing was written for long
         with pytest.raises(SheetsError, match="8-now goes on"):
             plan(folder, CODE)
     planned = plan(folder, CODE)
@@ -306,7 +306,7 @@ def test_when_the_time_is_over_the_rest_is_named_as_not_searched(folder: Path, m
         (folder / f"{name}.txt").write_text("with P-07")
     (folder / "P-07.txt").write_text("")
     monkeypatch.setattr("rrp_sheets.recording.deleting._MOST_SECONDS", -1.0)
-    left = places_of(CODE, folder, frozenset({(folder / "runs").resolve()}))
+    left = search_code(CODE, folder, frozenset({(folder / "runs").resolve()}))
     monkeypatch.undo()
     assert left.found == ["P-07.txt (its name)"] and left.whole
     assert {"a.txt", "b.txt", "c.txt"} <= {u.name for u in left.unsearched}

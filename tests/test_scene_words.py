@@ -14,7 +14,7 @@ from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 from rrp_sheets.scene.scene_sheet import parse_scene, scene_end_us
-from rrp_sheets.scene.scene_words import KINDS, draw_scene
+from rrp_sheets.scene.scene_words import KINDS, choose_random_numbers
 
 UNDERSTOOD = [
     ("| 0 | Red cup | appears | at 0.4, 0.1 on table |", "cup",
@@ -110,7 +110,7 @@ def test_any_text_is_an_action_or_a_finding(time: str, thing: str, does: str, va
     actions = parse_scene([SceneRow(*here)], report, ROBOT)
     assert actions or report.errors
     assert all(finding.address and finding.remedy for finding in report)
-    drawn, _ = draw_scene(actions, 3)
+    drawn, _ = choose_random_numbers(actions, 3)
     assert "Range(" not in repr(drawn) and scene_end_us(actions) >= 0
 
 
@@ -119,14 +119,14 @@ def test_a_range_gives_a_number_between_its_ends_and_the_seed_says_which(low: fl
     low, high = round(low, 3), round(low + more, 3)
     report = Report()
     (action,) = parse_scene(rows_of(f"| 0 | Red ball | appears | at {low:.3f}..{high:.3f}, 0, 0.4 |"), report, ROBOT)
-    (one,), told = draw_scene([action], seed)
+    (one,), told = choose_random_numbers([action], seed)
     assert low <= one.values["at"][0] <= high
-    assert bool(told) == (low != high) and draw_scene([action], seed)[0] == (one,)
+    assert bool(told) == (low != high) and choose_random_numbers([action], seed)[0] == (one,)
 
 
 def test_a_row_more_draws_the_others_as_before_and_other_seeds_draw_otherwise() -> None:
     def at(table: str, seed: int) -> list[float]:
-        drawn, _ = draw_scene(parse_scene(rows_of(table), Report(), ROBOT), seed)
+        drawn, _ = choose_random_numbers(parse_scene(rows_of(table), Report(), ROBOT), seed)
         return [a.values["at"][0] for a in drawn]
 
     one = "| 0 | Red ball | appears | at 0.4..1.4, 0, 0.4 |"

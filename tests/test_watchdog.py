@@ -19,7 +19,14 @@ from busy import crowded
 from PIL import Image
 from play import rows
 
-from rrp_sheets.runs.run_process import INSTANT_WITHIN, PREPARED_AFTER, ROW_WITHIN, SILENT_AFTER, STILL_WITHIN, Watchdog
+from rrp_sheets.runs.run_process import (
+    INSTANT_WITHIN,
+    PREPARED_AFTER,
+    ROW_WITHIN,
+    ROWS_STILL_WITHIN,
+    SILENT_AFTER,
+    Watchdog,
+)
 
 COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
 
@@ -189,7 +196,7 @@ def test_a_row_that_gets_little_of_a_busy_machine_is_given_the_time_that_it_need
 def test_a_row_that_waits_for_nothing_is_ended():
     clock = Clock()
     clock.cell[:] = [1, 1, 5]
-    assert not clock.after(STILL_WITHIN - 0.3, load=0)
+    assert not clock.after(ROWS_STILL_WITHIN - 0.3, load=0)
     assert clock.after(1, load=0) and "stood still" in clock.failure and "T!5" in clock.failure
 
 

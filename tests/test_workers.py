@@ -22,7 +22,7 @@ from hypothesis import strategies as st
 
 import rrp_sheets
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.exchange import Command, Notice, State, WorldSnapshot
+from rrp_sheets.model.exchange import Command, Notice, WorldSnapshot, WorldState
 from rrp_sheets.robots.catalogue import load_robot
 from rrp_sheets.sim.process import Spec
 from rrp_sheets.web.services import WORKER_MODULES
@@ -262,7 +262,7 @@ def test_messages_arrive_whole_in_whatever_pieces(pictures: list[bytes], size: i
 
 def test_values_keep_their_types() -> None:
     command = Command("s", ("a", [1, 2.0, None], {"x": (True,)}), sensors=("t",))
-    state = State({"HeadYaw": 0.5}, (0.0,), (), "", {"bytes": (1.0, 0.0)}, looks={"Ball": {"size": [0.1]}})
+    state = WorldState({"HeadYaw": 0.5}, (0.0,), (), "", {"bytes": (1.0, 0.0)}, looks={"Ball": {"size": [0.1]}})
     for thing in (command, WorldSnapshot(state, b"\n[]\0"), Notice("say", "Grüß \udce9")):
         here, there = socket.socketpair()
         with here, there:

@@ -17,7 +17,7 @@ from rrp_sheets.checks.protocol import RunPlan, check_kept, check_protocol
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.report import Fix, Replace, meant, slips
+from rrp_sheets.diagnostics.report import Fix, Replace, count_typos, meant
 from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Graph, Stream, StreamKind
@@ -223,8 +223,8 @@ def judge_proposals(graph: Graph, robot: Robot, compiled: Compiled, report: Repo
         judged, compared = judged - 1, compared - len(names[finding.code])
         if judged < 0 or compared < 0:
             return replace(fix, safe=False)
-        best = slips(edit.old, edit.new)
-        near = {key(n) for n in names[finding.code] if slips(edit.old, n, best) <= best}
+        best = count_typos(edit.old, edit.new)
+        near = {key(n) for n in names[finding.code] if count_typos(edit.old, n, best) <= best}
         return replace(fix, safe=not near - {key(edit.new)})
 
     report.judge_fixes(judge)

@@ -68,7 +68,7 @@ def list_runs(folder: Path, participant: str, workbook: str, as_json: bool) -> N
 
     found = chosen(runs_in(folder), participant=participant, workbook=workbook)
     if as_json:
-        entry = {"schema": 1, "runs": [as_dict(facts) for facts in found]}
+        entry = {"schema": 1, "runs": [as_dict(metadata) for metadata in found]}
         click.echo(json.dumps(entry, ensure_ascii=False, indent=2))
     elif not found:
         click.echo("No run is like that." if participant or workbook else "Nothing has run here yet.")

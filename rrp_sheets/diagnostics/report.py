@@ -16,31 +16,31 @@ from rrp_sheets.texts import N_, LazyMessage, places_in, translate
 
 Detail = str | int | float | None
 """Value of a detail: what the user typed, a number, or a `LazyMessage` of the program; all can be written as JSON."""
-OF_CELLS = ("SHEET006", "SHEET007", "SHEET016")
-"""Codes that make all other findings of the same cell meaningless: its text is not what the user meant."""
-OF_ROWS = ("SHEET017",)
-"""The row's cells stand in wrong columns, so nothing else is said about that row."""
-_OF_INPUTS = ("CONN003", "CONN004", "CONN009")
-"""The row's inputs are not the ones that were meant, so nothing is said about its formula."""
+HIDE_CELL = ("SHEET006", "SHEET007", "SHEET016")
+"""Causes that hide all other findings of the same cell: its text is not what the user meant."""
+HIDE_ROW = ("SHEET017",)
+"""Causes that hide all other findings of the same row: its cells stand in wrong columns."""
+_WRONG_INPUTS = ("CONN003", "CONN004", "CONN009")
+"""Causes that hide findings of the row's formula: its inputs are not the ones that were meant."""
 _LOST_OUTPUT = ("GRAPH002", "GRAPH004", "GRAPH007", "GRAPH008", "GRAPH013", "GRAPH016", "SHEET017", "SHEET021")
 """The row gives nothing under a name of its own: whoever wants that name misses it."""
 _MISSING = ("GRAPH001", "GRAPH006", "GRAPH011")
 _UNDECLARED = ("GRAPH001", "GRAPH006", "GRAPH007", "GRAPH009", "DEV008")
 _UNKNOWN_HELPER = ("FORM001", "FORM004", "FORM005", "FORM014")
 _UNREAD_SHEETS = {"devices": _UNDECLARED, "helpers": _UNKNOWN_HELPER}
-"""Codes that follow everywhere, by the kind of the sheet that cannot be read wholly."""
+"""Hidden everywhere, by the kind of the sheet that cannot be read wholly."""
 _MISSED_BEHAVIOUR = ("PROT004", "DEV010")
 _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM007", "FORM017")}
 """A row of Devices or Helpers, or a column of a table, without a name: whoever wants it misses it."""
-_SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
-OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
-"""Codes that depend on the things in the room, which are not known while rows of the scene have errors."""
-_WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
-_OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
-"""As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
-_OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
-"""No error is among these: a warning must not let a workbook with an error pass for one without."""
+_WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
+AFTER_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
+"""Hidden by wrong rows of the Scene, as they depend on the things in the room, which are not known then."""
+_ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
+_WARNINGS_OF_ROWS = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # another row is meant than stands there
+_AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
+"""Hidden by errors of rows: streams that tests name may be missing, and how rows act together is not known."""
+_AFTER_WARNINGS = ("TEST011", "SCENE006", "DEV009", "LINT")
+"""Hidden by warnings of rows. No error is among these: a warning must not hide that a workbook has errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,16 +118,16 @@ def surely(wrong: str, guess: str) -> bool:
     >>> surely("Red bal", "Red ball"), surely("Sce", "Score")
     (True, False)
     """
-    return slips(wrong, guess) <= max(1, len(key(wrong)) // 4)
+    return count_typos(wrong, guess) <= max(1, len(key(wrong)) // 4)
 
 
-def slips(first: str, second: str, most: int = LONGEST) -> int:
+def count_typos(first: str, second: str, most: int = LONGEST) -> int:
     """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
 
     Beyond `most` they are not counted exactly, which is quicker for names that are not alike.
 
-    >>> slips("Red bal", "red_ball"), slips("SQTR", "SQRT"), slips("Touch", "Say"), slips("Touch", "Say", most=2) > 2
-    (1, 1, 5, True)
+    >>> count_typos("Red bal", "red_ball"), count_typos("SQTR", "SQRT"), count_typos("Touch", "Say", most=2) > 2
+    (1, 1, True)
     """
     a, b = key(first)[:LONGEST], key(second)[:LONGEST]
     apart = max(abs(len(a) - len(b)), len(b) - sum(map(frozenset(a).__contains__, b)))
@@ -181,16 +181,13 @@ class Diagnostic:
     def as_dict(self, language: str = "en") -> dict[str, Any]:
         """Return the finding as `check --json` prints it, with its texts in a language (`en`, `ja`)."""
         return {
-            "code": self.code,
-            "severity": self.severity.value,
-            "sheet": self.address.sheet if self.address else "",
-            "cell": self.address.cell if self.address else "",
-            "message": translate(self.message, language),
-            "remedy": translate(self.remedy, language),
+            "code": self.code, "severity": self.severity.value,
+            "sheet": self.address.sheet if self.address else "", "cell": self.address.cell if self.address else "",
+            "message": translate(self.message, language), "remedy": translate(self.remedy, language),
             "span": list(self.span) if self.span else None,
             "fixes": [{"id": f.id, "title": translate(f.title, language), "safe": f.safe} for f in self.fixes],
             "details": places_in(self.details, language),
-        }
+        }  # fmt: skip
 
 
 class UnreadableWorkbook(UnreadableFile):
@@ -217,14 +214,9 @@ class Report:
         self._sheets = {name: i for i, name in enumerate(sheets)}
 
     def add(
-        self,
-        code: str,
-        address: Address | None,
-        *,
-        span: tuple[int, int] | None = None,
-        fixes: Iterable[Fix] = (),
-        **details: object,
-    ) -> Diagnostic:
+        self, code: str, address: Address | None, *, span: tuple[int, int] | None = None,
+        fixes: Iterable[Fix] = (), **details: object,
+    ) -> Diagnostic:  # fmt: skip
         """Add a finding; `details` fill the catalogue's texts. Raises TypeError when one that they need is missing."""
         if missing := CODES[code].parameters - details.keys():
             raise TypeError(f"{code} needs {', '.join(sorted(missing))}.")
@@ -283,38 +275,38 @@ class _Causes:
         self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
-            if d.severity is Severity.ERROR and d.code.startswith(_WRONG_ROWS):
-                self.anywhere.update(_OF_WRONG_ROWS)
-            elif d.code in _AS_WRONG:
-                self.anywhere.update(_OF_AS_WRONG)
+            if d.severity is Severity.ERROR and d.code.startswith(_ERRORS_OF_ROWS):
+                self.anywhere.update(_AFTER_ERRORS)
+            elif d.code in _WARNINGS_OF_ROWS:
+                self.anywhere.update(_AFTER_WARNINGS)
             if d.address is not None:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":
                     self.names.add((d.address.sheet, key(str(d.details["name"]))))
 
     def _add(self, code: str, at: Address) -> None:
-        if code in OF_CELLS:
+        if code in HIDE_CELL:
             self.cells.add(at)
-        if code in OF_ROWS:
+        if code in HIDE_ROW:
             self.rows.add((at.sheet, at.row))
-        if code in _OF_INPUTS:
+        if code in _WRONG_INPUTS:
             self.input_rows.add((at.sheet, at.row))
-        if code in _LOST_OUTPUT or code in OF_CELLS:
+        if code in _LOST_OUTPUT or code in HIDE_CELL:
             self.sheets.add(at.sheet)
-        if code == "SHEET004" or code in OF_CELLS:
+        if code == "SHEET004" or code in HIDE_CELL:
             self.anywhere.update(_UNREAD_SHEETS.get(key(at.sheet), ()))
         if code == "SHEET004":
             self.anywhere.update(_MISSED_BEHAVIOUR)
         self.anywhere.update(_UNNAMED.get(code, ()))
         if code == "FORM004":
             self.formulas.add(at.sheet)
-        if code in _SCENE_ROW:
-            self.anywhere.update(OF_SCENE_ROWS)
+        if code in _WRONG_SCENE_ROWS:
+            self.anywhere.update(AFTER_SCENE_ROWS)
 
     def explain(self, d: Diagnostic) -> bool:
         if d.code in self.anywhere or (d.code.startswith("LINT") and "LINT" in self.anywhere):
             return True
-        if d.address is None or d.code in OF_CELLS or d.code in OF_ROWS:
+        if d.address is None or d.code in HIDE_CELL or d.code in HIDE_ROW:
             return False
         row = (d.address.sheet, d.address.row)
         return (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from rrp_sheets.engine.ports import World
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError
-from rrp_sheets.model.exchange import DONE, Arrivals, Command, DeviceUse, SceneAction, State, WorldSnapshot, commanded
+from rrp_sheets.model.exchange import DONE, Arrivals, Command, DeviceUse, SceneAction, WorldSnapshot, commanded
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
@@ -23,6 +23,7 @@ from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 
 if TYPE_CHECKING:  # numpy may be missing; then there is no simulator
+    from rrp_sheets.model.exchange import WorldState
     from rrp_sheets.perception.pinhole import Pixels
 
 
@@ -126,9 +127,9 @@ class SimulatedWorld(World):
         if simulator is not None:
             simulator.close()  # it ends by itself when the connection closes, unless it is busy
 
-    def state(self) -> State:
+    def state(self) -> WorldState:
         """Return the present state of the world: joints, torso, eyes, speech, things."""
-        state: State = self._ask("state")
+        state: WorldState = self._ask("state")
         return state
 
     def act(self, actions: Sequence[SceneAction]) -> None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from rrp_sheets.checks.check import folder_of
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import OF_SCENE_ROWS
+from rrp_sheets.diagnostics.report import AFTER_SCENE_ROWS
 from rrp_sheets.engine.engine import Engine, switch_text
 from rrp_sheets.engine.live_edits import Editor
 from rrp_sheets.engine.run_events import (
@@ -32,7 +32,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.model.values import show, to_json
 from rrp_sheets.model.workbook import Address, Cell, SceneRow
 from rrp_sheets.scene.scene_sheet import parse_scene
-from rrp_sheets.scene.scene_words import OPERATOR, draw_scene
+from rrp_sheets.scene.scene_words import OPERATOR, choose_random_numbers
 from rrp_sheets.texts import N_, sentences
 
 if TYPE_CHECKING:
@@ -166,9 +166,9 @@ class CommandHandler:
         row = SceneRow(Cell("0", here), *(Cell(text, here) for text in parts))
         report = Report()
         actions = parse_scene((row,), report, self._robot, folder_of(self._engine.plan.checked.workbook))
-        actions, _ = draw_scene(actions, self._engine.seed + us)
+        actions, _ = choose_random_numbers(actions, self._engine.seed + us)
         for finding in report:
-            if finding.code not in OF_SCENE_ROWS:
+            if finding.code not in AFTER_SCENE_ROWS:
                 raise SheetsError(finding.message, finding.remedy)
         if "SCENE005" in [d.code for d in report]:
             self._require(parts[0])

@@ -34,7 +34,7 @@ from rrp_sheets.formulas.operations import Picker
 from rrp_sheets.graph import Step
 from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Failure, Value
-from rrp_sheets.scene.scene_words import draw_scene
+from rrp_sheets.scene.scene_words import choose_random_numbers
 from rrp_sheets.texts import N_
 
 _FRAMES_PER_ROW = 8  # Python frames that one row of a chain takes at most, so that 500 rows do not overflow
@@ -180,7 +180,7 @@ class Engine(ABC):
             sys.setrecursionlimit(max(sys.getrecursionlimit(), 1_000 + _FRAMES_PER_ROW * len(plan.steps)))
         if observer is not None:
             self._watch(observer)
-        self.triggers = SceneTriggers(draw_scene(plan.checked.scene or (), seed)[0])
+        self.triggers = SceneTriggers(choose_random_numbers(plan.checked.scene or (), seed)[0])
         for stream in sorted(self.triggers.streams & set(self.streams)):
             self._cue(stream)
         uses = [u for u in (*plan.sensors, *plan.actuators) if u.stream in plan.own]

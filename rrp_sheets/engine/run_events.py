@@ -14,7 +14,7 @@ from inspect import get_annotations
 from operator import attrgetter
 from typing import Any, ClassVar
 
-from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, Value
 
 
@@ -151,7 +151,7 @@ class StateEvent(RunEvent):
     method = "state"
     while_light = True
     us: int
-    state: State
+    state: WorldState
 
 
 @dataclass(slots=True)

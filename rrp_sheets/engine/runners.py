@@ -192,7 +192,7 @@ class FrameRunner(_Runner):
 START_WITHIN = 20.0  # s, for one device
 STOP_WITHIN = 2.0  # s, for all sensors
 REST_WITHIN = 5.0  # s, for all actuators
-CLOSE_WITHIN = 300.0  # s, for the world, with what it writes; the simulator's supervisor ends one that hangs before
+WORLD_CLOSE_WITHIN = 300.0  # s, for the world and its files; the simulator's supervisor ends one that hangs before
 BEHIND_US = 5_000_000  # a run whose rows cannot keep up with the clock ends so much later at most
 SWITCH_SECONDS = 0.0005  # a tenth of Python's: halves the longest latencies beside a busy thread
 
@@ -350,7 +350,7 @@ class RealtimeRunner(_Runner):
             self._engine.finish()
         bounded(REST_WITHIN, [(hand.name, hand.rest) for hand in hands])
         left: list[Notice] = []
-        bounded(CLOSE_WITHIN, [(N_("the robot"), lambda: left.extend(self._world.close() or ()))])
+        bounded(WORLD_CLOSE_WITHIN, [(N_("the robot"), lambda: left.extend(self._world.close() or ()))])
         if errors:
             raise errors[0]
         texts = [N_("{name} did not stop in time and was left behind.", name=name) for name in hung]

@@ -11,7 +11,7 @@ from rrp_sheets.model.exchange import ROW_ABOVE, DeviceUse, Notice, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.catalogue import Robot
-from rrp_sheets.scene.scene_words import BALL_SIZE, FACE_HEIGHT, draw_scene
+from rrp_sheets.scene.scene_words import BALL_SIZE, FACE_HEIGHT, choose_random_numbers
 from rrp_sheets.texts import N_
 
 
@@ -19,7 +19,7 @@ def scene_of(plan: Plan, seed: int) -> tuple[tuple[SceneAction, ...], Sequence[t
     """Return the scene of a run, with what was drawn in words by the Scene row; the default one where there is none."""
     if plan.checked.scene is None:
         return default_scene(plan.outer_sensors, plan.checked.robot), ()
-    return draw_scene(plan.checked.scene, seed)
+    return choose_random_numbers(plan.checked.scene, seed)
 
 
 class SceneEntities:

@@ -110,7 +110,7 @@ class _Resolver:
         if k in scope.constants:
             return ast.copy_location(ast.Constant(scope.constants[k]), node)
         if (table := scope.table(name)) is not None:
-            return ast.copy_location(plain(table), node)
+            return ast.copy_location(constant_node(table), node)
         if k == "value" and len(scope.inputs) > 1:
             remedy = N_("Write an input's name: {names}.", names=", ".join(self._mine()))
             self.refuse(node, N_("{name} in a row with several inputs", name=name), remedy, name=name)
@@ -324,7 +324,7 @@ class _Resolver:
         """Return a column of a table as a constant: the list of its values."""
         name = str(node.slice.value) if isinstance(node.slice, ast.Constant) else ""
         if key(name) in table.type.keys:
-            return ast.copy_location(plain(table.column(name)), node)
+            return ast.copy_location(constant_node(table.column(name)), node)
         names = [f.name for f in table.type.fields]
         if name.strip().isdecimal():
             remedy = N_("For row {name}, write INDEX({name2}; {name}).", name=name, name2=table.name)
@@ -408,7 +408,7 @@ def _table_of(node: ast.expr | None) -> Table | None:
     return value if isinstance(value, Table) else None
 
 
-def plain(value: object) -> ast.Constant:
+def constant_node(value: object) -> ast.Constant:
     """Return a constant node for a value that is no literal of Python: a table, or a column of one."""
     node = ast.Constant(None)
     node.value = value  # type: ignore[assignment]

@@ -96,13 +96,13 @@ class _Builder:
     def steps(self) -> list[Step]:
         rows = self.behaviour.rows
         steps: list[Step] = []
-        taken = self._taken_by_next()
+        read_below = self._read_by_next()
         above: tuple[str, ...] | None = None  # what a blank input means in this row
         above_refused = False  # whether a name among them was refused, which was told there
         for i, (row, connector) in enumerate(zip(rows, self.found, strict=True)):
             inputs, refused = self._inputs(row, above)
             refused = refused or (above_refused and not row.inputs)
-            output = self.names.output(row, connector, taken[i]) if connector else None
+            output = self.names.output(row, connector, read_below[i]) if connector else None
             if connector is not None and not refused and inputs is not None and output is not None:
                 steps.append(self._step(row, connector, inputs, output))
             else:
@@ -139,7 +139,7 @@ class _Builder:
         ids = [self.names.input(cell, row) for cell in row.inputs]
         return tuple(i for i in ids if i is not None), None in ids
 
-    def _taken_by_next(self) -> list[bool]:
+    def _read_by_next(self) -> list[bool]:
         """Return for each row whether the next one reads it by a blank input cell; rows that are off count as well."""
         taken, found = [], False
         for row in reversed(self.behaviour.rows):

@@ -41,7 +41,7 @@ class Names:
         self.devices = devices
         self.streams = streams
         self.report = report
-        self.made: dict[str, Row] = {}  # the row that gives each ordinary stream; rows that are on come first
+        self.rows: dict[str, Row] = {}  # the row that gives each ordinary stream; rows that are on come first
         self._told: set[str] = set()  # keys of names that nothing gives: each is told once, where it stands first
         self._read = {key(cell.text) for row in behaviour.rows if row.on for cell in row.inputs}
         pairs = list(zip(behaviour.rows, connectors, strict=True))
@@ -49,7 +49,7 @@ class Names:
         for on in (True, False):
             for row, connector in pairs:
                 if row.on is on and row.output and not (connector and connector.is_sink):
-                    self.made.setdefault(key(row.output.text), row)
+                    self.rows.setdefault(key(row.output.text), row)
 
     def output_id(self, row: Row) -> str:
         """Return the id of a row's output, even of a faulty row, so that the rows after it can still be drawn."""
@@ -65,8 +65,8 @@ class Names:
     def input(self, cell: Cell, row: Row) -> str | None:
         """Return the stream id of an input name, or None when it is refused."""
         k = key(cell.text)
-        if k in self.made:
-            return self._ordinary(self.made[k].output, f"{self.sheet}!{k}")
+        if k in self.rows:
+            return self._ordinary(self.rows[k].output, f"{self.sheet}!{k}")
         done = self.devices.done(cell.text)
         if done is not None:
             return self._done(cell, *done)
@@ -86,7 +86,7 @@ class Names:
 
     def _propose(self, text: str) -> dict[str, Any]:
         parts = [part.strip() for part in _AND.split(text)]
-        known = (key(part) in self.made or self.devices.find(part) is not None for part in parts)
+        known = (key(part) in self.rows or self.devices.find(part) is not None for part in parts)
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(known)):
             return {"remedy": N_("Write a comma between two streams.")}
         of = self.devices.find(done_of(text)) if done_of(text) else None
@@ -95,11 +95,11 @@ class Names:
             remedy = N_("Only actuators have a done stream; {done_of} is {describe}.", done_of=named, describe=kind)
             return {"remedy": remedy}
         guess = self._meant_done(text) or self.devices.propose(text, self._inputs)
-        made = self.made.get(key(guess)) if guess else None
-        if guess is None or made is None or key(guess) in self._read:
+        unused = self.rows.get(key(guess)) if guess else None
+        if guess is None or unused is None or key(guess) in self._read:
             return meant(guess, N_("Write the output stream of another row, or a sensor."))
         remedy = N_("Did you mean {guess}? Or write “{text}” into {cell}, which nothing uses yet.",
-                        guess=guess, text=text, cell=made.output.address.cell)  # fmt: skip
+                        guess=guess, text=text, cell=unused.output.address.cell)  # fmt: skip
         return {"remedy": remedy, "guess": guess}
 
     def _meant_done(self, text: str) -> str | None:
@@ -119,7 +119,7 @@ class Names:
     @cached_property
     def _inputs(self) -> list[str]:
         dones = [f"{name} done" for name in self.devices.names("actuator")]
-        return [*(r.output.text for r in self.made.values()), *self.devices.names("sensor"), *dones]
+        return [*(r.output.text for r in self.rows.values()), *self.devices.names("sensor"), *dones]
 
     def _done(self, cell: Cell, name: str, declared: Declared) -> str:
         stream_id, of = key(cell.text), key(name)
@@ -146,13 +146,13 @@ class Names:
         name = k.removesuffix("done")
         return name != k and (name in self.devices.broken or name in self._driven_names)
 
-    def output(self, row: Row, connector: Connector, taken: bool) -> str | None:
+    def output(self, row: Row, connector: Connector, read_below: bool) -> str | None:
         """Return the stream id of a row's output, or None when it is refused."""
         cell = row.output
         if connector.is_sink:
-            return self._driven(cell, row)
+            return self._actuator(cell, row)
         if not cell:
-            if not taken:
+            if not read_below:
                 if row.on:
                     self.report.add("GRAPH004", cell.address)
                 return None
@@ -175,14 +175,14 @@ class Names:
             if row.on:
                 self.report.add("GRAPH007" if is_actuator else "GRAPH008", cell.address, name=cell.text)
             return None
-        first = self.made[k]
+        first = self.rows[k]
         if first is not row and row.on and first.on:
             name, other = first.output.text, str(first.output.address)
             self.report.add("GRAPH002", cell.address, name=name, first=other, second=str(cell.address))
             return None
         return self._ordinary(first.output, f"{self.sheet}!{k}")
 
-    def _driven(self, cell: Cell, row: Row) -> str | None:
+    def _actuator(self, cell: Cell, row: Row) -> str | None:
         if not cell:
             if row.on:
                 self.report.add("GRAPH005", cell.address)
@@ -202,7 +202,7 @@ class Names:
         if declared is not None:
             what = describe(declared.found.type)
         else:
-            what = N_("the stream of another row") if key(cell.text) in self.made else N_("not a device of the robot")
+            what = N_("the stream of another row") if key(cell.text) in self.rows else N_("not a device of the robot")
         self.report.add("GRAPH006", cell.address, name=cell.text, what=what, remedy=remedy, guess=guess)
         return None
 

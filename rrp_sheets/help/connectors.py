@@ -17,7 +17,7 @@ from markupsafe import Markup, escape
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.help.layout import checked, entries, example, grids, heading, paragraph, titled
-from rrp_sheets.model.exchange import Arrivals, Command, SceneAction, State, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, Command, SceneAction, WorldSnapshot, WorldState
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.render.marble_diagram import Bar, Lane, Marble, MarbleDiagram, make_score, short
@@ -215,7 +215,7 @@ class ScriptedWorld:
 
     def show(self, picture: bool) -> WorldSnapshot:
         """There is nothing to see."""
-        return WorldSnapshot(State({}, (), (), "", {}))
+        return WorldSnapshot(WorldState({}, (), (), "", {}))
 
     def stop(self) -> None:
         """Nothing to let go of."""

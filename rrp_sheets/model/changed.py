@@ -10,7 +10,7 @@ SIGN_NAMES = {
     ADDED: ("added", "new"), REMOVED: ("removed", "gone"), CHANGED: ("changed", "changed"), SAME: ("kept", "as before"),
 }  # fmt: skip
 """The kind of change and the adjective for what changed, by sign."""
-Run = tuple[bool, str]  # a part of a text: whether it is marked as gone or new, and its words
+MarkedText = tuple[bool, str]  # a part of a text: whether it is marked as gone or new, and its words
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class ComparableText:
         """True when the texts before and after differ."""
         return self.before != self.after
 
-    def was(self) -> tuple[Run, ...]:
+    def was(self) -> tuple[MarkedText, ...]:
         """The text before, with what went marked.
 
         >>> ComparableText("x < 20", "x < 15", (("same", "x < "), ("gone", "20"), ("new", "15"))).was()
@@ -35,11 +35,11 @@ class ComparableText:
         """
         return self._side("gone", self.before)
 
-    def now(self) -> tuple[Run, ...]:
+    def now(self) -> tuple[MarkedText, ...]:
         """The text after, with what came marked."""
         return self._side("new", self.after)
 
-    def _side(self, kind: str, whole: str) -> tuple[Run, ...]:
+    def _side(self, kind: str, whole: str) -> tuple[MarkedText, ...]:
         if not self.changed or not any(k == "same" for k, _ in self.pieces):
             return ((self.changed, whole),) if whole else ()
         return tuple((k == kind, text) for k, text in self.pieces if k in ("same", kind) and text)

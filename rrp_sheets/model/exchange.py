@@ -58,7 +58,7 @@ class Command:
     priority: float = 0.0  # of the row
     # with a blank, that the behaviour behind it was switched off: what it has moved goes back to rest
     release: bool = False
-    # by which a world that cannot give the value back names the command when it has ended; 0 when it can
+    # names the command in its done event, for a world that cannot give `value` back; 0 for one that can
     number: int = 0
 
 
@@ -87,7 +87,7 @@ class OperatorAction:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class WorldState:
     """The world as it is, for displays and tests."""
 
     joints: Mapping[str, float]  # positions by the joint's name, rad
@@ -109,7 +109,7 @@ class State:
 class WorldSnapshot:
     """The world for a display: its state, and what the robot sees as a JPEG picture, empty when none was wanted."""
 
-    state: State
+    state: WorldState
     picture: bytes = b""
 
 

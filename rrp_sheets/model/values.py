@@ -111,20 +111,20 @@ class Failure:
     column: int = -1  # where in the formula, counted from 0; -1 when not known
 
 
-def plain(value: Value) -> Value:
+def as_stream_value(value: Value) -> Value:
     """The value as it may enter a stream: numpy scalars and arrays become plain numbers and lists.
 
-    >>> plain((1, 2.5))
+    >>> as_stream_value((1, 2.5))
     (1, 2.5)
     """
     if value is None or type(value) in (bool, int, float, str, Record):
         return value
     if isinstance(value, list):
-        return [plain(v) for v in value]
+        return [as_stream_value(v) for v in value]
     if isinstance(value, tuple):
-        return tuple(plain(v) for v in value)
+        return tuple(as_stream_value(v) for v in value)
     if hasattr(value, "tolist"):
-        return plain(value.tolist())
+        return as_stream_value(value.tolist())
     raise TypeError(f"{type(value).__name__} cannot travel on a stream")
 
 

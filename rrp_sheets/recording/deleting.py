@@ -30,7 +30,7 @@ from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import CAMERA, RUNS, TRACE, RecordedNotice, RecordedValue
 from rrp_sheets.perception import face_memory
-from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, facts_of, runs_in, runs_place
+from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, metadata_of, runs_in, runs_place
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook.xlsx import BROKEN_ZIP
@@ -64,7 +64,7 @@ class Unsearched:
 
 
 @dataclass
-class TracesLeft:
+class CodeSearch:
     """Result of a search: the places of a code, in words, and the files that were not looked into."""
 
     found: list[str] = field(default_factory=list)
@@ -72,17 +72,17 @@ class TracesLeft:
     whole: bool = True  # False when there are more files than are named
 
 
-def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> TracesLeft:
+def search_code(code: str, folder: Path, without: frozenset[Path] = frozenset()) -> CodeSearch:
     """Return the places in a folder where a participant's code occurs, and the files that were not looked into.
 
     No link is followed. Besides the folders `without`, installed software is left out: it would take all the time, and
     holds any code.
     """
-    left = TracesLeft()
-    search = _Search(code, time.monotonic() + _MOST_SECONDS)
+    result = CodeSearch()
+    search = _Searcher(code, time.monotonic() + _MOST_SECONDS)
     for number, path in enumerate(_searched_files(folder, without)):
         if number >= _MOST_FILES:
-            left.whole = False
+            result.whole = False
             break
         shown = path.relative_to(folder).as_posix()
         search.skipped.clear()
@@ -91,10 +91,10 @@ def places_of(code: str, folder: Path, without: frozenset[Path] = frozenset()) -
         except (OSError, _OutOfTime):
             places = [_name_found(shown)] if search.in_name(path) else []
             search.skipped.append("")
-        left.found += places
+        result.found += places
         if shown not in places:  # else it is to be opened anyway
-            left.unsearched += [Unsearched(f"{shown}{inner}", _day_of(path)) for inner in search.skipped]
-    return left
+            result.unsearched += [Unsearched(f"{shown}{inner}", _day_of(path)) for inner in search.skipped]
+    return result
 
 
 def _searched_files(folder: Path, without: frozenset[Path]) -> Iterator[Path]:
@@ -114,7 +114,7 @@ class _OutOfTime(Exception):
     """Signal that the time for the whole search is over."""
 
 
-class _Search:
+class _Searcher:
     """Search for a code: as a word of its own, in plain text or escaped as in JSON and XML; with a deadline.
 
     Attributes:
@@ -274,7 +274,7 @@ class Deletion:
         faces: what becomes of the kept faces; when they cannot be read, `unread` says why.
         like: codes that are spelled nearly the same; they stay.
         unknown: runs whose record does not say whose they are.
-        elsewhere: where the code still stands; `unsearched` and `whole` are as in `TracesLeft`.
+        elsewhere: where the code still stands; `unsearched` and `whole` are as in `CodeSearch`.
         within: the name of this folder as seen from the one that was asked for; blank for that one.
         below: what there is of the code in folders below, which goes only when it is asked for.
     """
@@ -344,12 +344,12 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
         _require_told(places)
         planned = _planned(root, places, every, wanted, participant)
         doomed = [runs_place(d.folder) / f.run for d in (planned, *below) for f in d.runs]
-        left = places_of(participant, root, frozenset(p.resolve() for p in doomed))
+        result = search_code(participant, root, frozenset(p.resolve() for p in doomed))
     except FileNotFoundError:
         raise SheetsError(N_("Somebody else has deleted something here at this moment."), N_("Look again.")) from None
     told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
-    elsewhere, unsearched = tuple(place for place in left.found if place not in told), tuple(left.unsearched)
-    return replace(planned, below=below, elsewhere=elsewhere, unsearched=unsearched, whole=left.whole and seen)
+    elsewhere, unsearched = tuple(place for place in result.found if place not in told), tuple(result.unsearched)
+    return replace(planned, below=below, elsewhere=elsewhere, unsearched=unsearched, whole=result.whole and seen)
 
 
 def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str] = ()) -> tuple[str, ...]:
@@ -370,8 +370,8 @@ def delete(planned: Deletion, going: Collection[str] = (), below: Collection[str
         for name in part.faces_gone:
             if name in face_memory.kept(part.folder):  # else somebody has wiped it meanwhile
                 face_memory.forget(part.folder, name)
-        for facts in part.runs:
-            place = runs_place(part.folder) / facts.run
+        for metadata in part.runs:
+            place = runs_place(part.folder) / metadata.run
             if place.is_dir():
                 _delete_folder(place)
     return tuple(name for part in parts for name in _begun(part)) if planned.participant else ()
@@ -456,7 +456,7 @@ def _begun(part: Deletion) -> list[str]:
     head = f"{part.within}/" if part.within else ""
     return [
         head + f.run for place in runs_in(part.folder)
-        if (f := facts_of(place)).participant == part.participant or (not f.readable and is_locked(place))
+        if (f := metadata_of(place)).participant == part.participant or (not f.readable and is_locked(place))
     ]  # fmt: skip
 
 
@@ -484,16 +484,16 @@ def _named(names: Sequence[str], every: dict[str, RunMetadata]) -> list[RunMetad
 
 
 def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collection[str]) -> None:
-    for facts in wanted:
-        if facts.ended == "going" or facts.run in going or is_locked(runs_place(folder) / facts.run):
-            message = N_("The run {run} goes on, or is still being written.", run=facts.run)
+    for metadata in wanted:
+        if metadata.ended == "going" or metadata.run in going or is_locked(runs_place(folder) / metadata.run):
+            message = N_("The run {run} goes on, or is still being written.", run=metadata.run)
             raise SheetsError(message, N_("Stop it, and delete when it has ended."))
 
 
 def _require_told(places: Sequence[Path]) -> None:
     """Raise SheetsError for a run that is just beginning: it has no record yet, and may be anybody's."""
     for place in places:
-        if is_locked(place) and not facts_of(place).readable:
+        if is_locked(place) and not metadata_of(place).readable:
             message = N_("The run {run} is just beginning, and does not say yet whose it is.", run=place.name)
             raise SheetsError(message, N_("Delete again in a few seconds."))
 
@@ -552,7 +552,7 @@ def _plan_faces(
 
     `code` is that of the participant whose runs these are, blank when they were chosen one by one.
     """
-    began = {run: facts.began.timestamp() for run, facts in runs.items() if facts.began is not None}
+    began = {run: metadata.began.timestamp() for run, metadata in runs.items() if metadata.began is not None}
     newest: dict[str, str] = {}  # the run that has a name, by the name's key
     seen: set[str] = set()
     for place in sorted(places, key=lambda p: began.get(p.name, 0.0)):

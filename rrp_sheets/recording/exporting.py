@@ -10,7 +10,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TABLE, TRACE, WORKBOOK, RecordedFailure, RecordedValue, Stamp
-from rrp_sheets.recording.metadata import facts_of, stamp_of
+from rrp_sheets.recording.metadata import metadata_of, stamp_of
 from rrp_sheets.recording.table import refuse_other_table, write_csv, write_xlsx
 from rrp_sheets.recording.timeline import build_timeline
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
@@ -81,10 +81,10 @@ def trace_of(run: Path) -> Path:
     if trace.suffix != Path(TRACE).suffix:
         raise UnreadableFile("FILE001", N_("“{run}” is not a record of a run.", run=run), remedy)
     if trace.name == TRACE:
-        facts = facts_of(trace.parent)
-        if not facts.readable:
-            message = N_("“{run}” is not a record of a run: {why}", run=run, why=facts.why)
-            raise UnreadableFile("FILE001", message, facts.remedy)
+        metadata = metadata_of(trace.parent)
+        if not metadata.readable:
+            message = N_("“{run}” is not a record of a run: {why}", run=run, why=metadata.why)
+            raise UnreadableFile("FILE001", message, metadata.remedy)
     return trace
 
 

@@ -29,7 +29,7 @@ STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently b
 
 @dataclass(frozen=True)
 class RunMetadata:
-    """Facts about a recorded run.
+    """Metadata of a recorded run.
 
     Attributes:
         ended: `time`, `stopped`, `end run`, `broken`, `going`, `cut` (its record has no end), `unreadable`.
@@ -78,8 +78,8 @@ def newest_first(runs: Iterable[RunMetadata]) -> list[RunMetadata]:
     return sorted(runs, key=lambda f: f.began.timestamp() if f.began else math.inf, reverse=True)
 
 
-def facts_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
-    """Return the facts about a run's folder; never raise: those of an unreadable record have the reason.
+def metadata_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
+    """Return the metadata of a run's folder; never raise: those of an unreadable record have the reason.
 
     `going`: the names of the folders of runs that are known to go on.
     """
@@ -147,12 +147,12 @@ def _counts(value: Any) -> dict[str, int]:
 
 def stamp_of(place: Path) -> Stamp:
     """Return the stamp of a run's folder; what its record does not say is blank. Never raise."""
-    facts = facts_of(place)
+    run = metadata_of(place)
     return Stamp(
-        workbook=facts.workbook, digest=facts.digest, program=facts.program, mode=facts.mode, seed=facts.seed,
-        participant=facts.participant, condition=facts.condition, operator=facts.operator,
-        began=facts.began.isoformat(timespec="milliseconds") if facts.began else "",
-        ended=facts.ended if facts.readable else "", run=facts.run, language=facts.language,
+        workbook=run.workbook, digest=run.digest, program=run.program, mode=run.mode, seed=run.seed,
+        participant=run.participant, condition=run.condition, operator=run.operator,
+        began=run.began.isoformat(timespec="milliseconds") if run.began else "",
+        ended=run.ended if run.readable else "", run=run.run, language=run.language,
     )  # fmt: skip
 
 
@@ -185,7 +185,7 @@ def chosen(
     places: Collection[Path], *, participant: str = "", workbook: str = "", going: Collection[str] = ()
 ) -> list[RunMetadata]:
     """Return the metadata of the runs of a participant and of a workbook, newest first; blank selects all."""
-    found = newest_first(facts_of(place, going) for place in places)
+    found = newest_first(metadata_of(place, going) for place in places)
     return [
         f for f in found
         if (not participant or f.participant == participant)
@@ -193,14 +193,14 @@ def chosen(
     ]  # fmt: skip
 
 
-def as_dict(facts: RunMetadata) -> dict[str, Any]:
+def as_dict(run: RunMetadata) -> dict[str, Any]:
     """Return the metadata of a run as JSON."""
     return {
-        "run": facts.run, "began": facts.began.isoformat() if facts.began else None, "workbook": facts.workbook,
-        "sha256": facts.digest, "participant": facts.participant, "condition": facts.condition,
-        "operator": facts.operator, "mode": facts.mode, "seed": facts.seed, "program": facts.program,
-        "seconds": facts.seconds, "ended": facts.ended, "ended_by": facts.ended_by, "why": facts.why,
-        "errors": sum(facts.errors.values()),
+        "run": run.run, "began": run.began.isoformat() if run.began else None, "workbook": run.workbook,
+        "sha256": run.digest, "participant": run.participant, "condition": run.condition,
+        "operator": run.operator, "mode": run.mode, "seed": run.seed, "program": run.program,
+        "seconds": run.seconds, "ended": run.ended, "ended_by": run.ended_by, "why": run.why,
+        "errors": sum(run.errors.values()),
     }  # fmt: skip
 
 
@@ -228,10 +228,10 @@ def clock(seconds: float) -> str:
     return f"{tenths // 600}:{tenths % 600 // 10:02}.{tenths % 10}"
 
 
-def ended(facts: RunMetadata) -> str:
+def ended(metadata: RunMetadata) -> str:
     """Describe the end of a run in words."""
-    by = facts.ended_by
-    match facts.ended:
+    by = metadata.ended_by
+    match metadata.ended:
         case "time":
             return N_("its time was over")
         case "end run":

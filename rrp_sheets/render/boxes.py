@@ -46,7 +46,7 @@ class BoxLine:
         """The line's width in points, with its sign."""
         bold = not self.mono or any(marked for marked, _ in self.words)
         indent = SIGN_INDENT if self.status else 0.0
-        return indent + style.width(style.plain(self.words), style.MONO_PT, mono=self.mono, bold=bold)
+        return indent + style.width(style.text_of(self.words), style.MONO_PT, mono=self.mono, bold=bold)
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def stream_box(
         size = (style.width(note.words, style.SMALL_PT) + 14, 12.0) if note.words else (7.0, 7.0)
         return Box(box_id, kind, "", *size, stream=stream, note=note.words, entry=note.entry, off=off, status=status)
     bold = kind != "stream"
-    widths = [style.width(style.plain(line), style.NAME_PT, bold=bold) for line in heading]
+    widths = [style.width(style.text_of(line), style.NAME_PT, bold=bold) for line in heading]
     text = max(widths + [line.width for line in lines])
     high = style.NAME_LINE * len(heading) + style.FORMULA_LINE * len(lines) + 8
     if note.words:
@@ -223,7 +223,7 @@ def row_box(
     switched_off: bool = False, status: str | None = None,
 ) -> Box:  # fmt: skip
     """Return the box of a row, as large as its texts need; with `beside` its line stands beside the heading."""
-    name_width = style.width(style.plain(heading), style.SMALL_PT, bold=status is not None)
+    name_width = style.width(style.text_of(heading), style.SMALL_PT, bold=status is not None)
     lines_width = max((line.width for line in lines), default=0.0)
     mark_width = style.width(mark, style.MONO_PT, bold=True) + 14 if mark else 0.0
     if beside:
@@ -318,14 +318,14 @@ def _node(box: Box, prefix: str) -> str:
     if box.kind == "anonymous":
         look = 'shape=box, style=invis, label=""' if box.note else "shape=point"
     elif box.kind == "row":
-        words = [f"{box.row} {box.name}", *(style.plain(line.words) for line in box.lines)]
+        words = [f"{box.row} {box.name}", *(style.text_of(line.words) for line in box.lines)]
         label = quoted("  ".join(words)) if box.beside else quoted(*words)
         look = f'shape=box, label={label}, fontsize={style.MONO_PT:g}, fillcolor=white, color="{style.BOX}", '
         look += f'style="filled,rounded{",dashed" if box.off else ""}"'
     else:
         fill, line = (style.OFF_FILL, style.OFF_LINE) if box.off else style.FILL_AND_LINE[box.kind]
         dashed = ', style="filled,dashed"' if box.off else ""
-        words = [*map(style.plain, box.heading), *([box.note] if box.note else [])]
+        words = [*map(style.text_of, box.heading), *([box.note] if box.note else [])]
         look = f'label={quoted(*words)}, {_SHAPES[box.kind]}, fillcolor="{fill}", color="{line}"{dashed}'
     return f"  {_name(box.id, prefix)} [{size}, {look}];"
 

@@ -17,7 +17,7 @@ from functools import partial
 from typing import Any, Literal
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, SIGN_NAMES, Run
+from rrp_sheets.model.changed import ADDED, CHANGED, REMOVED, SAME, SIGN_NAMES, MarkedText
 from rrp_sheets.resources import bundled, vendored
 from rrp_sheets.texts import N_
 
@@ -255,11 +255,11 @@ def _pieces(text: str, most_columns: int) -> list[str]:
     return pieces
 
 
-Line = tuple[Run, ...]  # of text, some of whose words are marked
+Line = tuple[MarkedText, ...]  # of text, some of whose words are marked
 
 
 def marked_lines(
-    runs: Sequence[Run], most_columns: int, most_lines: int,
+    runs: Sequence[MarkedText], most_columns: int, most_lines: int,
     set_in_lines: Callable[[str, int, int], tuple[str, ...]] = wrap,
 ) -> tuple[Line, ...]:  # fmt: skip
     """Wrap a text and keep the marks on its words; `set_in_lines` decides whether it may be cut.
@@ -290,7 +290,7 @@ def marked_lines(
     return tuple(out)
 
 
-def plain(line: Line) -> str:
+def text_of(line: Line) -> str:
     """Return the text of a line without its marks."""
     return "".join(text for _, text in line)
 

@@ -40,7 +40,7 @@ ROWS_END_WITHIN = 0.15  # s from Stop, for the engine to say that its rows are o
 STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is just sending
 SEND_WITHIN = 2.0  # s, for the engine to take a message; its connection holds hundreds of them
 FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
-CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
+SIMULATOR_CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
 REMEDY_STUCK = N_("Look at that row's connector and formula; if they are of ours, please report it with the workbook.")
 REMEDY_SLOW = N_("Let these rows work with shorter texts and lists, or less often.")
 ROW_WITHIN = 2.0
@@ -48,7 +48,7 @@ ROW_WITHIN = 2.0
 are no slow row but one that never ends; and a robot should not be without its engine for longer."""
 INSTANT_WITHIN = 5.0
 """Seconds of processor time that all rows together may take for one instant: a frame, or an event of the event loop."""
-STILL_WITHIN = 5.0
+ROWS_STILL_WITHIN = 5.0
 """Seconds (wall clock) that an engine may use no processor time while rows are worked out."""
 SILENT_AFTER = 30.0
 """Seconds without a word between the frames of a run: of processor time, or of the wall clock without any."""
@@ -150,7 +150,7 @@ class RunProcess:
         finally:
             self._worker.close()
             self._shared.close()
-            self._simulator.close(CLOSE_WITHIN)
+            self._simulator.close(SIMULATOR_CLOSE_WITHIN)
             if self._finisher is not None:
                 self._finisher.close()
 
@@ -409,8 +409,8 @@ class Watchdog:
         row = rows.get(rank, "")
         if self._row.computing > ROW_WITHIN:
             return _at(N_("The run has not gone on for {seconds:g} s", seconds=ROW_WITHIN), row), False
-        if self._row.still > STILL_WITHIN:
-            return _at(N_("The run has stood still for {seconds:g} s", seconds=STILL_WITHIN), row), False
+        if self._row.still > ROWS_STILL_WITHIN:
+            return _at(N_("The run has stood still for {seconds:g} s", seconds=ROWS_STILL_WITHIN), row), False
         if sum(self._costs.values()) > INSTANT_WITHIN:
             costly = sorted((r for r in self._costs if r in rows), key=lambda r: -self._costs[r])[:_MOST_NAMED]
             named = ", ".join(f"{rows[r]} ({self._costs[r]:.1f} s)" for r in costly)

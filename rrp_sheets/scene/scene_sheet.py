@@ -19,7 +19,7 @@ from rrp_sheets.model.workbook import Cell, SceneRow
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.media_files import check_pictures
 from rrp_sheets.scene import scene_words
-from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, plain
+from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, normalize_signs
 from rrp_sheets.texts import N_, sentences
 
 _ANY = N_(
@@ -46,7 +46,7 @@ def parse_scene(
 def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
     when = read_time(row.time.text)
     if when is None:
-        _tell_time(row.time, report)
+        _check_time(row.time, report)
     kind = _kind(row.thing, row.does, report)
     if kind is None:
         return None
@@ -63,12 +63,12 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
     )
 
 
-def _tell_time(time: Cell, report: Report) -> None:
-    meant = meant_duration(time.text, "s")
-    remedy: str = N_("Write seconds from the start of the run, for example {value}.", value=meant or "2.5")
+def _check_time(time: Cell, report: Report) -> None:
+    duration = meant_duration(time.text, "s")
+    remedy: str = N_("Write seconds from the start of the run, for example {value}.", value=duration or "2.5")
     if "+" in time.text:
         remedy = N_("Behind + write seconds: Ask done + 2.")
-    elif time.text and not meant:
+    elif time.text and not duration:
         remedy = sentences(remedy, N_("Or a stream, and seconds after its event: Say done + 2."))
     report.add("SCENE001", time.address, text=time.text or N_("blank"), remedy=remedy)
 
@@ -165,7 +165,7 @@ def read_time(text: str) -> When | None:
     >>> read_time("Ask done + 2"), read_time("+ 500 ms"), read_time("soon")
     (When(us=2000000, span_us=0, cue='Ask done'), When(us=500000, span_us=0, cue='+'), None)
     """
-    text = plain(text)
+    text = normalize_signs(text)
     after = _AFTER.fullmatch(text)
     times = scene_words.span(after[2] if after else text)
     if times is None:
@@ -177,18 +177,18 @@ SEATED_FACE, STANDING_FACE = 0.52, 0.92  # of a person's height: where the face 
 LONGEST_SEEN = 31 * 24 * 3600.0  # s
 _PLAIN_COLOURS = {"ball": "red", "cup": "white", "box": "brown"}
 _EVERYWHERE = frozenset(p.word for k in KINDS.values() for v in k.verbs for p in v.parts if p.word)
-Said = dict[str, Value]
+ValueParts = dict[str, Value]
 
 
-def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Said:
+def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> ValueParts:
     """Return the values in the Value cell of a Scene row, by name; raises BadValueError if it is not understood."""
     if verb.action == "seen":
         return _seen(text)
     if any(part.kind == "rest" for part in verb.parts):
-        said: Said = {verb.parts[0].name: text.strip()} if text.strip() else {}
+        said: ValueParts = {verb.parts[0].name: text.strip()} if text.strip() else {}
     else:
         said = {}
-        for part, words in _cut(verb, plain(text)):
+        for part, words in _cut(verb, normalize_signs(text)):
             if part.name in said:
                 raise BadValueError("Write “{value}” once.", value=part.word or words)
             said[part.name] = _READERS[part.kind](part, words)
@@ -263,13 +263,13 @@ def _whole(part: Part, text: str) -> int:
 
 
 def _choice(part: Part, text: str) -> Value:
-    meant = {key(word): value for word, value in part.choices.items()}
-    if key(text) not in meant:
+    choices = {key(word): value for word, value in part.choices.items()}
+    if key(text) not in choices:
         words: dict[object, str] = {}
         for word, value in part.choices.items():
             words.setdefault(value, word)  # one for each
         raise BadValueError("Behind “{word}” may stand: {names}.", word=part.word, names=", ".join(words.values()))
-    return meant[key(text)]
+    return choices[key(text)]
 
 
 def _text(part: Part, text: str) -> str:
@@ -290,18 +290,18 @@ _READERS: dict[str, Callable[[Part, str], Value]] = {
 }  # fmt: skip
 
 
-def _seen(text: str) -> Said:
+def _seen(text: str) -> ValueParts:
     pieces = [piece.strip() for piece in text.split(",")]
     if len(pieces) != 3:
         raise BadValueError
-    said: Said = {"id": _whole(Part("", "id", "whole"), pieces[0]), "name": pieces[1]}
+    said: ValueParts = {"id": _whole(Part("", "id", "whole"), pieces[0]), "name": pieces[1]}
     return {**said, "seconds": scene_words.seconds(pieces[2], 0, LONGEST_SEEN)}
 
 
 # ---- what goes without saying
 
 
-def _complete(kind: ThingKind, said: Said, colour: str) -> None:
+def _complete(kind: ThingKind, said: ValueParts, colour: str) -> None:
     if kind.coloured:
         said["colour"] = colour or _PLAIN_COLOURS[kind.name]
     if kind.name == "ball":
@@ -317,7 +317,7 @@ def _complete(kind: ThingKind, said: Said, colour: str) -> None:
         said["size"] = (*said["size"], said.pop("height"))
 
 
-def _face(said: Said) -> None:
+def _face(said: ValueParts) -> None:
     """Add the height of somebody's face to their place, if it is not given: it depends on height and posture."""
     if "tall" in said:
         if isinstance(said["tall"], RandomRange):
@@ -332,7 +332,7 @@ def _face(said: Said) -> None:
     said["at"] = (*said["at"], face)
 
 
-def _stand_on(said: Said, name: str) -> None:
+def _stand_on(said: ValueParts, name: str) -> None:
     """`on table`: how high that is, is known when it happens; on the floor is 0."""
     if len(said[name]) == 3:
         raise BadValueError("Write two numbers, or leave out “on”.")

@@ -284,7 +284,7 @@ def known_things() -> Sequence[str]:
     return [*coloured, *(t for k in KINDS.values() for t in k.things), "Ball", "Cup"]
 
 
-def draw_scene(
+def choose_random_numbers(
     actions: Sequence[SceneAction], seed: int
 ) -> tuple[tuple[SceneAction, ...], tuple[tuple[int, str], ...]]:
     """The actions with a number for each range, and by row in words what was drawn; the same numbers for the same seed.
@@ -292,8 +292,8 @@ def draw_scene(
     Each number depends on the seed and its own cell alone: a row more or less changes no other.
 
     >>> action = SceneAction(0, "Red ball", "appear", {"at": (RandomRange(0.8, 1.2), 0.0, 0.4)}, row=4)
-    >>> (one,), ((row, told),) = draw_scene([action], 7)
-    >>> 0.8 <= one.values["at"][0] <= 1.2, row, draw_scene([action], 7)[0][0] == one
+    >>> (one,), ((row, told),) = choose_random_numbers([action], 7)
+    >>> 0.8 <= one.values["at"][0] <= 1.2, row, choose_random_numbers([action], 7)[0][0] == one
     (True, 4, True)
     """
     found, told = [], []
@@ -348,10 +348,10 @@ class BadValueError(MessageError):
     """A cell cannot be understood. Its text says what to do; empty where only an example helps."""
 
 
-def plain(text: str) -> str:
+def normalize_signs(text: str) -> str:
     """A text with its minus signs and dots as they are typed without help.
 
-    >>> plain("at \N{MINUS SIGN}1 … 1, 0")
+    >>> normalize_signs("at \N{MINUS SIGN}1 … 1, 0")
     'at -1..1, 0'
     """
     return _DOTS.sub("..", text.replace("\N{MINUS SIGN}", "-")).strip(" ,;\n\t")

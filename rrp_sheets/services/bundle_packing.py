@@ -80,15 +80,15 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         notes.append(N_(more if count > 1 else one, n=count))
     if printer is not None:
         try:
-            content[bundles.PAPER], lacks = printer(path)
+            content[bundles.PROTOCOL_FILE], lacks = printer(path)
             notes += lacks
         except UnreadableFile:  # the approved version: whoever named it wants to see what changed
             raise
         except SheetsError as error:
             why = sentences(error.message, error.remedy)
-            notes.append(N_("{file} is not in it: {why}", file=bundles.PAPER, why=why))
+            notes.append(N_("{file} is not in it: {why}", file=bundles.PROTOCOL_FILE, why=why))
     told = versions(name, reading, checked, folders)
-    content[bundles.README] = readme(name, told, bundles.PAPER in content).encode()
+    content[bundles.README] = readme(name, told, bundles.PROTOCOL_FILE in content).encode()
     files = _write(target, content, told)
     return Packed(target, files, tuple(notes), checked.run.language)
 
@@ -134,7 +134,7 @@ def _refuse_bundle(path: Path) -> None:
     if path.suffix.casefold() != bundles.SUFFIX or not path.is_file():
         return
     with suppress(*BROKEN_ZIP), zipfile.ZipFile(path) as packed:
-        if bundles.LIST in packed.namelist():
+        if bundles.VERSIONS_FILE in packed.namelist():
             remedy = N_(
                 "Run it with: rrp-sheets run {name}. To change it, unpack it, and pack the workbook in it again."
             )
@@ -231,7 +231,7 @@ def _write(target: Path, content: Mapping[str, Content], told: Mapping[str, obje
                     files[name] = _add(archive, name, content[name])
                 everything = {**told, "files": dict(sorted(files.items()))}
                 text = json.dumps(everything, ensure_ascii=False, indent=1) + "\n"
-                files[bundles.LIST] = _add(archive, bundles.LIST, text.encode())
+                files[bundles.VERSIONS_FILE] = _add(archive, bundles.VERSIONS_FILE, text.encode())
             file.flush()
             os.fsync(file.fileno())
         os.chmod(made, 0o666 & ~mask)
@@ -298,20 +298,20 @@ def readme(workbook: str, told: Mapping[str, Any], has_paper: bool) -> str:
     """Return the text of the file that explains the bundle; `told` is the content of its list of versions."""
     entries = [(workbook, "the workbook: what the robot does, and when")]
     if has_paper:
-        entries.append((bundles.PAPER, "the same as a document for an ethics board"))
+        entries.append((bundles.PROTOCOL_FILE, "the same as a document for an ethics board"))
     entries.append((f"{bundles.ROBOTS}/", "the robot's catalogue: its devices, its joints, its shape"))
     runs = told["runs"]
     if runs:
         count = f"{len(runs)} recorded run{'s' if len(runs) > 1 else ''}"
         entries.append((f"{RUNS}/", f"{count}: every event, pictures and sounds"))
     entries.append(
-        (bundles.LIST, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
+        (bundles.VERSIONS_FILE, f"made with RRP Sheets {told['program']}, Python {told['python']}; all other versions")
     )
     wide = min(30, max(len(name) for name, _ in entries))
     title = str(told["title"] or workbook)
     return _TEXT.format(
         title=f"{title}\n{'=' * min(len(title), 78)}",
         files="\n  ".join(f"{name:<{wide}}  {what}" for name, what in entries),
-        paper=f", {bundles.PAPER} in any viewer" if has_paper else "",
-        program=told["program"], replay=_REPLAY if runs else "", list=bundles.LIST,
+        paper=f", {bundles.PROTOCOL_FILE} in any viewer" if has_paper else "",
+        program=told["program"], replay=_REPLAY if runs else "", list=bundles.VERSIONS_FILE,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Bundles: their layout, and unpacking them, which are untrusted: all is checked before it is written.
+"""Layout of bundles, and unpacking: a bundle is untrusted, so everything in it is checked before it is written.
 
 Unpacked by hand a bundle is a folder to work in: sounds, robot and runs beside the workbook.
 """
@@ -34,9 +34,9 @@ from rrp_sheets.workbook.raw import unreadable
 from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 SUFFIX = ".zip"
-LIST = "versions.json"
+VERSIONS_FILE = "versions.json"
 README = "README.txt"
-PAPER = "protocol.pdf"
+PROTOCOL_FILE = "protocol.pdf"
 ROBOTS = "robots"
 KIND = "rrp-sheets bundle"
 SCHEMA = 1  # grows when an entry of the list changes its meaning or goes
@@ -148,7 +148,7 @@ def _text(value: object) -> str:
 
 
 _MOST_LIST = 2_000_000  # bytes of the list
-_RATIO, _RATIO_FROM = 400, 10_000_000  # a trace of one value that never changes is honest, and small
+_RATIO, _RATIO_FROM = 400, 10_000_000  # the trace of a value that never changes packs well
 _WHOLE_RATIO, _WHOLE_FROM = 150, 50_000_000  # of all files together; many traces are packed to a twentieth
 _PIECE = 1 << 20
 _ENCRYPTED = 0x1
@@ -171,10 +171,10 @@ class _Refused(Exception):
     """Refusal of a file that is no bundle; the text follows the file's name."""
 
 
-def is_zip(path: Path) -> bool:
+def has_bundle_suffix(path: Path) -> bool:
     """Return whether a file is to be taken as a bundle, by its suffix.
 
-    >>> is_zip(Path("study.ZIP")), is_zip(Path("study.xlsx"))
+    >>> has_bundle_suffix(Path("study.ZIP")), has_bundle_suffix(Path("study.xlsx"))
     (True, False)
     """
     return path.suffix.casefold() == SUFFIX
@@ -211,7 +211,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
         told, files = _list(archive, entries)
         notes: list[str] = []
         for name, entry in entries.items():
-            if name == LIST:
+            if name == VERSIONS_FILE:
                 continue
             if name not in files:
                 notes.append(N_("“{file}” is not in the bundle's list; it was left out.", file=name))
@@ -229,7 +229,7 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
     home = folder if (folder / workbook).is_file() else folder / workbook
     notes += catalogue_note(home)
     runs = tuple(sorted(p.parent for p in folder.glob(f"{RUNS}/*/{TRACE}")))
-    dress(runs, home)
+    add_catalogues(runs, home)
     return Bundle(folder, folder / workbook, runs, tuple(notes))
 
 
@@ -239,8 +239,8 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     names = {e.filename.casefold() for e in entries}
     if "[content_types].xml" in names:
         raise _Refused(N_("it is a workbook of Excel under another name: let its name end with .xlsx"))
-    if LIST not in names:
-        raise _Refused(N_("there is no {file} in it", file=LIST))
+    if VERSIONS_FILE not in names:
+        raise _Refused(N_("there is no {file} in it", file=VERSIONS_FILE))
     if len(names) != len(entries):
         raise _Refused(N_("two of its files have one name"))
     if len(entries) > MOST_FILES:
@@ -266,18 +266,18 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
 
 def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> tuple[dict[str, Any], dict[str, str]]:
     """Return the list of a bundle, and in it the hash of every file, by name."""
-    if LIST not in entries or entries[LIST].file_size > _MOST_LIST:
-        raise _Refused(N_("its {file} is no list", file=LIST))
+    if VERSIONS_FILE not in entries or entries[VERSIONS_FILE].file_size > _MOST_LIST:
+        raise _Refused(N_("its {file} is no list", file=VERSIONS_FILE))
     try:
-        told = json.loads(archive.read(LIST).decode())
+        told = json.loads(archive.read(VERSIONS_FILE).decode())
     except (ValueError, RecursionError):
-        raise _Refused(N_("its {file} is damaged", file=LIST)) from None
+        raise _Refused(N_("its {file} is damaged", file=VERSIONS_FILE)) from None
     if not isinstance(told, dict) or told.get("kind") != KIND:
-        raise _Refused(N_("its {file} is another program's", file=LIST))
+        raise _Refused(N_("its {file} is another program's", file=VERSIONS_FILE))
     if told.get("schema") != SCHEMA:
         raise _Refused(N_("it was made by a newer version of this program; update it"))
     if not isinstance(told.get("files"), dict):
-        raise _Refused(N_("its {file} names no files", file=LIST))
+        raise _Refused(N_("its {file} names no files", file=VERSIONS_FILE))
     files = [(name, about) for name, about in told["files"].items() if isinstance(about, dict) and is_safe(name)]
     return told, {name: str(about.get("sha256", "")) for name, about in files}
 
@@ -312,8 +312,8 @@ def catalogue_note(home: Path) -> list[str]:
     return notes
 
 
-def dress(runs: Iterable[Path], home: Path) -> None:
-    """Copy the catalogue, as it was when a run was made, beside the workbook of every run, for its replay."""
+def add_catalogues(runs: Iterable[Path], home: Path) -> None:
+    """Copy the robots' catalogues beside the workbook of every run, as they were when it was made, for its replay."""
     for run in runs:
         for place in (p for p in (home / ROBOTS).glob("*") if p.is_dir()):
             target = run / ROBOTS / place.name

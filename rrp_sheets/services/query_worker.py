@@ -83,8 +83,8 @@ class QueryWorker:
         with _place(self._places), _place(_all_places):
             try:
                 return self._worker.ask([f"{self._tasks}.{task}", *arguments], self._within)
-            except WorkerError as none:
-                message = N_("{what} cannot be shown: it {why}.", what=what, why=none.why)
+            except WorkerError as error:
+                message = N_("{what} cannot be shown: it {why}.", what=what, why=error.why)
                 raise SheetsError(message, N_("It is perhaps too large, or damaged.")) from None
 
 

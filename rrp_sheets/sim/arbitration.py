@@ -22,7 +22,7 @@ Tell = Callable[[Notice], None]
 class Job:
     """A command and how it is carried out."""
 
-    order: Command  # the latest one, when it was repeated
+    command: Command  # the latest one, when it was repeated
     uses: frozenset[str]  # the resources that it needs
     begin: Callable[[Command, int], None]  # carry it out, or go on with it; also called when it is repeated
     cease: Callable[[int], None]  # stop it at once
@@ -34,7 +34,7 @@ class Job:
 
     def meets(self, other: Job) -> bool:
         """Return whether two jobs cannot be carried out at the same time."""
-        if self.order.stream == other.order.stream:
+        if self.command.stream == other.command.stream:
             return True
         if self.joints and other.joints:
             return bool(self.joints & other.joints)
@@ -58,32 +58,33 @@ class Arbiter:
         """Start, queue or refuse a new command."""
         barred, why = self._barred
         if job.uses & barred:
-            if (job.order.stream, job.order.row) not in self._told:
-                self._told.add((job.order.stream, job.order.row))
-                self._tell(Notice("error", why, job.order.stream, job.order.row))
-            self._done(job.order, False, 0.0)
+            if (job.command.stream, job.command.row) not in self._told:
+                self._told.add((job.command.stream, job.command.row))
+                self._tell(Notice("error", why, job.command.stream, job.command.row))
+            self._done(job.command, False, 0.0)
             return
         if job.endless:
-            mine = [j for j in (*self._running, *self._outranked) if j.endless and j.order.stream == job.order.stream]
+            ongoing = (*self._running, *self._outranked)
+            mine = [j for j in ongoing if j.endless and j.command.stream == job.command.stream]
             if mine:
                 self._again(mine[0], job, us)
                 return
         rivals = [j for j in (*self._running, *self._waiting) if j.meets(job)]
-        if any(rival.order.priority > job.order.priority for rival in rivals):
+        if any(rival.command.priority > job.command.priority for rival in rivals):
             self._refuse(job, us)
-        elif job.uses & QUEUES and any(r.order.priority == job.order.priority for r in rivals):
+        elif job.uses & QUEUES and any(r.command.priority == job.command.priority for r in rivals):
             self._drop([j for j in self._waiting if j.meets(job)], us)
             self._waiting.append(job)
         else:
             self._start(job, us)
 
-    def at_once(self, order: Command, completed: bool = True) -> None:
+    def at_once(self, command: Command, completed: bool = True) -> None:
         """Report the end of a command that takes no time, or that could not be used."""
-        self._done(order, completed, 0.0)
+        self._done(command, completed, 0.0)
 
     def stop(self, stream: str | None, us: int) -> None:
         """End the commands of one actuator stream, after which outranked ones resume, or of all streams (None)."""
-        those = [j for j in (*self._waiting, *self._outranked, *self._running) if stream in (None, j.order.stream)]
+        those = [j for j in (*self._waiting, *self._outranked, *self._running) if stream in (None, j.command.stream)]
         self._drop(those, us)
         if stream is not None:
             self._resume(us)
@@ -95,7 +96,7 @@ class Arbiter:
 
     def give_way(self, streams: list[str], priority: float, us: int) -> None:
         """End the running commands of these streams, except those of a larger priority."""
-        self._drop([j for j in self._running if j.order.stream in streams and j.order.priority <= priority], us)
+        self._drop([j for j in self._running if j.command.stream in streams and j.command.priority <= priority], us)
 
     def go_on(self, us: int) -> None:
         """Advance to the time `us`: end commands that are over, and begin waiting ones."""
@@ -103,7 +104,7 @@ class Arbiter:
             completed = job.over(us) if job in self._running else None
             if completed is not None:
                 self._running.remove(job)
-                self._done(job.order, completed, _seconds(job, us))
+                self._done(job.command, completed, _seconds(job, us))
                 self._resume(us)
 
     def ended(self) -> list[tuple[str, Value]]:
@@ -113,7 +114,7 @@ class Arbiter:
 
     def driving(self) -> dict[str, str]:
         """Return the row that uses each resource now; of several, as for two joints of an arm, the newest."""
-        return {resource: job.order.row for job in self._running for resource in sorted(job.uses)}
+        return {resource: job.command.row for job in self._running for resource in sorted(job.uses)}
 
     def moved(self, stream: str) -> tuple[frozenset[str], frozenset[str]]:
         """Return the resources that a stream's commands have used and the joints they named, and forget them."""
@@ -126,41 +127,41 @@ class Arbiter:
     def _again(self, mine: Job, job: Job, us: int) -> None:
         """Update an endless command that is repeated."""
         if mine in self._running:
-            if job.order.priority < mine.order.priority:
+            if job.command.priority < mine.command.priority:
                 self._say_refused(job)
             else:
-                mine.order = job.order
-                mine.begin(job.order, us)
+                mine.command = job.command
+                mine.begin(job.command, us)
             return
-        mine.order = job.order
-        if all(rival.order.priority <= job.order.priority for rival in self._running if rival.meets(mine)):
+        mine.command = job.command
+        if all(rival.command.priority <= job.command.priority for rival in self._running if rival.meets(mine)):
             self._outranked.remove(mine)
             self._start(mine, us)
 
     def _refuse(self, job: Job, us: int) -> None:
         self._say_refused(job)
         if not job.endless:
-            self._done(job.order, False, 0.0)
+            self._done(job.command, False, 0.0)
             return
-        self._drop([j for j in self._outranked if j.meets(job) and j.order.priority == job.order.priority], us)
+        self._drop([j for j in self._outranked if j.meets(job) and j.command.priority == job.command.priority], us)
         self._outranked.append(job)
 
     def _say_refused(self, job: Job) -> None:
-        self._tell(Notice("error", job.refused, job.order.stream, job.order.row))
+        self._tell(Notice("error", job.refused, job.command.stream, job.command.row))
 
     def _start(self, job: Job, us: int) -> None:
         rivals = [j for j in self._running if j.meets(job)]
         for rival in rivals:
-            if rival.endless and rival.order.priority < job.order.priority:
+            if rival.endless and rival.command.priority < job.command.priority:
                 self._running.remove(rival)
                 rival.cease(us)
                 self._outranked.append(rival)
         self._drop([j for j in (*self._running, *self._waiting) if j.meets(job)], us)
         job.began_us = us if job.began_us < 0 else job.began_us
-        uses, joints = self._moved.get(job.order.stream, (job.uses, job.joints))
-        self._moved[job.order.stream] = uses | job.uses, joints | job.joints
+        uses, joints = self._moved.get(job.command.stream, (job.uses, job.joints))
+        self._moved[job.command.stream] = uses | job.uses, joints | job.joints
         self._running.append(job)
-        job.begin(job.order, us)
+        job.begin(job.command, us)
         if rivals:  # they may have used more than this one does
             self._resume(us)
 
@@ -171,12 +172,12 @@ class Arbiter:
                     place.remove(job)
                     if place is self._running:
                         job.cease(us)
-            self._done(job.order, False, _seconds(job, us))
+            self._done(job.command, False, _seconds(job, us))
 
     def _resume(self, us: int) -> None:
         """Begin commands whose resources are free: outranked ones by priority, then the newest; then waiting ones."""
-        order = {id(job): place for place, job in enumerate(self._outranked)}
-        for job in sorted(self._outranked, key=lambda j: (-j.order.priority, -order[id(j)])):
+        places = {id(job): place for place, job in enumerate(self._outranked)}
+        for job in sorted(self._outranked, key=lambda j: (-j.command.priority, -places[id(j)])):
             if not any(rival.meets(job) for rival in self._running):
                 self._outranked.remove(job)
                 self._start(job, us)
@@ -185,10 +186,10 @@ class Arbiter:
                 self._waiting.remove(job)
                 self._start(job, us)
 
-    def _done(self, order: Command, completed: bool, seconds: float) -> None:
-        stream = self._dones.get(order.stream)
+    def _done(self, command: Command, completed: bool, seconds: float) -> None:
+        stream = self._dones.get(command.stream)
         if stream is not None:
-            value = order.number or commanded(order.value)
+            value = command.number or commanded(command.value)
             self._ended.append((stream, {"value": value, "completed": completed, "seconds": round(seconds, 6)}))
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from rrp_sheets.errors import MissingPart
-from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, SceneAction, State, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, Command, DeviceUse, Notice, SceneAction, WorldSnapshot, WorldState
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.texts import N_
 from rrp_sheets.workers.codec import unpack
@@ -27,7 +27,7 @@ ALONE_WITHIN = 5.0  # s, of its processor time or without any, to bring the robo
 SIMULATOR = Task("rrp_sheets.sim.server.serve", ALONE_WITHIN, ALONE_WITHIN, memory=True)
 OPEN_WITHIN = 90.0  # s of its processor time to make the world; usually 2
 COMPUTE_WITHIN = 20.0  # s of its processor time without progress; usually some ms, for the strip of moments 0.5
-STILL_WITHIN = 10.0  # s without processor time while it has a request
+ANSWER_STILL_WITHIN = 10.0  # s without processor time while it has a request
 REST_BEGINS_WITHIN = 1.0  # s from Stop, of its processor time or without any: then it is ended
 LOOK_EVERY = 0.1  # s
 REMEDY_DIED = N_("Run it again; if it happens again, please report it with the workbook.")
@@ -79,7 +79,7 @@ class Picture:
 
 REQUESTS: Mapping[str, tuple[tuple[Any, ...], Any]] = {
     "open": ((Spec,), OpenFailure | None), "start": ((), Arrivals), "advance": ((int, tuple[Command, ...]), Arrivals),
-    "act": ((tuple[SceneAction, ...],), None), "show": ((bool,), WorldSnapshot), "state": ((), State),
+    "act": ((tuple[SceneAction, ...],), None), "show": ((bool,), WorldSnapshot), "state": ((), WorldState),
     "look": ((), Picture), "watch": ((), Picture), "stop": ((), Arrivals | None),
 }  # fmt: skip
 """The requests, each with the types of its arguments, and of its answer."""
@@ -181,8 +181,8 @@ class Simulator:
                     "The robot did not come to its rest.",
                     seconds=REST_BEGINS_WITHIN,
                 )
-        if still > STILL_WITHIN:
-            return N_("The simulator has not answered for {seconds:g} s.", seconds=STILL_WITHIN)
+        if still > ANSWER_STILL_WITHIN:
+            return N_("The simulator has not answered for {seconds:g} s.", seconds=ANSWER_STILL_WITHIN)
         limit = COMPUTE_WITHIN if opened else OPEN_WITHIN
         if used > limit and state:
             return N_("The simulator has computed for {seconds:g} s without an answer.", seconds=limit)

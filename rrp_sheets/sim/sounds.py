@@ -315,7 +315,7 @@ class Sounding:
     """Sentence, or sound by its name, that is played for a command."""
 
     text: str
-    order: Command
+    command: Command
     spoken: bool
     start_us: int = 0
     end_us: int = 0
@@ -342,14 +342,14 @@ class Voice:
         """True while a sound is played."""
         return self._now is not None and not self._now.spoken
 
-    def say(self, text: str, order: Command, settings: Mapping[str, Value], us: int) -> None:
+    def say(self, text: str, command: Command, settings: Mapping[str, Value], us: int) -> None:
         """Begin a sentence."""
-        self._now = Sounding(text, order, True)
+        self._now = Sounding(text, command, True)
         if len(text) > LONGEST:
             told = N_("Only the first {n:,} of {of:,} letters are said.", n=LONGEST, of=len(text))
-            self._tell(Notice("clamp", told, order.stream, order.row))
+            self._tell(Notice("clamp", told, command.stream, command.row))
         speed = float(settings["speed"])
-        library = self._speech.library(order.stream, order.row)
+        library = self._speech.library(command.stream, command.row)
         if library is None:
             self._begin(self._now, us, len(text[:LONGEST]) / GUESSED_WORD_LENGTH / speed * 60)
             return
@@ -357,14 +357,14 @@ class Voice:
         if not library.voice(language):
             library.voice(FALLBACK)
             told = N_("There is no voice for the language “{language}”; it is spoken in English.", language=language)
-            self._tell(Notice("error", told, order.stream, order.row))
+            self._tell(Notice("error", told, command.stream, command.row))
         self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate
         self._begin(self._now, us)
 
-    def play(self, name: str, audio: Audio, rate: int, volume: float, order: Command, us: int) -> None:
+    def play(self, name: str, audio: Audio, rate: int, volume: float, command: Command, us: int) -> None:
         """Begin a sound; volume in percent."""
-        self._now = Sounding(name, order, False, audio=louder(audio, volume), rate=rate)
+        self._now = Sounding(name, command, False, audio=louder(audio, volume), rate=rate)
         self._begin(self._now, us)
 
     def over(self, us: int) -> bool | None:
@@ -391,7 +391,7 @@ class Voice:
                 keep(sounding.file, sounding.audio, sounding.rate, self._tell)
         sounding.start_us, sounding.end_us = us, us + round(seconds * 1e6)
         file = sounding.file.name if sounding.file is not None else ""
-        self._tell(Notice(kind, sounding.text, sounding.order.stream, sounding.order.row, file))
+        self._tell(Notice(kind, sounding.text, sounding.command.stream, sounding.command.row, file))
 
 
 def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:

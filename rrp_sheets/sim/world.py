@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rrp_sheets.model.exchange import Arrivals, Command, Notice, SceneAction, State, WorldSnapshot
+from rrp_sheets.model.exchange import Arrivals, Command, Notice, SceneAction, WorldSnapshot, WorldState
 from rrp_sheets.model.values import Value
 from rrp_sheets.perception.faces import FaceModels, Faces
 from rrp_sheets.perception.pinhole import Lens, Pixels, Vector
@@ -177,9 +177,9 @@ class SimWorld:
         """Return the world for a display, with the camera picture if wanted; the run does not depend on it."""
         return WorldSnapshot(self.state(), jpeg(self.sight.recent(STALE_US)) if picture else b"")
 
-    def state(self) -> State:
+    def state(self) -> WorldState:
         """Return the present state of the world."""
-        return State(
+        return WorldState(
             joints=self.body.positions(), base=(*(float(c) for c in self.body.torso().position), *self.body.tilt()),
             eyes=self.eyes.shining, saying=self.voice.saying, things=self.stage.places(),
             driving=self.arbiter.driving(), looks=self.stage.looks(), light=self.stage.light, noise=self.stage.noise,

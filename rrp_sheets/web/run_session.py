@@ -96,9 +96,9 @@ class RunSession:
         remedy = N_("The terminal where the server runs tells more.")
         words = _ending("broken", N_("The run was lost by a fault of this program."), remedy)
         try:
-            words = in_words(self.process.listen(self.run_state), self.stopped_by)
+            words = outcome_notice(self.process.listen(self.run_state), self.stopped_by)
         except SheetsError as error:
-            words = failed(error)
+            words = failure_notice(error)
             if self.run_state.start is not None and not self.run_state.start.folder.is_dir():
                 self.folder = ""  # there is no recording to look at
         finally:
@@ -118,7 +118,7 @@ class RunSession:
 
     def _changed(self, what: str) -> None:
         if what == "rested" and self.run_state.rest is not None:
-            self._end(at_rest(*self.run_state.rest, self.stopped_by))
+            self._end(rest_notice(*self.run_state.rest, self.stopped_by))
             return
         with self._lock:
             if what == "started" and self.run_state.start is not None:
@@ -243,32 +243,29 @@ def _ending(how: str, words: str, remedy: str = "") -> JsonObject:
     return {"how": how, "words": words, "broken": how == "broken", "remedy": remedy}
 
 
-def failed(error: SheetsError) -> JsonObject:
+def failure_notice(error: SheetsError) -> JsonObject:
     """Return the end notice of a run that could not begin, or left no record."""
     return _ending("broken", error.message, in_browser(error.remedy))
 
 
-def in_words(ended: RunOutcome, by: str) -> JsonObject:
+def outcome_notice(ended: RunOutcome, by: str) -> JsonObject:
     """Return the end notice of a run that has ended; `by` is who stopped it, or empty."""
     if ended.findings:
         n = sum(d.severity.value == "error" for d in ended.findings)
-        one, many = (
-            N_("It did not start: the workbook has {n} error."),
-            N_("It did not start: the workbook has {n} errors."),
-        )
+        one = N_("It did not start: the workbook has {n} error.")
+        many = N_("It did not start: the workbook has {n} errors.")
         return _ending("errors", N_(one if n == 1 else many, n=n), N_("Mend them, and press Run again."))
     if ended.result is None:
-        return _ending(
-            "stopped", N_("Stopped by {name} before it began." if by else "Stopped before it began.", name=by)
-        )
-    data = at_rest(ended.result.summary, ended.result.broken, by)
+        words = N_("Stopped by {name} before it began." if by else "Stopped before it began.", name=by)
+        return _ending("stopped", words)
+    data = rest_notice(ended.result.summary, ended.result.broken, by)
     return data if data["broken"] else {**data, "remedy": sentences(*ended.result.problems)}
 
 
-def at_rest(summary: Summary, broken: RunBroken | None, by: str) -> JsonObject:
+def rest_notice(summary: Summary, broken: RunBroken | None, by: str) -> JsonObject:
     """Return the end notice of a run whose robot is at rest while its files are still being written.
 
-    >>> at_rest(Summary(simulated=9.13, ended="stopped"), None, "Aya")["words"]
+    >>> rest_notice(Summary(simulated=9.13, ended="stopped"), None, "Aya")["words"]
     'Stopped by Aya at 0:09.1.'
     """
     at = clock(round(summary.simulated * 1e6))

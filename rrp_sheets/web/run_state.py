@@ -16,7 +16,7 @@ from typing import Any
 
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
-from rrp_sheets.model.exchange import Notice, OperatorAction, State
+from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.recording.timeline import Drag, clock, dragged, value_text
 from rrp_sheets.runs.run_data import QUIET_US, Commands, RunStart, Summary
@@ -264,7 +264,7 @@ class RunState(RunObserver):
         self._new_fields: set[str] = set()
         self._plots = Plots()
         self._drives = Drives()
-        self._robot: State | None = None
+        self._robot: WorldState | None = None
         self._new_robot = False
         self._told_us = -1
         self.log = RunLog(rows)
@@ -335,7 +335,7 @@ class RunState(RunObserver):
         self.is_paused = is_paused
         self._changed("paused")
 
-    def state(self, us: int, state: State) -> None:
+    def state(self, us: int, state: WorldState) -> None:
         """Record the state of the robot."""
         with self._lock:
             self._robot, self._new_robot = state, True
@@ -482,7 +482,7 @@ class Interval:
     began: int
     ended: int | None = None
 
-    def plain(self) -> list[object]:
+    def as_list(self) -> list[object]:
         """Return the interval as a list, with times in seconds."""
         return [self.resource, self.row, self.began / 1e6, None if self.ended is None else self.ended / 1e6]
 
@@ -514,13 +514,13 @@ class Drives:
 
     def news(self) -> list[list[object]]:
         """Return the intervals that began or ended since the last call."""
-        data = [s.plain() for s in self._new]
+        data = [s.as_list() for s in self._new]
         self._new.clear()
         return data
 
     def all(self) -> list[list[object]]:
         """Return the intervals that are kept."""
-        return [s.plain() for s in self._kept]
+        return [s.as_list() for s in self._kept]
 
 
 MOST_KEYS = 80

@@ -12,7 +12,7 @@ from typing import BinaryIO
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import CAMERA, DIAGRAM, FILM, POSES, RUNS, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.recording.exporting import XLSX
-from rrp_sheets.recording.metadata import RunMetadata, ended, facts_of, length, run_names
+from rrp_sheets.recording.metadata import RunMetadata, ended, length, metadata_of, run_names
 from rrp_sheets.texts import N_, LazyMessage, sentences
 from rrp_sheets.web.models import date_and_time
 from rrp_sheets.web.workbook_repository import addressable, printable
@@ -68,17 +68,17 @@ class RunStore:
     folder: Path
     going: Callable[[], Collection[str]] = frozenset
     writing: Callable[[], Collection[str]] = frozenset
-    forget: Callable[[Collection[str]], object] = len
+    forget: Callable[[Collection[str]], object] = lambda folders: None
 
     def names(self) -> list[str]:
         """Return the names of all runs, the newest first."""
         inside = (self.folder / RUNS).resolve().is_relative_to(self.folder.resolve())
         return run_names(self.folder) if inside else []
 
-    def facts(self, names: list[str]) -> list[RunMetadata]:
+    def metadata(self, names: list[str]) -> list[RunMetadata]:
         """Return the metadata of some runs."""
         going = self.going()
-        return [facts_of(self.folder / RUNS / name, going) for name in names]
+        return [metadata_of(self.folder / RUNS / name, going) for name in names]
 
     def place(self, name: str) -> Path:
         """Return the folder of a run; raises SheetsError when there is no such run."""
@@ -143,16 +143,16 @@ def when(moment: datetime | None, today: date | None = None) -> str:
     return date_and_time(moment, year=moment.year != today.year)
 
 
-def line_of(facts: RunMetadata, books: Collection[str]) -> RunLine:
+def line_of(run: RunMetadata, books: Collection[str]) -> RunLine:
     """Format a run for a list; `books` are the workbooks of the folder."""
-    why = sentences(facts.why, facts.remedy)
-    if facts.ended == "cut":
+    why = sentences(run.why, run.remedy)
+    if run.ended == "cut":
         why = N_("The program or the computer ended in the middle. What was recorded until then can be looked at.")
-    moment = when(facts.began) or ("" if facts.readable else printable(facts.run))
+    moment = when(run.began) or ("" if run.readable else printable(run.run))
     return RunLine(
-        run=printable(facts.run), opens=facts.readable and addressable(facts.run), when=moment or printable(facts.run),
-        workbook=facts.workbook, book=facts.workbook if facts.workbook in books else "",
-        who=", ".join(filter(None, (facts.participant, facts.condition))), operator=facts.operator,
-        mode=facts.mode if facts.mode in _MODES else "", length=length(facts.seconds) if facts.seconds else "",
-        state=_STATES.get(facts.ended, "broken"), ended=ended(facts), why=why, errors=sum(facts.errors.values()),
+        run=printable(run.run), opens=run.readable and addressable(run.run), when=moment or printable(run.run),
+        workbook=run.workbook, book=run.workbook if run.workbook in books else "",
+        who=", ".join(filter(None, (run.participant, run.condition))), operator=run.operator,
+        mode=run.mode if run.mode in _MODES else "", length=length(run.seconds) if run.seconds else "",
+        state=_STATES.get(run.ended, "broken"), ended=ended(run), why=why, errors=sum(run.errors.values()),
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """Transport between a process and its starter: messages on a socket, and a heartbeat in memory that both see.
 
-A message is a line of JSON with the bytes that belong to it, such as pictures, right behind. A line with bytes begins
-with their lengths: `7,5 ["two pictures", …]`. JSON cannot run code in its reader.
+A message is a line of JSON. Its binary parts, such as pictures, follow the line, which then begins with their lengths:
+`7,5 ["two pictures", {"bytes":0}, {"bytes":1}]`. JSON cannot run code in its reader.
 
 A heartbeat is judged by the processor time of the process, not by the clock on the wall: on a busy machine a healthy
 process may be late.
@@ -25,7 +25,7 @@ from typing import Any
 
 _PLAIN = json.JSONEncoder(separators=(",", ":"))
 MOST_REQUEST = 1 << 17  # bytes, to a fork server
-_BYTES = "bytes"  # the only key of an object that has the place of bytes among those that follow
+_BYTES = "bytes"  # the only key of an object that stands for a binary part; the value is its index among them
 
 
 def encode(message: Sequence[Any]) -> bytes:
@@ -59,7 +59,7 @@ def _encode_others(message: Sequence[Any]) -> bytes:
 
 
 def _escaped(value: Any) -> Any:
-    """Put the value of a mapping that looks like the place of bytes into a list."""
+    """Return a value with the index of a mapping that only looks like a binary part in a list, to tell it apart."""
     if isinstance(value, dict):
         parts = {key: _escaped(part) for key, part in value.items()}
         return {_BYTES: [parts[_BYTES]]} if parts.keys() == {_BYTES} else parts
@@ -67,13 +67,13 @@ def _escaped(value: Any) -> Any:
 
 
 class MessageReader:
-    """Assembles messages from the bytes of a socket."""
+    """Reads whole messages from a socket, with their binary parts."""
 
     def __init__(self, link: socket.socket) -> None:
         self._link = link
         self._buffer = bytearray()
         self._searched = 0  # bytes of the buffer without the end of a line
-        self._needed = 0  # size in bytes of the first message, when its line is there and its bytes are not
+        self._needed = 0  # size of the first message, when its line is there and its binary parts are not
 
     def receive(self) -> list[list[Any]] | None:
         """Return the messages that the next chunk completes, waiting for it; None when the other side has gone."""

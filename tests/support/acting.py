@@ -10,7 +10,7 @@ from pathlib import Path
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.engine.run_events import CommandQueue, OperatorCommand, RunObserver
 from rrp_sheets.help.connectors import ScriptedWorld
-from rrp_sheets.model.exchange import State, WorldSnapshot
+from rrp_sheets.model.exchange import WorldSnapshot, WorldState
 from rrp_sheets.runs import RunSettings
 from rrp_sheets.runs.running import run
 from rrp_sheets.workbook import read
@@ -25,7 +25,7 @@ class Things(ScriptedWorld):
     """A world with a ball in it."""
 
     def show(self, picture):
-        return WorldSnapshot(State({}, (), (), "", {"Red ball": (1.0, 0.0, 0.4)}), b"jpeg" if picture else b"")
+        return WorldSnapshot(WorldState({}, (), (), "", {"Red ball": (1.0, 0.0, 0.4)}), b"jpeg" if picture else b"")
 
 
 class Script(RunObserver):

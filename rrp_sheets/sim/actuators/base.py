@@ -59,30 +59,30 @@ class SimActuator(ABC):
         self.refused = N_("{name} does nothing now: what moves the robot has a higher priority.", name=spec.name)
 
     @abstractmethod
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Carry out a command, which is not blank."""
 
-    def blank(self, order: Command, us: int) -> None:
+    def blank(self, command: Command, us: int) -> None:
         """End the running and waiting commands of the stream."""
-        self.parts.arbiter.stop(order.stream, us)
+        self.parts.arbiter.stop(command.stream, us)
 
-    def wrong(self, order: Command, needs: str) -> None:
+    def wrong(self, command: Command, needs: str) -> None:
         """Report that a value cannot be used here."""
-        name, value = self.spec.name, show(order.value)
-        self.fail(order, N_("{name} cannot use {value}: it needs {needs}.", name=name, value=value, needs=needs))
+        name, value = self.spec.name, show(command.value)
+        self.fail(command, N_("{name} cannot use {value}: it needs {needs}.", name=name, value=value, needs=needs))
 
-    def fail(self, order: Command, text: str, kind: str = "error") -> None:
+    def fail(self, command: Command, text: str, kind: str = "error") -> None:
         """Report why a command is not carried out, and end it."""
-        self.parts.tell(Notice(kind, text, order.stream, order.row))
-        self.parts.arbiter.at_once(order, completed=False)
+        self.parts.tell(Notice(kind, text, command.stream, command.row))
+        self.parts.arbiter.at_once(command, completed=False)
 
-    def clamp(self, order: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
+    def clamp(self, command: Command, what: str, value: float, limits: tuple[float, float], unit: str = "") -> float:
         """Return the value limited to its range, and report it when that changes the value."""
         limited = min(max(value, limits[0]), limits[1])
         if limited != value:
             text = N_("{what}: {value:.4g} → {limited:.4g}{unit}, its limit.", what=what, value=value, limited=limited,
                       unit=unit)  # fmt: skip
-            self.parts.tell(Notice("clamp", text, order.stream, order.row))
+            self.parts.tell(Notice("clamp", text, command.stream, command.row))
         return limited
 
 

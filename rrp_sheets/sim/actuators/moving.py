@@ -31,20 +31,20 @@ Way = tuple[float, float, float]
 class SetJointPosition(SimActuator, device="SetJointPosition"):
     """Moves a joint or a group."""
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Send the joints to their angles."""
         body = self.parts.body
         named = str(self.settings["joint"] or "")
         joint = body.robot.joints.get(key(named))
         joints = (joint.name,) if joint else body.robot.groups.get(key(named), ())
         if not joints:
-            self.fail(order, N_("{device}: there is no joint “{name}”.", device=self.spec.name, name=named))
+            self.fail(command, N_("{device}: there is no joint “{name}”.", device=self.spec.name, name=named))
             return
-        values = list(order.value) if isinstance(order.value, (list, tuple)) else [order.value]
+        values = list(command.value) if isinstance(command.value, (list, tuple)) else [command.value]
         angles = [as_number(v) for v in values]
         if len(angles) != len(joints) or None in angles:
             many = N_("a list of {n} angles in rad ({joints})", n=len(joints), joints=", ".join(joints))
-            self.wrong(order, N_("an angle in rad, for example 0.5") if len(joints) == 1 else many)
+            self.wrong(command, N_("an angle in rad, for example 0.5") if len(joints) == 1 else many)
             return
         goals = dict(zip(joints, (a for a in angles if a is not None), strict=True))
         late = 0  # when the joints should have been where they were sent
@@ -62,13 +62,13 @@ class SetJointPosition(SimActuator, device="SetJointPosition"):
                 return True
             return None if us < late else False
 
-        self._tell_coupled(order, goals)
+        self._tell_coupled(command, goals)
         moved = frozenset({*goals, *(COUPLED[name] for name in goals if name in COUPLED)})
-        job = Job(order, self.uses, lambda order, us: self._move(order, goals), cease, over, joints=moved,
+        job = Job(command, self.uses, lambda command, us: self._move(command, goals), cease, over, joints=moved,
                   refused=self.refused)  # fmt: skip
         self.parts.arbiter.take(job, us)
 
-    def _tell_coupled(self, order: Command, goals: dict[str, float]) -> None:
+    def _tell_coupled(self, command: Command, goals: dict[str, float]) -> None:
         """Give two joints that share one motor the angle that is named last, and report the change."""
         for other in [name for name in goals if name in COUPLED][1:]:
             name = COUPLED[other]
@@ -76,9 +76,9 @@ class SetJointPosition(SimActuator, device="SetJointPosition"):
             if asked != goals[other]:
                 text = N_("{joint}: {asked:.4g} → {given:.4g} rad, as one motor moves it together with {other}.",
                           joint=name, asked=asked, given=goals[other], other=other)  # fmt: skip
-                self.parts.tell(Notice("clamp", text, order.stream, order.row))
+                self.parts.tell(Notice("clamp", text, command.stream, command.row))
 
-    def _move(self, order: Command, angles: dict[str, float]) -> None:
+    def _move(self, command: Command, angles: dict[str, float]) -> None:
         body = self.parts.body
         share = float(self.settings["speed"])
         yaw = angles.get("HeadYaw", body.aimed("HeadYaw"))
@@ -88,7 +88,7 @@ class SetJointPosition(SimActuator, device="SetJointPosition"):
                 self.parts.stance.follow_legs()
             elif joint.chain != "Head":
                 self.parts.stance.steady()
-            limited = self.clamp(order, name, angle, body.limits(name, yaw), unit=f" {joint.unit}".rstrip())
+            limited = self.clamp(command, name, angle, body.limits(name, yaw), unit=f" {joint.unit}".rstrip())
             velocity = share * joint.max_velocity
             body.go(name, limited, velocity, 4 * velocity)
         if "HeadYaw" in angles and "HeadPitch" not in angles:
@@ -96,7 +96,7 @@ class SetJointPosition(SimActuator, device="SetJointPosition"):
             low, high = body.limits("HeadPitch", yaw)
             pitch = body.aimed("HeadPitch")
             if not low <= pitch <= high:
-                limited = self.clamp(order, "HeadPitch", pitch, (low, high), " rad")
+                limited = self.clamp(command, "HeadPitch", pitch, (low, high), " rad")
                 body.go("HeadPitch", limited, share * body.robot.joints["headpitch"].max_velocity)
 
 
@@ -106,35 +106,35 @@ class Walk(SimActuator, device="Walk"):
     _way: Way | None = None
     _goes_on = False
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Walk; a repeated command lets the walk continue, a different one begins from where the robot is."""
-        asked = self._asked(order)
+        asked = self._asked(command)
         if asked is None:
-            self.wrong(order, N_("a way: (forward, left, turn) in m, m and rad, for example (0.3, 0, 0)"))
+            self.wrong(command, N_("a way: (forward, left, turn) in m, m and rad, for example (0.3, 0, 0)"))
             return
         if not any(asked):
             text = N_("{name} walks nowhere: it needs Forward, Left or Turn, or a value that says so.",
                       name=self.spec.name)  # fmt: skip
-            self.fail(order, text)
+            self.fail(command, text)
             return
-        way = self._limited(order, asked)
+        way = self._limited(command, asked)
         self._goes_on = way == self._way and self.parts.stance.walking
-        self.parts.arbiter.take(self._job(order, way), us)
+        self.parts.arbiter.take(self._job(command, way), us)
         self._goes_on = False
 
-    def _limited(self, order: Command, asked: Way) -> Way:
+    def _limited(self, command: Command, asked: Way) -> Way:
         limited = []
         for measure, value, unit in zip(MEASURES, asked, UNITS, strict=True):
             setting = self.parts.body.robot.devices["walk"].settings[measure.lower()]
             what = N_("{device}: {measure}", device=self.spec.name, measure=measure)
             limits = (float(setting.lower or 0), float(setting.upper or 0))
-            limited.append(self.clamp(order, what, value, limits, unit))
+            limited.append(self.clamp(command, what, value, limits, unit))
         return limited[0], limited[1], limited[2]
 
-    def _asked(self, order: Command) -> Way | None:
+    def _asked(self, command: Command) -> Way | None:
         """Return the way of the settings, or of the value when they are blank; None when that is not a way."""
         given = [as_number(self.settings.get(m.lower())) or 0.0 for m in MEASURES]
-        value = order.value
+        value = command.value
         if not any(given) and isinstance(value, (list, tuple)):
             numbers = [as_number(v) for v in (*value, 0.0)[:3]]
             if len(value) not in (2, 3) or any(n is None or abs(n) > 1e6 for n in numbers):
@@ -142,12 +142,12 @@ class Walk(SimActuator, device="Walk"):
             given = [n or 0.0 for n in numbers]
         return given[0], given[1], given[2]
 
-    def _job(self, order: Command, way: Way) -> Job:
+    def _job(self, command: Command, way: Way) -> Job:
         stance = self.parts.stance
         blocked, looked_us = False, -LOOKS_US
         goes_on = self._goes_on
 
-        def begin(order: Command, us: int) -> None:
+        def begin(command: Command, us: int) -> None:
             if not goes_on:
                 stance.walk(*way)
             self._way = way
@@ -165,13 +165,13 @@ class Walk(SimActuator, device="Walk"):
                     blocked = True
                     stance.stop_walking()
                     text = N_("{name} stops: {thing} is in the way.", name=self.spec.name, thing=thing)
-                    self.parts.tell(Notice("note", text, order.stream, order.row))
+                    self.parts.tell(Notice("note", text, command.stream, command.row))
             if stance.walking:
                 return None
             self._way = None
             return not blocked and stance.arrived
 
-        return Job(order, self.uses, begin, cease, over, refused=self.refused)
+        return Job(command, self.uses, begin, cease, over, refused=self.refused)
 
     def _in_the_way(self) -> str:
         """Return the name of the thing that the robot would walk into, or an empty text."""
@@ -206,7 +206,7 @@ class Keyframed(SimActuator):
     _doing = _next = ""
 
     def move(
-        self, order: Command, us: int, what: str, motion: Motion, *, home: bool,
+        self, command: Command, us: int, what: str, motion: Motion, *, home: bool,
         arrived: Callable[[int], bool | None] = lambda us: True,
         during: Callable[[Motion], None] = lambda motion: None,
     ) -> None:  # fmt: skip
@@ -216,7 +216,7 @@ class Keyframed(SimActuator):
         of the motion `arrived`, until it returns whether the command was completed.
         """
 
-        def begin(order: Command, us: int) -> None:
+        def begin(command: Command, us: int) -> None:
             if self._goes_on(what):
                 return
             self._motion, self._doing = motion, what
@@ -230,7 +230,7 @@ class Keyframed(SimActuator):
 
         def over(us: int) -> bool | None:
             going = self._motion
-            self._tell_clamped(order, going)
+            self._tell_clamped(command, going)
             if going is None or not going.going:
                 return arrived(us)
             during(going)
@@ -240,7 +240,7 @@ class Keyframed(SimActuator):
         joints = self.parts.body.robot.joints
         chains = self.parts.body.robot.data["chains"]
         uses = frozenset(chains[joints[key(j)].chain] for j in motion.joints)
-        job = Job(order, uses, begin, cease, over, joints=frozenset(motion.joints), refused=self.refused)
+        job = Job(command, uses, begin, cease, over, joints=frozenset(motion.joints), refused=self.refused)
         self.parts.arbiter.take(job, us)
         self._next = ""
 
@@ -256,17 +256,17 @@ class Keyframed(SimActuator):
         elif chains - {"Head"}:
             self.parts.stance.steady()
 
-    def _tell_clamped(self, order: Command, motion: Motion | None) -> None:
+    def _tell_clamped(self, command: Command, motion: Motion | None) -> None:
         while motion is not None and motion.clamped:
             c = motion.clamped.pop(0)
             text = N_("{joint}: {wanted:.4g} → {given:.4g} rad, its limit there.", joint=c.joint, wanted=c.wanted,
                       given=c.given)  # fmt: skip
-            self.parts.tell(Notice("clamp", text, order.stream, order.row))
+            self.parts.tell(Notice("clamp", text, command.stream, command.row))
 
-    def unknown(self, order: Command, template: str, name: str, names: Sequence[str]) -> None:
+    def unknown(self, command: Command, template: str, name: str, names: Sequence[str]) -> None:
         """Report that no posture or gesture has a name, with the names that may be meant."""
         said = N_(template, device=self.spec.name, name=show(name[:60]))
-        self.fail(order, sentences(said, proposal(name, names)))
+        self.fail(command, sentences(said, proposal(name, names)))
 
 
 def proposal(name: str, names: Sequence[str]) -> str:
@@ -282,35 +282,35 @@ def proposal(name: str, names: Sequence[str]) -> str:
 class GestureActuator(Keyframed, device="Gesture"):
     """Makes the gesture of its setting, the one that a value names, or points at what was detected."""
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Make the gesture, or point."""
-        named, motions = self.settings.get("name") or order.value, self.parts.body.robot.motions
+        named, motions = self.settings.get("name") or command.value, self.parts.body.robot.motions
         if isinstance(named, Record) and {"x", "y"} <= set(named.values):
-            self._point(order, us, named)
+            self._point(command, us, named)
             return
         if not isinstance(named, str):
-            self.wrong(order, N_("the name of a gesture, for example Wave, or something detected to point at"))
+            self.wrong(command, N_("the name of a gesture, for example Wave, or something detected to point at"))
             return
         gesture = motions.get(key(named))
         if gesture is None:
-            self.unknown(order, N_("{device}: there is no gesture {name}."), named, self.parts.body.robot.gestures)
+            self.unknown(command, N_("{device}: there is no gesture {name}."), named, self.parts.body.robot.gestures)
             return
         tempo, times = as_number(self.settings.get("tempo")), as_number(self.settings.get("times"))
         frames = gesture.timed(tempo, max(1, round(times or 1)))
-        self.move(order, us, key(gesture.name), Motion(self.parts.body, frames), home=True)
+        self.move(command, us, key(gesture.name), Motion(self.parts.body, frames), home=True)
 
-    def _point(self, order: Command, us: int, seen: Record) -> None:
-        place = self._place(order, seen)
+    def _point(self, command: Command, us: int, seen: Record) -> None:
+        place = self._place(command, seen)
         pointing = Pointing(self.parts.body)
         side = pointing.nearer(place, "")
         pose = pointing.joints(side, place)
         frames = (Keyframe(RAISED, pose), Keyframe(HELD, pose))
-        self.move(order, us, f"point {side}", Motion(self.parts.body, frames), home=True)
+        self.move(command, us, f"point {side}", Motion(self.parts.body, frames), home=True)
 
-    def _place(self, order: Command, seen: Record) -> Vector:
+    def _place(self, command: Command, seen: Record) -> Vector:
         """Return where the seen thing is, from the camera's pose of its detection if that is known, else from now."""
         x, y = (as_number(seen.values[axis]) or 0.0 for axis in "xy")
-        known = [self.parts.trackers.seen[s] for s in order.sensors if s in self.parts.trackers.seen]
+        known = [self.parts.trackers.seen[s] for s in command.sensors if s in self.parts.trackers.seen]
         like = next((d for d in sorted(known, key=lambda d: -d.us) if (d.x, d.y) == (x, y)), None)
         camera = like.camera if like is not None else self.parts.body.camera()
         x, y = (min(max(angle, -1.4), 1.4) for angle in (x, y))
@@ -320,16 +320,16 @@ class GestureActuator(Keyframed, device="Gesture"):
 class Posture(Keyframed, device="Posture"):
     """Takes the posture of its setting, or the one that a value names."""
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Move into the posture."""
         robot = self.parts.body.robot
-        named = self.settings.get("name") or order.value
+        named = self.settings.get("name") or command.value
         if not isinstance(named, str):
-            self.wrong(order, N_("the name of a posture, for example StandInit"))
+            self.wrong(command, N_("the name of a posture, for example StandInit"))
             return
         name = next((p for p in robot.postures if key(p) == key(named)), None)
         if name is None:
-            self.unknown(order, N_("{device}: there is no posture {name}."), named, robot.postures)
+            self.unknown(command, N_("{device}: there is no posture {name}."), named, robot.postures)
             return
         passed = route(self._now(), name, robot.data.get("posture_ways", {}))  # sitting down leads through crouching
         frames = [Keyframe(QUICKEST * n, self._angles(posture)) for n, posture in enumerate(passed, 1)]
@@ -354,7 +354,7 @@ class Posture(Keyframed, device="Posture"):
                 return True
             return None if us < late else False
 
-        self.move(order, us, name, motion, home=False, arrived=arrived, during=during)
+        self.move(command, us, name, motion, home=False, arrived=arrived, during=during)
 
     def _angles(self, posture: str) -> dict[str, float]:
         return {joint: float(angle) for joint, angle in self.parts.body.robot.data["postures"][posture].items()}

@@ -19,41 +19,41 @@ class _Say(SimActuator):
         super().__init__(spec, parts)
         self._talking = Talking(parts) if self.settings.get("gestures") else None
 
-    def say(self, text: str, order: Command, us: int) -> None:
+    def say(self, text: str, command: Command, us: int) -> None:
         """Say a text, at once or after what is being said."""
         voice, settings = self.parts.voice, self.settings
         if not text.strip():
-            self.parts.arbiter.at_once(order)
+            self.parts.arbiter.at_once(command)
             return
 
-        def begin(order: Command, us: int) -> None:
-            voice.say(text, order, settings, us)
+        def begin(command: Command, us: int) -> None:
+            voice.say(text, command, settings, us)
             if self._talking is not None:
-                self._talking.begin(order, us)
+                self._talking.begin(command, us)
 
         refused = N_("“{text}” is not said: what is being said has a higher priority.", text=text)
-        self.parts.arbiter.take(Job(order, self.uses, begin, voice.stop, voice.over, refused=refused), us)
+        self.parts.arbiter.take(Job(command, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
 
 class SayInput(_Say, device="SayInput"):
     """Says what arrives."""
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Say a text or a number."""
-        if isinstance(order.value, str):
-            self.say(order.value, order, us)
-        elif (number := as_number(order.value)) is not None:
-            self.say(f"{number:.6g}", order, us)
+        if isinstance(command.value, str):
+            self.say(command.value, command, us)
+        elif (number := as_number(command.value)) is not None:
+            self.say(f"{number:.6g}", command, us)
         else:
-            self.wrong(order, N_("a text to say"))
+            self.wrong(command, N_("a text to say"))
 
 
 class SayParameter(_Say, device="SayParameter"):
     """Says the text of its setting."""
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Say the text of the setting."""
-        self.say(str(self.settings.get("text") or ""), order, us)
+        self.say(str(self.settings.get("text") or ""), command, us)
 
 
 LOWEST = float("-inf")  # priority: any other command takes the arm
@@ -68,15 +68,15 @@ class Talking:
         self._parts = parts
         self._count = 0  # of small gestures so far
 
-    def begin(self, order: Command, us: int) -> None:
+    def begin(self, command: Command, us: int) -> None:
         """Begin the gestures for the sentence of this command; they end when nothing is said any more."""
         busy, robot = self._parts.arbiter.driving(), self._parts.body.robot
         for side in "LR" if robot.talking else "":
             arm = robot.data["chains"].get(f"{side}Arm")
             if arm and arm not in busy:
-                self._arm(side, arm, replace(order, stream=f"{order.stream} {arm}", priority=LOWEST), us)
+                self._arm(side, arm, replace(command, stream=f"{command.stream} {arm}", priority=LOWEST), us)
 
-    def _arm(self, side: str, arm: str, order: Command, us: int) -> None:
+    def _arm(self, side: str, arm: str, command: Command, us: int) -> None:
         body, talking = self._parts.body, self._parts.body.robot.talking
         joints = frozenset(talking[0].of_side(side).joints)
         now: Motion | None = None
@@ -102,7 +102,7 @@ class Talking:
                 now.halt(home=True)
 
         self._parts.stance.steady()
-        self._parts.arbiter.take(Job(order, frozenset((arm,)), lambda order, us: None, cease, over, joints=joints), us)
+        self._parts.arbiter.take(Job(command, frozenset((arm,)), lambda _, us: None, cease, over, joints=joints), us)
 
 
 own = cache(own_sound)  # made once; a game plays them again and again
@@ -111,7 +111,7 @@ own = cache(own_sound)  # made once; a game plays them again and again
 class PlaySound(SimActuator, device="PlaySound"):
     """Plays the sound of its settings, at once or after what is being said or played."""
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Play the sound."""
         file = str(self.settings.get("file") or "").strip()
         name = file or str(self.settings.get("sound") or "Bell")
@@ -119,15 +119,15 @@ class PlaySound(SimActuator, device="PlaySound"):
             audio, rate = self._read(file) if file else (own(name), RATE)
         except BadSoundError as error:
             text = N_("{name}: the file “{file}” {reason}.", name=self.spec.name, file=file, reason=error.args[0])
-            self.fail(order, text)
+            self.fail(command, text)
             return
         voice, volume = self.parts.voice, float(self.settings.get("volume", 100))
 
-        def begin(order: Command, us: int) -> None:
-            voice.play(name, audio, rate, volume, order, us)
+        def begin(command: Command, us: int) -> None:
+            voice.play(name, audio, rate, volume, command, us)
 
         refused = N_("“{name}” is not played: what is being said or played has a higher priority.", name=name)
-        self.parts.arbiter.take(Job(order, self.uses, begin, voice.stop, voice.over, refused=refused), us)
+        self.parts.arbiter.take(Job(command, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
     def _read(self, file: str) -> tuple[Audio, int]:
         if self.parts.beside is None:

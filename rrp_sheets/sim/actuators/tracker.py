@@ -166,11 +166,11 @@ class Trackers:
         arms = ARMS.get(key(str(settings["effector"])))
         self._all[stream] = Tracker(stream, key(str(settings["mode"])), arms, parts)
 
-    def follow(self, order: Command, us: int) -> None:
-        """Let a tracker follow the newest detection of the order's sensors."""
-        tracker, sensors = self._all[order.stream], order.sensors
+    def follow(self, command: Command, us: int) -> None:
+        """Let a tracker follow the newest detection of the command's sensors."""
+        tracker, sensors = self._all[command.stream], command.sensors
         tracker.active, tracker.sensors, tracker.ordered_us = True, sensors, us
-        tracker.chosen = _side(order.value)
+        tracker.chosen = _side(command.value)
         newest = max((self.seen[s] for s in sensors if s in self.seen), key=lambda d: d.us, default=None)
         if newest is not None and us - newest.us < LOST_AFTER * 1e6 and newest.us > tracker.seen_us:
             self._towards(tracker, newest)
@@ -267,21 +267,21 @@ class TrackerActuator(SimActuator, device="Tracker"):
         mode, effector = (key(str(spec.settings.get(name))) for name in ("mode", "effector"))
         self._moves_nothing = mode == "move" and effector == "none"
 
-    def take(self, order: Command, us: int) -> None:
+    def take(self, command: Command, us: int) -> None:
         """Follow the target until another command ends it."""
-        if not self.parts.seeing.intersection(order.sensors):
+        if not self.parts.seeing.intersection(command.sensors):
             text = N_("{name} has nothing to follow: its row does not come from a sensor that sees something.",
                       name=self.spec.name)  # fmt: skip
-            self.fail(order, text)
+            self.fail(command, text)
             return
         if self._moves_nothing:
             text = N_("{name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
                       name=self.spec.name)  # fmt: skip
-            self.fail(order, text)
+            self.fail(command, text)
             return
-        trackers, stream = self.parts.trackers, order.stream
-        self.parts.arbiter.give_way(trackers.idle(stream, us), order.priority, us)
-        job = Job(order, self.uses, trackers.follow, lambda us: trackers.stop(stream), endless=True,
+        trackers, stream = self.parts.trackers, command.stream
+        self.parts.arbiter.give_way(trackers.idle(stream, us), command.priority, us)
+        job = Job(command, self.uses, trackers.follow, lambda us: trackers.stop(stream), endless=True,
                   refused=self.refused)  # fmt: skip
         self.parts.arbiter.take(job, us)
 

@@ -144,7 +144,7 @@ def choices(books: Sequence[str], refs: Sequence[str] = ()) -> tuple[Group, ...]
     """Return the choices, in groups: all workbooks, the kept versions of `books`, and workbooks as they ran."""
     runs = services().runs
     names = services().repository.workbooks()
-    ran = [line_of(f, names) for f in runs.facts(runs.names()[:300]) if f.readable]
+    ran = [line_of(f, names) for f in runs.metadata(runs.names()[:300]) if f.readable]
     mine = [r for r in ran if not books or r.workbook in books or f"run/{r.run}" in refs][:_MOST_RUNS]
     words = {f"run/{r.run}": N_("{workbook}, ran {when}", workbook=r.workbook, when=r.when) for r in mine if r.opens}
     return (*current_and_kept(names, books), *([(N_("As they ran"), tuple(words.items()))] if words else []))

@@ -55,7 +55,7 @@ def everything(run: str) -> Response:
                 _export([services().runs.place(run)], target)
                 whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
-                language = services().runs.facts([run])[0].language
+                language = services().runs.metadata([run])[0].language
                 why = translate(N_("{file} is no whole record of a run.", file=TRACE), language)
                 whole.writestr(f"{run}/trace-could-not-be-read.txt", f"{why}\n")
     packed.seek(0)

@@ -74,9 +74,9 @@ class DrawnSheet:
 @blueprint.get("/runs/<run>/lookback")
 def page(run: str) -> str:
     """Show the page; its parts are requested one after the other."""
-    facts = services().runs.facts([run_or_404(run)])[0]
+    metadata = services().runs.metadata([run_or_404(run)])[0]
     answer: Mapping[str, Any] = {"sheets": [], "why": ""}
-    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
+    trouble = "" if metadata.readable else sentences(metadata.why, metadata.remedy)
     if not trouble:
         try:
             answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
@@ -87,8 +87,8 @@ def page(run: str) -> str:
         rows = tuple(_row(f"r{number}-{row[0]}", row, sheet["kinds"]) for row in sheet["rows"])
         sheets.append(RanSheet(number, str(sheet["name"]), rows, int(sheet["left_out"])))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
-    line = line_of(facts, set(services().repository.names()))
-    return show(LookbackPage(line, facts.seconds, tuple(sheets), script_json(ids), trouble, answer["why"]))
+    line = line_of(metadata, set(services().repository.names()))
+    return show(LookbackPage(line, metadata.seconds, tuple(sheets), script_json(ids), trouble, answer["why"]))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")

@@ -180,7 +180,7 @@ def runs() -> str:
     book, words, participant = (request.args.get(n, "")[:300] for n in ("book", "words", "participant"))
     first = max(0, request.args.get("first", 0, type=int))
     runs, books = services().runs, set(services().repository.names())
-    every = newest_first(runs.facts(runs.names()))
+    every = newest_first(runs.metadata(runs.names()))
     found = [
         f for f in every
         if (not book or f.workbook == book) and (not participant or f.participant == participant) and _has(f, words)
@@ -203,18 +203,18 @@ def pair() -> str:
         raise SheetsError(message if names else N_("No runs chosen."), remedy)
     runs = services().runs
     places = {name: str(runs.place(name)) for name in names}
-    facts = sorted(runs.facts(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
+    metadata = sorted(runs.metadata(names), key=lambda f: (f.began.timestamp() if f.began else 0.0, f.run))
     books = set(services().repository.names())
-    lines = (line_of(facts[0], books), line_of(facts[1], books))
+    lines = (line_of(metadata[0], books), line_of(metadata[1], books))
     answer: dict[str, Any] = {"streams": [], "svg": ""}
     trouble = ""
     try:
-        answer = services().exporter.ask(both(names), "pair_table", *(places[f.run] for f in facts))
+        answer = services().exporter.ask(both(names), "pair_table", *(places[f.run] for f in metadata))
     except SheetsError as error:
         trouble = said(error)
-    same = bool(facts[0].digest) and facts[0].digest == facts[1].digest
+    same = bool(metadata[0].digest) and metadata[0].digest == metadata[1].digest
     streams = tuple(_stream(stream) for stream in answer["streams"])
-    return show(PairPage(lines, tuple(_beside(facts, lines)), same, streams, Markup(answer["svg"]), trouble))
+    return show(PairPage(lines, tuple(_beside(metadata, lines)), same, streams, Markup(answer["svg"]), trouble))
 
 
 @blueprint.get("/runs/<run>")
@@ -222,41 +222,41 @@ def record(run: str) -> str:
     """Show a recording; one that takes long to be read only on its own request, for which the address says `read`."""
     runs, repository = services().runs, services().repository
     place = runs.place(run_or_404(run))
-    facts = runs.facts([run])[0]
+    metadata = runs.metadata([run])[0]
     books = set(repository.names())
-    others = [f for f in runs.facts(runs.names()[:300]) if f.workbook == facts.workbook and f.readable]
+    others = [f for f in runs.metadata(runs.names()[:300]) if f.workbook == metadata.workbook and f.readable]
     writing = run in runs.writing()  # before one looks which files there are: what comes meanwhile is not missed
     files = runs.files(run)
     answer: Mapping[str, Any] = {}
-    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
+    trouble = "" if metadata.readable else sentences(metadata.why, metadata.remedy)
     size = files[TRACE][0].stat().st_size if TRACE in files else 0
-    reading = "" if "read" in request.args or not facts.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
-    if facts.readable and not reading:
+    reading = "" if "read" in request.args or not metadata.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
+    if metadata.readable and not reading:
         try:
             answer = services().queries.course(place)
         except SheetsError as error:
             trouble = said(error)
     entries = answer.get("lines", ())
     log = tuple(_log_line(entry) for entry in entries[:_LOG])
-    seconds = max(facts.seconds, float(answer.get("seconds", 0.0)))
+    seconds = max(metadata.seconds, float(answer.get("seconds", 0.0)))
     left_out = int(answer.get("left_out", 0)) + max(0, len(entries) - _LOG)
     edits = _edits(entries)
     spoken = {line.sound for line in log}
     curves = len(answer.get("curves", ()))
-    line = line_of(facts, books)
+    line = line_of(metadata, books)
     return show(RecordPage(
         line=line if line.length or not seconds else replace(line, length=length(seconds)),
         others=tuple(line_of(f, books) for f in others[:_BESIDE]),
-        facts=_facts(facts), same=_same(facts, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
+        facts=_facts(metadata), same=_same(metadata, repository), pictures=frozenset(PICTURES.keys() & files.keys()),
         exports=tuple(kind for kind in exporting.EXPORTS if (curves if kind.picture else not trouble)),
         downloads=_downloads(files), log=log, left_out=left_out,
         sounds=() if reading else tuple(n for n in files if n.endswith(".wav") and n not in spoken),
-        errors=facts.errors,
+        errors=metadata.errors,
         edits=edits[:_EDITS], more_edits=max(0, len(edits) - _EDITS),
         trouble=trouble, writing=writing, events=f"{answer.get('count', 0):,}",
         window=("0", f"{_FIRST:g}") if seconds > _WHOLE else ("", ""), curves=curves,
         compared_with=tuple(line_of(f, books) for f in others if f.run != run)[:_BESIDE],
-        participant=facts.participant, reading=reading,
+        participant=metadata.participant, reading=reading,
     ))  # fmt: skip
 
 
@@ -300,7 +300,7 @@ def series(run: str) -> Response:
         return jsonify([])
 
 
-def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[tuple[str, str, str]]:
+def _beside(metadata: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[tuple[str, str, str]]:
     names = (
         N_("Workbook"), N_("Participant"), N_("Condition"), N_("Operator"), N_("Mode"), N_("Length"),
         N_("How it ended"), N_("Errors"), N_("Seed"), N_("Robot"), N_("Program"), N_("Workbook SHA-256"),
@@ -308,7 +308,7 @@ def _beside(facts: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[tupl
     first, second = (
         (f.workbook, f.participant, f.condition, f.operator, f.mode, line.length,
          line.ended, f"{line.errors:,}", f.seed, f.robot, f.program, f.digest[:12])
-        for f, line in zip(facts, lines, strict=True)
+        for f, line in zip(metadata, lines, strict=True)
     )  # fmt: skip
     return [(name, a, b) for name, a, b in zip(names, first, second, strict=True) if a or b]
 
@@ -324,36 +324,36 @@ def _choices(known: set[str], chosen: str) -> tuple[str, ...]:
     return tuple(sorted((known | {chosen}) - {""}, key=str.casefold))
 
 
-def _has(facts: RunMetadata, words: str) -> bool:
-    place = " ".join((facts.run, facts.workbook, facts.participant, facts.condition, facts.operator, facts.mode))
+def _has(run: RunMetadata, words: str) -> bool:
+    place = " ".join((run.run, run.workbook, run.participant, run.condition, run.operator, run.mode))
     return all(word in place.casefold() for word in words.casefold().split())
 
 
-def _facts(facts: RunMetadata) -> tuple[tuple[str, str, bool], ...]:
-    engine = facts.engine and N_("{engine} engine", engine=facts.engine)
-    rate = facts.frame_rate and f"{facts.frame_rate} Hz"
+def _facts(metadata: RunMetadata) -> tuple[tuple[str, str, bool], ...]:
+    engine = metadata.engine and N_("{engine} engine", engine=metadata.engine)
+    rate = metadata.frame_rate and f"{metadata.frame_rate} Hz"
     found = (
-        (N_("Began"), when(facts.began), False),
-        (N_("Length"), length(facts.seconds) if facts.seconds else "", False),
-        (N_("Participant"), facts.participant, False), (N_("Condition"), facts.condition, False),
-        (N_("Operator"), facts.operator, False),
-        (N_("Robot"), listed([part for part in (facts.robot, engine, rate) if part]), False),
-        (N_("Seed"), facts.seed, True),
-        (N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(facts.commands.items())[:20]), False),
-        (N_("Program"), facts.program and N_("RRP Sheets {version}", version=facts.program), False),
-        (N_("Folder"), f"runs/{facts.run}", True),
+        (N_("Began"), when(metadata.began), False),
+        (N_("Length"), length(metadata.seconds) if metadata.seconds else "", False),
+        (N_("Participant"), metadata.participant, False), (N_("Condition"), metadata.condition, False),
+        (N_("Operator"), metadata.operator, False),
+        (N_("Robot"), listed([part for part in (metadata.robot, engine, rate) if part]), False),
+        (N_("Seed"), metadata.seed, True),
+        (N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(metadata.commands.items())[:20]), False),
+        (N_("Program"), metadata.program and N_("RRP Sheets {version}", version=metadata.program), False),
+        (N_("Folder"), f"runs/{metadata.run}", True),
     )  # fmt: skip
     return tuple(fact for fact in found if fact[1])
 
 
-def _same(facts: RunMetadata, repository: WorkbookRepository) -> str:
+def _same(metadata: RunMetadata, repository: WorkbookRepository) -> str:
     """Return whether the workbook in the folder is still the one that ran: same, changed, gone or unknown."""
-    if not facts.digest:
+    if not metadata.digest:
         return "unknown"
-    if facts.workbook not in repository.names():
+    if metadata.workbook not in repository.names():
         return "gone"
     try:
-        return "same" if repository.open(facts.workbook).reading.digest == facts.digest else "changed"
+        return "same" if repository.open(metadata.workbook).reading.digest == metadata.digest else "changed"
     except SheetsError:
         return "unknown"
 

@@ -72,11 +72,11 @@ class ReplayResult:
 @blueprint.get("/runs/<run>/replay")
 def page(run: str) -> str:
     """Show the page, which requests the replay itself."""
-    facts = services().runs.facts([run_or_404(run)])[0]
+    metadata = services().runs.metadata([run_or_404(run)])[0]
     names = services().repository.workbooks()
-    line = line_of(facts, names)
-    trouble = "" if facts.readable else sentences(facts.why, facts.remedy)
-    if facts.ended == "going":
+    line = line_of(metadata, names)
+    trouble = "" if metadata.readable else sentences(metadata.why, metadata.remedy)
+    if metadata.ended == "going":
         trouble = N_("This run is going on; it can be replayed when it is over.")
     mine = [line.book] if line.book else []
     groups = current_and_kept(list(dict.fromkeys([*mine, *names])), mine)
@@ -157,9 +157,9 @@ def _row_addresses(run: str, ref: str) -> Callable[[str], str]:
     kind, _, name = ref.partition("/")
     book = name if kind == "book" else ""
     if not ref:
-        facts = services().runs.facts([run])[0]
-        if facts.workbook in repository.names() and addressable(facts.workbook):
-            book = facts.workbook if repository.open(facts.workbook).reading.digest == facts.digest else ""
+        metadata = services().runs.metadata([run])[0]
+        if metadata.workbook in repository.names() and addressable(metadata.workbook):
+            book = metadata.workbook if repository.open(metadata.workbook).reading.digest == metadata.digest else ""
     grids = open_workbooks.session(repository.path(book)).document.grids if book else {}
 
     def address(row: str) -> str:

@@ -123,7 +123,7 @@ def _page(participant: str, answer: Mapping[str, Any], notice: str, *, failed: b
     gone = [answer, *(d for d in below if d["folder"] in ticked)] if done else [answer]
     return DeletePage(
         participant=participant, word=participant or "delete",
-        lines=() if done else tuple(line_of(f, books) for f in services().runs.facts(names)),
+        lines=() if done else tuple(line_of(f, books) for f in services().runs.metadata(names)),
         shown=(*names, *(f"{d['folder']}/{run['run']}" for d in below for run in d["runs"])), what=_what(gone),
         wiped=tuple(name for d in gone for name in d["faces_wiped"]),
         stays=tuple(_stays(participant, answer, [d for d in below if done and d not in gone])),

@@ -22,7 +22,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.robots.media_files import SUFFIX as SOUND
 from rrp_sheets.robots.media_files import SUFFIXES as PICTURES
 from rrp_sheets.services import bundles
-from rrp_sheets.services.bundles import Bundle, catalogue_note, is_device, is_zip, unpack
+from rrp_sheets.services.bundles import Bundle, catalogue_note, has_bundle_suffix, is_device, unpack
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import KindText, both, counts, plural, said, show
 from rrp_sheets.web.run_store import RunLine, RunStore, line_of, when
@@ -160,7 +160,7 @@ def shelf_page(
 def _last_runs(repository: WorkbookRepository, names: Collection[str]) -> dict[str, RunMetadata]:
     runs = RunStore(repository.folder)
     found: dict[str, RunMetadata] = {}
-    for facts in runs.facts(runs.names()[:_MOST_RUNS]):
+    for facts in runs.metadata(runs.names()[:_MOST_RUNS]):
         if facts.workbook in names:
             found.setdefault(facts.workbook, facts)
     return found
@@ -245,7 +245,7 @@ def _upload(repository: WorkbookRepository) -> Done:
     for file in files[:_MOST_UPLOADS]:
         try:
             name = Path(file.filename or "").name
-            if is_zip(Path(name)):
+            if has_bundle_suffix(Path(name)):
                 book, note = take_in(repository.folder, name, file.stream.read())  # of a request of bounded size
                 stored.append(book)
                 notes.append(note)
