@@ -23,7 +23,7 @@ export class Grid {
     this.table = new Table(element);
     this.bar = document.getElementById("formula-bar");
     this.words = JSON.parse(document.getElementById("vocabulary").textContent);
-    this.selection = new Selection(this.table, scroll, () => this.look());
+    this.selection = new Selection(this.table, scroll, () => this.stand());
     this.held = new Held(this);
     this.whole = false; // whether all rows are here: those of a long sheet come in pieces
     this.loaded = new Promise((resolve) => (this.complete = resolve)).then(() => (this.whole = true));
@@ -33,7 +33,7 @@ export class Grid {
         if (moved) this.spoken.renumbered();
         this.selection.mend(before);
         this.editor.mend();
-        this.look();
+        this.stand();
       },
       refused: (answer, action, body) => this.refused(answer, action, body),
     });
@@ -118,7 +118,7 @@ export class Grid {
       this.table.put(cell, was);
       this.spoken.nameCell(cell);
     }
-    this.look();
+    this.stand();
   }
 
   /** True, with a message, when the sheet can only be read here. */
@@ -128,7 +128,8 @@ export class Grid {
     return fixed;
   }
 
-  look() {
+  /** Show what belongs to the cell where the cursor stands, and tell the others where that is. */
+  stand() {
     const { row, cell } = this.selection;
     if (!cell) return;
     const k = this.selection.head.k;
@@ -164,7 +165,7 @@ export class Grid {
     }
     if (changes.length) this.store(changes);
     done();
-    this.look();
+    this.stand();
   }
 
   /** Send changes that are shown already. */
@@ -173,7 +174,7 @@ export class Grid {
     this.server.cells(changes);
     for (const { row, k } of changes) {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
-      this.comments.look(this.table.row(row));
+      this.comments.mark(this.table.row(row));
     }
   }
 
@@ -191,7 +192,7 @@ export class Grid {
       if (document.activeElement === document.body) this.selection.go(row, k);
     } else this.move(move, row, k);
     this.spoken.moved(text !== was ? t("Kept") : move === null ? t("Taken back") : t("Unchanged"));
-    this.look();
+    this.stand();
   }
 
   /** Hold an action until the rows of a long sheet that it needs are here; true if so. */
@@ -245,12 +246,12 @@ export class Grid {
   }
 
   /** Take back one's newest edit: which that is, and what it changes, only the server knows. */
-  undo(again = false) {
-    if (this.held.takes(() => this.undo(again))) return;
+  undo(isRedo = false) {
+    if (this.held.takes(() => this.undo(isRedo))) return;
     this.held.until(async () => {
-      const answer = await this.server.send(again ? "redo" : "undo", {});
+      const answer = await this.server.send(isRedo ? "redo" : "undo", {});
       if (answer.sheets) document.dispatchEvent(new CustomEvent("rrp:sheets", { detail: { ...answer.sheets, undone: true } }));
-      else if (answer.rows?.length) retrace(this, answer.rows, again);
+      else if (answer.rows?.length) retrace(this, answer.rows, isRedo);
     });
   }
 
@@ -275,17 +276,17 @@ export class Grid {
 
 // The changes of an undo or a redo: told in words, and shown.
 
-/** Go to what an undo or redo has changed, and change it. */
-function retrace(grid, entries, again) {
+/** Go to what an undo or redo has changed, and tell it. */
+function retrace(grid, entries, isRedo) {
   const here = entries.filter((entry) => entry.sheet === grid.server.sheet);
   const others = [...new Set(entries.map((entry) => entry.sheet))].filter((name) => name !== grid.server.sheet);
-  const told = here.map((entry) => change(grid, entry)).filter(Boolean);
+  const told = here.map((entry) => describe(grid, entry)).filter(Boolean);
   if (others.length) told.push(t("changed in {sheets}", { sheets: listed(others) }));
   const changes = told.slice(0, 3).join("; ") || t("nothing to be seen");
-  grid.say(again ? t("Done again: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
+  grid.say(isRedo ? t("Done again: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
 }
 
-function change(grid, { cells, insert, remove, move }) {
+function describe(grid, { cells, insert, remove, move }) {
   const { table, selection } = grid;
   if (cells?.length) {
     const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);

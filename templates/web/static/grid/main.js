@@ -182,7 +182,7 @@ document.addEventListener("rrp:goto", ({ detail }) => {
   const row = grid && [...grid.table.rows].find((r) => r.cells[0].textContent === String(detail.number));
   if (row) grid.selection.go(row, Math.max(grid.table.ofKind("connector"), 0));
 });
-document.addEventListener("htmx:after:swap", () => grid?.look());
+document.addEventListener("htmx:after:swap", () => grid?.stand());
 
 // connectors show their icon
 function icons(rows) {

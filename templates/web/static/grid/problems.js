@@ -91,7 +91,7 @@ export function spoken(table, cell) {
     : t("This row begins with #: the robot leaves it out. Write your row into an empty one (Esc leaves this cell).");
 }
 
-/** The actions of the key and the button beside a comment; `look` lets a row look like what was typed into it at once. */
+/** The actions of the key and the button beside a comment; `mark` shows at once whether what was typed into a row makes it one. */
 export function comments(grid) {
   const { table, scroll } = grid;
   scroll.addEventListener("pointerdown", (event) => {
@@ -114,14 +114,14 @@ export function comments(grid) {
     grid.say(t("The # is taken away: the row counts. Ctrl+Z takes it back."));
   }
 
-  function look(row) {
-    const mark = row && markOf(table, row);
+  function mark(row) {
+    const sign = row && markOf(table, row);
     if (!row) return;
-    row.classList.toggle("comment", Boolean(mark));
-    row.classList.toggle("buried", Boolean(mark) && table.places.some((at) => row.cells[at] !== mark && table.value(row.cells[at])));
+    row.classList.toggle("comment", Boolean(sign));
+    row.classList.toggle("buried", Boolean(sign) && table.places.some((at) => row.cells[at] !== sign && table.value(row.cells[at])));
   }
 
-  return { look, can, uncomment };
+  return { mark, can, uncomment };
 }
 
 // true when the row is whole without its #: there is nothing else in the cell, or it is the name of a stream

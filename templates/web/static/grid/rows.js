@@ -47,7 +47,7 @@ export class Rows {
       before,
       rows: made.map((row, i) => ({ id: row.id, texts: Object.fromEntries(texts[i].map((text, k) => [table.sheetColumn(k), text])) })),
     }, { insert: made.map((row) => row.id), before }, made.map((row) => row.id));
-    for (const row of made) this.grid.comments.look(row);
+    for (const row of made) this.grid.comments.mark(row);
     selection.spread(place, box.left, place + made.length - 1, box.right);
   }
 

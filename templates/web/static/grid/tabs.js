@@ -188,7 +188,7 @@ export function sheetTabs(grid, listen) {
     document.querySelector("section.sheet")?.setAttribute("aria-label", t("Sheet {name}", { name }));
     if (document.title.startsWith(was)) document.title = name + document.title.slice(was.length);
     grid.here = ""; // the others see the cursor on the sheet of the new name
-    grid.look();
+    grid.stand();
     history.replaceState(null, "", location.pathname.includes("/sheet/") ? address(name) : location.href);
   }
 

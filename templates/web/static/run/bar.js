@@ -27,7 +27,7 @@ export function bar(root) {
   let vanishing = 0;
   let state = { phase: "none" };
   let elsewhere = { phase: "none" };
-  let lost = false; // the line on which the server tells what happens
+  let lost = false; // the connection on which the server tells what happens
   let errors = Number(root.dataset.errors);
   let onTheWay = false; // to the first error: their number is told before their list has come
   speed.value = localStorage.getItem("run-speed") ?? "1";

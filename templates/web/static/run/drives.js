@@ -45,7 +45,7 @@ export function drives(root) {
 }
 
 function draw(view) {
-  const { svg, nothing, lanes, bars, t } = view;
+  const { svg, nothing, lanes, bars, t: seconds } = view;
   nothing.hidden = lanes.length > 0;
   svg.toggleAttribute("hidden", !lanes.length);
   const wide = svg.parentElement.clientWidth;
@@ -55,7 +55,7 @@ function draw(view) {
   svg.setAttribute("width", wide);
   svg.setAttribute("height", high);
   const room = wide - SIDE;
-  const begin = t - SPAN;
+  const begin = seconds - SPAN;
   const x = (at) => Math.min(Math.max((at - begin) / SPAN, 0), 1) * room;
   const parts = lanes.flatMap((lane, n) => {
     const name = element("text", { x: room + 6, y: n * LANE + 13 });
@@ -64,7 +64,7 @@ function draw(view) {
   });
   for (const { lane, row, began, ended } of bars.values()) {
     const y = lanes.indexOf(lane) * LANE + 2;
-    const [left, right] = [x(began), x(ended ?? t)];
+    const [left, right] = [x(began), x(ended ?? seconds)];
     if (right <= 0) continue;
     const bar = element("rect", { class: ended === null ? "busy now" : "busy", x: left + 0.5, y: y + 0.5, width: Math.max(right - left - 1, 2), height: BAR - 1 });
     const title = element("title");

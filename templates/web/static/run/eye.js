@@ -45,7 +45,7 @@ export function eye(root) {
   let asks = 0;
   let loading = false;
   let last = -Infinity; // ms: when a picture was asked for
-  let t = 0;
+  let seconds = 0;
 
   const going = () => ["running", "paused", "stopping", "finishing"].includes(phase);
   const forget = () => {
@@ -108,12 +108,12 @@ export function eye(root) {
 
   document.addEventListener("rrp:live", ({ detail }) => {
     if (detail.full) seen.clear();
-    t = detail.t ?? t;
+    seconds = detail.t ?? seconds;
     for (const [sensor, fields] of Object.entries(detail.fields ?? {})) {
-      if (fields && "x" in fields && "y" in fields) seen.set(sensor, { t: detail.streams?.[sensor]?.at ?? t, fields });
+      if (fields && "x" in fields && "y" in fields) seen.set(sensor, { t: detail.streams?.[sensor]?.at ?? seconds, fields });
       else seen.delete(sensor);
     }
-    for (const [sensor, entry] of seen) if (t - entry.t > FRESH) seen.delete(sensor);
+    for (const [sensor, entry] of seen) if (seconds - entry.t > FRESH) seen.delete(sensor);
     mark(overlay, seen, lens);
     const words = [...seen].map(([sensor, { fields }]) => label(sensor, fields)).join(", ");
     picture.alt = sees(words);

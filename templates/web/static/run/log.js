@@ -36,7 +36,7 @@ export function log(root) {
     joined = false;
   });
 
-  function entry({ i, t, row, id: rowId, kind, text, by, stream, sound: file }) {
+  function entry({ i, t: seconds, row, id: rowId, kind, text, by, stream, sound: file }) {
     const what = make("span", { className: "what" });
     if (icons[kind]) what.append(icon(icons[kind]), " ");
     if (row) what.append(link(row, rowId), " ");
@@ -48,7 +48,7 @@ export function log(root) {
       again.addEventListener("click", () => play(file));
       what.append(" ", again);
     }
-    const line = make("li", { className: kind === "error" || kind === "refused" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(t) }), what);
+    const line = make("li", { className: kind === "error" || kind === "refused" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(seconds) }), what);
     Object.assign(line.dataset, { kind, line: i });
     return line;
   }

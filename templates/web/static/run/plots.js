@@ -17,7 +17,7 @@ const FLAT = 0.08; // of the value: a plot never shows less than that, so that n
 const LEAST = { m: 0.05, rad: 0.1, "°": 5, s: 0.5, "": 0.1 }; // nor less than that, by unit
 const EMPTY = t("Streams with numbers are plotted here during a run.");
 
-/** Fill `#plots`. */
+/** The plots of the run that goes on, in `root`: its streams of the last 30 seconds. */
 export function plots(root) {
   const view = new Live(root);
   document.addEventListener("rrp:run", ({ detail }) => view.run(detail));
@@ -77,7 +77,7 @@ class Live {
       entry.points.push(...points);
     }
     for (const entry of this.series.values()) {
-      const old = entry.points.findIndex(([t]) => t >= this.t - SPAN - 2);
+      const old = entry.points.findIndex(([seconds]) => seconds >= this.t - SPAN - 2);
       entry.points.splice(0, Math.max(old < 0 ? entry.points.length - 1 : old - 1, entry.points.length - KEPT, 0));
     }
     if (fresh) this.arrange();
@@ -154,7 +154,7 @@ class Live {
     this.tell();
   }
 
-  /** Of a sensor's field as the catalogue says, of a stream as its newest value has it. */
+  /** The unit of a key: of a sensor's field as the catalogue says, of a stream as its newest value has it. */
   unit(key) {
     if (key.includes(".")) return this.units[key.split(".").at(-1).toLowerCase().replace(/\W|_/g, "")] ?? "";
     return /^-?[\d.]+(?:e[-+]?\d+)? (\S+)$/.exec(this.series.get(key).text)?.[1] ?? "";
@@ -232,7 +232,7 @@ function framed(name, kind, told, words) {
 }
 
 /** A plot in `root`. `range()` gives the first and the last time that it shows, `limits` are drawn as dashed lines,
-    `pointed(t, value)` is told what is under the pointer (nothing when it has left). */
+    `pointed(seconds, value)` is told what is under the pointer (nothing when it has left). */
 class Plot {
   constructor(root, { kind = "stream", limits = [], unit = "", range, times = false, cursor = false, high = HIGH, sync = "", pointed = null }) {
     this.limits = limits;
@@ -293,19 +293,19 @@ class Plot {
     ctx.restore();
   }
 
-  /** Draw `points`, [[t, value], …] in order. */
+  /** Draw `points`, [[seconds, value], …] in order. */
   draw(points) {
     const times = [];
     const values = [];
     let last = null;
-    for (const [t, value] of points) {
-      if (last !== null && t - last > GAP) {
-        times.push((t + last) / 2);
+    for (const [seconds, value] of points) {
+      if (last !== null && seconds - last > GAP) {
+        times.push((seconds + last) / 2);
         values.push(null);
       }
-      times.push(t);
+      times.push(seconds);
       values.push(value);
-      last = t;
+      last = seconds;
     }
     this.plot.setData([times, values]);
   }
@@ -327,11 +327,11 @@ function round(value) {
 
 // Plots of a whole recorded run; the pointer tells the values under it.
 
-/** A whole record: `series` is [{name, unit, kind, points: [[t, value], …], limits}, …], `whole` its first and its last time,
-    else those of the points. Returns what takes it away. */
+/** The plots of a whole run, in `root`: `series` is [{name, unit, kind, points: [[seconds, value], …], limits}, …], `whole` its first and its last time,
+    else those of the points. Returns a function that removes them. */
 export function plotRecord(root, series, whole = null) {
   root.classList.add("plots");
-  const all = series.flatMap(({ points }) => points.map(([t]) => t));
+  const all = series.flatMap(({ points }) => points.map(([seconds]) => seconds));
   const range = () => whole ?? [Math.min(0, all[0] ?? 0), all.reduce((a, b) => Math.max(a, b), 0.1)];
   const list = make("ul");
   root.append(list);
@@ -341,8 +341,8 @@ export function plotRecord(root, series, whole = null) {
     const top = values.reduce((a, b) => Math.max(a, b), -Infinity);
     const words = values.length ? t("{low} to {high}", { low: round(low), high: round(top) + (unit && ` ${unit}`) }) : t("no value");
     const told = make("small", {}, words);
-    const pointed = (t, value) => { // the pointer tells the value under it, of all plots at once
-      told.textContent = t === null || value === null ? words : `${t.toFixed(1)} s: ${round(value)}${unit && ` ${unit}`}`;
+    const pointed = (seconds, value) => { // the pointer tells the value under it, of all plots at once
+      told.textContent = seconds === null || value === null ? words : `${seconds.toFixed(1)} s: ${round(value)}${unit && ` ${unit}`}`;
     };
     const { item, place } = framed(name, kind, told, t("{stream} during the run: {values}", { stream: name, values: words }));
     list.append(item);

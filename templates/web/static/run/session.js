@@ -130,13 +130,13 @@ export function scene(root) {
   let things = new Map(); // name → what moves its sliders
   const room = levelsOf();
   let running = false;
-  let lost = false; // the line to the server
+  let lost = false; // the connection to the server
 
   document.addEventListener("rrp:run", ({ detail }) => {
-    const names = (detail.things ?? []).map((t) => `${t.kind} ${t.name}`).join("\n");
+    const names = (detail.things ?? []).map(({ kind, name }) => `${kind} ${name}`).join("\n");
     if (names !== holder.dataset.names) {
       holder.dataset.names = names;
-      const parts = (detail.things ?? []).filter((t) => QUICK[t.kind]).map((t) => thing(t));
+      const parts = (detail.things ?? []).filter(({ kind }) => QUICK[kind]).map((one) => thing(one));
       things = new Map(parts.map((p) => [p.name, p]));
       holder.replaceChildren(...parts.map((p) => p.element), room.element);
     }
@@ -163,7 +163,7 @@ export function scene(root) {
 
   function thing({ name, kind, at }) {
     const rows = ways.slice(0, GROUNDED.includes(kind) ? 2 : 3).map(([word, min, max]) => slider(name, word, min, max));
-    let held = 0; // until when the sliders are the user's
+    let usersUntil = 0; // ms: the sliders are the user's, and do not follow the thing
     let absent = false;
     for (const row of rows) {
       row.input.addEventListener("input", () => {
@@ -182,10 +182,10 @@ export function scene(root) {
           absent = !place;
           enable();
         }
-        if (place && performance.now() > held) rows.forEach((r, i) => r.set(place[i]));
+        if (place && performance.now() > usersUntil) rows.forEach((r, i) => r.set(place[i]));
       },
       moved(place) { // by hand, here or in the picture
-        held = performance.now() + 1200;
+        usersUntil = performance.now() + 1200;
         rows.forEach((r, i) => r.set(place[i]));
       },
     };
@@ -194,7 +194,7 @@ export function scene(root) {
   }
 
   function acts(name, kind) {
-    const line = make("div", { className: "hand-acts" });
+    const buttons = make("div", { className: "hand-acts" });
     for (const verb of QUICK[kind]) {
       const example = known[kind][verb] ?? "";
       const word = make("button", { type: "button", className: "button small", textContent: VERBS[verb] });
@@ -203,9 +203,9 @@ export function scene(root) {
       word.toggleAttribute("data-needs", !BRINGS.includes(verb)); // the thing itself
       if (choice) choice.toggleAttribute("data-needs", true);
       word.addEventListener("click", () => act("scene", { thing: name, verb, value: choice ? choice.value : example }));
-      line.append(choice ? make("span", { className: "act" }, word, make("label", { className: "field" }, choice)) : word);
+      buttons.append(choice ? make("span", { className: "act" }, word, make("label", { className: "field" }, choice)) : word);
     }
-    return line;
+    return buttons;
   }
 }
 
@@ -213,16 +213,16 @@ export function scene(root) {
 function levelsOf() {
   const rows = LEVELS.map(([name, word, key, first]) => {
     const row = slider(t("Room"), word, 0, 100, 1, (value) => `${Math.round(value)} %`);
-    let held = 0; // until when it is the user's
+    let usersUntil = 0; // ms: it is the user's, and does not follow the room
     let timer = 0;
     row.set(first * 100);
     row.input.addEventListener("input", () => {
-      held = performance.now() + 1200;
+      usersUntil = performance.now() + 1200;
       row.show();
       clearTimeout(timer);
       timer = setTimeout(() => act("scene", { thing: name, verb: "set to", value: `${row.input.value} %` }), 120);
     });
-    return { ...row, at: (robot) => robot[key] !== undefined && performance.now() > held && row.set(robot[key] * 100) };
+    return { ...row, at: (robot) => robot[key] !== undefined && performance.now() > usersUntil && row.set(robot[key] * 100) };
   });
   const sliders = make("div", { className: "sliders" }, ...rows.flatMap((r) => [r.label, r.input, r.output]));
   const element = make("section", { className: "thing" }, make("h3", { textContent: t("Room") }), sliders);

@@ -30,8 +30,8 @@ export function speech(root) {
 
   let id;
   let last = null; // { text, t, now }
-  const show = (t) => {
-    const since = last && !last.now ? Math.max(0, t - last.t) : 0;
+  const show = (seconds) => {
+    const since = last && !last.now ? Math.max(0, seconds - last.t) : 0;
     const past = !last || since > FADES;
     put(words, last ? (past ? lastSaid(last.text) : last.text) : NOTHING);
     put(age, last && !last.now ? ago(since) : "");
@@ -39,10 +39,10 @@ export function speech(root) {
     bubble.classList.toggle("now", Boolean(last?.now));
     bubble.classList.toggle("past", past);
   };
-  const say = (text, t, now) => {
-    if (last?.text === text && t - last.t < 1) Object.assign(last, { now: last.now || now });
+  const say = (text, seconds, now) => {
+    if (last?.text === text && seconds - last.t < 1) Object.assign(last, { now: last.now || now });
     else {
-      last = { text, t, now };
+      last = { text, t: seconds, now };
       spoken.textContent = says(text);
     }
   };

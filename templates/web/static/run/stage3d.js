@@ -56,8 +56,8 @@ export class Stage {
     model.scene.again = again;
     this.drag = new Drag(this, hand.limits, hand);
     this.orbit = new Orbit(canvas, this.camera, again);
-    this.look();
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.look());
+    this.paint();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     new IntersectionObserver(([entry]) => { this.seen = entry.isIntersecting; this.ask(); }).observe(canvas);
     document.addEventListener("visibilitychange", again);
@@ -67,7 +67,7 @@ export class Stage {
     this.orbit.settle(1);
   }
 
-  look() {
+  paint() {
     this.room.theme(matchMedia("(prefers-color-scheme: dark)").matches);
     this.drag.colour(getComputedStyle(this.canvas).color);
     this.ask();

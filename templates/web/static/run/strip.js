@@ -52,7 +52,7 @@ document.addEventListener("rrp:stop", ({ detail: { message = "", status } }) => 
   const none = run.phase === "none";
   if (none && listen) return; // the run bar shows it
   refused(none && status === NO_RUN ? "" : message); // that there is none is no news
-  if (!message && !listen) look();
+  if (!message && !listen) poll();
 });
 
 /** Show for a while why Stop did nothing; an empty text shows the run again. */
@@ -67,7 +67,7 @@ function refused(message) {
   draw();
 }
 
-async function look() {
+async function poll() {
   if (document.hidden) return;
   const question = ++asked;
   const { ok, status, text, json } = await request(strip.dataset.now);
@@ -82,7 +82,7 @@ async function look() {
 
 if (listen) document.addEventListener("rrp:elsewhere", ({ detail }) => show(detail));
 else {
-  look();
-  setInterval(look, EVERY);
-  document.addEventListener("visibilitychange", look);
+  poll();
+  setInterval(poll, EVERY);
+  document.addEventListener("visibilitychange", poll);
 }

@@ -161,11 +161,11 @@ export function follow(grid, label) {
       const before = last.get(row);
       last.set(row, at);
       if (known || (before !== undefined && at - before < QUIET)) continue;
-      const line = document.getElementById(row);
-      if (line && grid.contains(line)) found.push({ line, acts: Boolean(line.querySelector(".name.actuator")), at });
+      const element = document.getElementById(row);
+      if (element && grid.contains(element)) found.push({ element, acts: Boolean(element.querySelector(".name.actuator")), at });
     }
     const acts = found.some((one) => one.acts);
-    return found.filter((one) => one.acts === acts).sort((a, b) => b.at - a.at).map((one) => one.line);
+    return found.filter((one) => one.acts === acts).sort((a, b) => b.at - a.at).map((one) => one.element);
   }
 
   function inSight(line) {

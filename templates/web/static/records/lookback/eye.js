@@ -35,11 +35,11 @@ export class Eye {
     this.picture.addEventListener("error", () => this.came());
   }
 
-  show(t, seen) {
-    this.t = t;
-    this.wanted = last(this.times, t);
+  show(seconds, seen) {
+    this.t = seconds;
+    this.wanted = last(this.times, seconds);
     this.load();
-    const boxes = new Map(Object.entries(seen).filter(([, { t: when }]) => t - when <= FRESH).map(([name, { t: when, at }]) => {
+    const boxes = new Map(Object.entries(seen).filter(([, { t: when }]) => seconds - when <= FRESH).map(([name, { t: when, at }]) => {
       const [x, y, width, height, distance, who] = at;
       return [name, { t: when, fields: { x, y, width: width ?? 0.1, height: height ?? 0.1, distance, name: who } }];
     }));
@@ -50,7 +50,7 @@ export class Eye {
     mark(this.overlay, on ? boxes : new Map(), this.lens);
     const words = [...boxes.keys()].join(", ");
     if (this.picture.dataset.seen !== words) saw(this.picture, words);
-    const old = on ? t - this.times[this.wanted] : 0;
+    const old = on ? seconds - this.times[this.wanted] : 0;
     put(this.caption, old > OLD ? before(old) : "");
   }
 

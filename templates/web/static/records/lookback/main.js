@@ -41,27 +41,27 @@ class View {
     this.eye = new Eye(document.getElementById("eye"), `${url}/picture`, told.pictures);
     robot(document.getElementById("robot-facts"));
     this.sounds = new Sounds(told.moments, files, document.getElementById("sound"));
-    const go = (t) => this.player.go(t);
+    const go = (seconds) => this.player.go(seconds);
     this.moments = new Moments(document.getElementById("moments"), document.getElementById("ticks"), told.moments, told.left_out, seconds, go);
     this.said = document.getElementById("said");
     this.off = "";
     tell("rrp:run", this.state(0));
-    this.player = new Player(root, seconds, (t) => this.show(t), (playing) => this.turned(playing));
+    this.player = new Player(root, seconds, (seconds) => this.show(seconds), (playing) => this.turned(playing));
     this.curves = curves(document.getElementById("curves"), seconds, go);
     for (const button of root.querySelectorAll("[data-jump]")) button.addEventListener("click", () => this.jump(Number(button.dataset.jump)));
     document.addEventListener("keydown", (event) => this.key(event));
     if (!this.player.bookmark()) this.player.go(0, { quietly: true });
   }
 
-  state(t) {
+  state(seconds) {
     const off = {};
-    for (const [when, behaviour, on] of this.told.switches) if (when <= t) off[behaviour] = !on;
-    return { id: run, phase: "looking", t, behaviours: Object.entries(off).map(([name, is]) => ({ name, on: !is })) };
+    for (const [when, behaviour, on] of this.told.switches) if (when <= seconds) off[behaviour] = !on;
+    return { id: run, phase: "looking", t: seconds, behaviours: Object.entries(off).map(([name, is]) => ({ name, on: !is })) };
   }
 
   jump(way) {
-    const t = this.moments.next(this.player.t, way);
-    if (t !== undefined) this.player.go(t);
+    const seconds = this.moments.next(this.player.t, way);
+    if (seconds !== undefined) this.player.go(seconds);
   }
 
   key(event) {
@@ -79,27 +79,27 @@ class View {
   }
 
   /** Show a time; false while it is being loaded. */
-  show(t) {
-    const piece = this.pieces.at(t);
-    const pose = this.poses.at(t);
-    this.pieces.ahead(t);
-    if (this.told.poses.length) this.poses.ahead(t);
+  show(seconds) {
+    const piece = this.pieces.at(seconds);
+    const pose = this.poses.at(seconds);
+    this.pieces.ahead(seconds);
+    if (this.told.poses.length) this.poses.ahead(seconds);
     root.toggleAttribute("aria-busy", piece === null);
     if (piece === null || pose === null) return false;
-    const switched = this.state(t);
+    const switched = this.state(seconds);
     if (JSON.stringify(switched.behaviours) !== this.off) {
       this.off = JSON.stringify(switched.behaviours);
       tell("rrp:run", switched);
     }
-    const { rows, streams, seen } = piece ? valuesAt(piece, this.told, ids, t) : { rows: {}, streams: {}, seen: {} };
-    for (const [id, from] of Object.entries(this.sheets.show(t, ids))) (rows[id] ??= { v: "", at: null, n: 1, e: "" }).from = from;
-    const stood = pose && poseAt(pose, t);
-    tell("rrp:live", { full: true, t, rows, streams, ...(stood ? { robot: stood } : {}) });
-    this.eye.show(t, seen);
-    this.moments.show(t);
-    this.curves?.show(t);
-    this.speak(t, stood?.saying);
-    if (this.player?.playing) this.sounds.show(t);
+    const { rows, streams, seen } = piece ? valuesAt(piece, this.told, ids, seconds) : { rows: {}, streams: {}, seen: {} };
+    for (const [id, from] of Object.entries(this.sheets.show(seconds, ids))) (rows[id] ??= { v: "", at: null, n: 1, e: "" }).from = from;
+    const stood = pose && poseAt(pose, seconds);
+    tell("rrp:live", { full: true, t: seconds, rows, streams, ...(stood ? { robot: stood } : {}) });
+    this.eye.show(seconds, seen);
+    this.moments.show(seconds);
+    this.curves?.show(seconds);
+    this.speak(seconds, stood?.saying);
+    if (this.player?.playing) this.sounds.show(seconds);
     if (!this.wanted) {
       this.wanted = true;
       this.sheets.want();
@@ -108,14 +108,14 @@ class View {
   }
 
   /** Show the sentence that the robot says, or its last one. */
-  speak(t, saying) {
-    const before = this.moments.said(t);
-    const just = before && t - before.t < (saying === undefined ? SAYS : BEGINS) ? before.text : "";
+  speak(seconds, saying) {
+    const before = this.moments.said(seconds);
+    const just = before && seconds - before.t < (saying === undefined ? SAYS : BEGINS) ? before.text : "";
     const now = saying || just;
     this.said.classList.toggle("now", Boolean(now));
     const [words, age] = this.said.children;
     put(words, now ? quoted(now.replace(/^[“"]|[”"]$/g, "")) : before ? lastSaid(before.text) : NOTHING);
-    put(age, now || !before ? "" : secondsAgo(Math.round(t - before.t)));
+    put(age, now || !before ? "" : secondsAgo(Math.round(seconds - before.t)));
   }
 }
 

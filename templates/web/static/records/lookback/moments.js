@@ -24,8 +24,8 @@ const words = ({ kind, text, row, by, times }) => [
 export class Moments {
   constructor(list, ticks, told, leftOut, seconds, go) {
     Object.assign(this, { list, ticks, told, seconds, go });
-    this.times = told.map(({ t }) => t);
-    this.stops = told.filter(({ kind }) => kind !== "note").map(({ t }) => t); // notes come at camera rate
+    this.times = told.map((moment) => moment.t);
+    this.stops = told.filter(({ kind }) => kind !== "note").map((moment) => moment.t); // notes come at camera rate
     this.here = -2;
     this.items = told.map((moment) => this.item(moment));
     const rest = leftOut ? [make("li", { className: "quiet", textContent: t("… and {n} more: run.xlsx and the CSV have them all.", { n: leftOut }) })] : [];
@@ -35,12 +35,12 @@ export class Moments {
   }
 
   item(moment) {
-    const [look, sign, word] = of(moment.kind);
+    const [group, sign, word] = of(moment.kind);
     const more = [moment.by && t("by {name}", { name: moment.by }), moment.row, moment.times > 1 && t("{n} times", { n: moment.times })].filter(Boolean);
     const what = make("span", {}, make("b", { textContent: `${word} ` }), moment.text, make("small", { textContent: more.map((part) => ` ${part}`).join(",") }));
     const button = make("button", { type: "button" }, make("time", { textContent: clock(moment.t) }), icon(sign), what);
     button.addEventListener("click", () => this.go(moment.t));
-    return make("li", { className: `of-${look}` }, button);
+    return make("li", { className: `of-${group}` }, button);
   }
 
   /** The ticks; those that lie together are one. */
@@ -64,8 +64,8 @@ export class Moments {
   }
 
   /** The moment of a time is marked in the list. */
-  show(t) {
-    const here = last(this.times, t);
+  show(seconds) {
+    const here = last(this.times, seconds);
     if (here === this.here) return;
     this.items[this.here]?.removeAttribute("aria-current");
     this.here = here;
@@ -79,14 +79,14 @@ export class Moments {
   }
 
   /** The time of the moment before a time, or of the one after it; notes are passed over. */
-  next(t, way) {
-    const here = last(this.stops, way > 0 ? t + ALMOST : t - ALMOST);
+  next(seconds, way) {
+    const here = last(this.stops, way > 0 ? seconds + ALMOST : seconds - ALMOST);
     return this.stops[way > 0 ? here + 1 : here];
   }
 
   /** The last sentence until a time. */
-  said(t) {
-    for (let n = last(this.times, t); n >= 0; n -= 1) if (this.told[n].kind === "say") return this.told[n];
+  said(seconds) {
+    for (let n = last(this.times, seconds); n >= 0; n -= 1) if (this.told[n].kind === "say") return this.told[n];
     return null;
   }
 }
@@ -109,11 +109,11 @@ export class Sounds {
   }
 
   /** It is played from a time on: what was being said then goes on. */
-  start(t, speed) {
+  start(seconds, speed) {
     this.stop();
     this.speed = speed;
-    this.until = t;
-    for (const moment of this.told) if (moment.t < t && t - moment.t < HEARD) this.play(moment, t - moment.t);
+    this.until = seconds;
+    for (const moment of this.told) if (moment.t < seconds && seconds - moment.t < HEARD) this.play(moment, seconds - moment.t);
   }
 
   stop() {
@@ -122,9 +122,9 @@ export class Sounds {
   }
 
   /** It has come to a time. */
-  show(t) {
-    for (const moment of this.told) if (moment.t >= this.until && moment.t < t) this.play(moment, 0);
-    this.until = Math.max(this.until, t);
+  show(seconds) {
+    for (const moment of this.told) if (moment.t >= this.until && moment.t < seconds) this.play(moment, 0);
+    this.until = Math.max(this.until, seconds);
   }
 
   play({ sound }, since) {

@@ -36,8 +36,8 @@ export class Player {
   }
 
   /** Show another time. */
-  go(t, { quietly = false } = {}) {
-    this.t = Math.min(Math.max(t, 0), this.seconds);
+  go(seconds, { quietly = false } = {}) {
+    this.t = Math.min(Math.max(seconds, 0), this.seconds);
     this.slider.value = String(this.t);
     this.tell();
     this.show(this.t);
@@ -111,8 +111,8 @@ export class Player {
   /** The address tells the time, so that it can be sent to somebody. */
   remember() {
     clearTimeout(this.later);
-    const t = Math.ceil(this.t * 1000 - 0.001) / 1000; // not before the moment where one is
-    this.later = setTimeout(() => history.replaceState(null, "", `#t=${t}`), 250);
+    const shown = Math.ceil(this.t * 1000 - 0.001) / 1000; // not before the moment where one is
+    this.later = setTimeout(() => history.replaceState(null, "", `#t=${shown}`), 250);
   }
 
   /** The time that the address tells, if any. */

@@ -70,7 +70,7 @@ export class Sheets {
   }
 
   /** The formulas as they were at a time; returns since when each edited row has been used. */
-  show(t, ids) {
+  show(seconds, ids) {
     const since = {};
     const now = new Map();
     for (const [when, place, was, text] of this.edits) {
@@ -78,7 +78,7 @@ export class Sheets {
       const cell = id && document.getElementById(id)?.querySelector(".formula code");
       if (!cell) continue;
       if (!this.places.has(cell)) this.places.set(cell, cell.textContent);
-      if (when > t) continue;
+      if (when > seconds) continue;
       now.set(cell, { text, was, when });
       since[id] = when;
     }
