@@ -161,10 +161,10 @@ def test_the_pdf_is_made_in_a_process_of_its_own_and_kept(folder: Path) -> None:
     wanted = Wanted(path, api.read(path).digest)
     first, notes = press.pdf(wanted, "a4")
     assert first.startswith(b"%PDF") and notes == []
-    assert press.pdf(wanted, "a4")[0] is first and press.proof(wanted) is press.proof(wanted)
+    assert press.pdf(wanted, "a4")[0] is first and press.preview(wanted) is press.preview(wanted)
     letter, _ = press.pdf(wanted, "letter")
     assert LETTER in letter and LETTER not in first
-    assert press.proof(wanted).pack == gather(path).pack
+    assert press.preview(wanted).pack == gather(path).pack
     assert press.pid is not None
     killed(press.pid)
     assert press.pdf(wanted, "a4")[0] is first

@@ -21,7 +21,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.texts import N_
-from rrp_sheets.workers.codec import pack, unpack
+from rrp_sheets.workers import codec
 
 if TYPE_CHECKING:
     from rrp_sheets.services.printing import Gathered
@@ -73,7 +73,7 @@ class ProtocolPrinter(QueryWorker):
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._made: OrderedDict[tuple[str, ...], Any] = OrderedDict()
 
-    def held(self, content: bytes, name: str) -> Path:
+    def store(self, content: bytes, name: str) -> Path:
         """Write a file with this content that lives as long as the server, for a kept version."""
         with self._keeping:
             if self._folder is None:
@@ -84,17 +84,17 @@ class ProtocolPrinter(QueryWorker):
                 path.write_bytes(content)
             return path
 
-    def proof(self, wanted: Wanted) -> ProtocolPreview:
+    def preview(self, wanted: Wanted) -> ProtocolPreview:
         """Return the protocol as data; raises SheetsError when it cannot be made, or not in time."""
 
         def make(target: Path) -> ProtocolPreview:
             self.ask(wanted.path.name, "write_preview", *wanted.request, str(target))
-            return unpack(ProtocolPreview, json.loads(_content(target)))
+            return codec.unpack(ProtocolPreview, json.loads(_content(target)))
 
-        return self._kept(("proof", *wanted.name), make)
+        return self._kept(("preview", *wanted.name), make)
 
     def pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
-        """Return the PDF for a paper size (`a4` or `letter`), and notes on what it lacks; raises as `proof`."""
+        """Return the PDF for a paper size (`a4` or `letter`), and notes on what it lacks; raises as `preview`."""
 
         def make(target: Path) -> tuple[bytes, list[str]]:
             notes = self.ask(wanted.path.name, "write_pdf", *wanted.request, paper, str(target))
@@ -142,7 +142,7 @@ def write_preview(path: str, digest: str, against: str, language: str, target: s
     found = _gathered(path, digest, against, language)
     legend, _, _ = draw_legend(found.pack.language)
     preview = ProtocolPreview(found.pack, found.pictures, legend)
-    Path(target).write_text(json.dumps(pack(preview)), encoding="ascii")
+    Path(target).write_text(json.dumps(codec.pack(preview)), encoding="ascii")
 
 
 def write_pdf(path: str, digest: str, against: str, language: str, paper: str, target: str) -> list[str]:

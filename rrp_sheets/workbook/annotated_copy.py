@@ -1,4 +1,4 @@
-"""A copy of an .xlsx in which every finding stands beside its row, with its cell marked, and all of them on a sheet."""
+"""Copies of an .xlsx with its findings: a note beside each row, a marked cell, and a sheet that lists them all."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _LISTS = ("fonts", "fills", "borders", "cellXfs")
 
 
 def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language: str = "en") -> bytes:
-    """The copy's bytes, with notes in a language; everything that carries no mark is as in the original."""
+    """Return the bytes of a workbook with its findings marked, in a language; nothing else in it is changed."""
     package = PackageEdit(data, name)
     styles = StyleSheet(package)
     by_sheet: dict[str, list[Diagnostic]] = {}
@@ -99,7 +99,7 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
 
 
 def _told(finding: Diagnostic, language: str) -> str:
-    """A finding in the words of a note: `C5: Error FORM001: … → …`."""
+    """Format a finding as a note: `C5: Error FORM001: … → …`."""
     cell = finding.address.cell if finding.address else ""
     word = f"{translate(_WORDS[finding.severity.value], language)} {finding.code}"
     message, remedy = translate(finding.message, language), translate(finding.remedy, language)
@@ -107,7 +107,7 @@ def _told(finding: Diagnostic, language: str) -> str:
 
 
 def _make_room(sheet: xml.SheetXml, row: int, text: str) -> None:
-    """Make a row high enough for the note; higher rows stay."""
+    """Raise the height of a row to that of its note."""
     line = sheet.row(row)
     assert line is not None
     lines = sum(1 + len(part) // _LETTERS_PER_LINE for part in text.split("\n"))
@@ -121,7 +121,7 @@ def _make_room(sheet: xml.SheetXml, row: int, text: str) -> None:
 
 
 def _widen(sheet: xml.SheetXml, column: int) -> None:
-    """Give one column its width; a run of columns that it is part of is split."""
+    """Set the width of one column; splits a `col` element that is for several."""
     holder = xml.child(sheet.root, "cols")
     if holder is None:
         holder = xml.add(sheet.root, "cols", {}, at=sheet.root.index(sheet.table))
@@ -182,7 +182,7 @@ def _row(table: etree._Element, number: int, texts: Sequence[str], styles: Seque
 
 
 class StyleSheet:
-    """The styles of a package that has a style part, to which those of the marks are added."""
+    """Style sheet of a workbook, to which the styles of notes and marked cells are added."""
 
     def __init__(self, package: PackageEdit) -> None:
         parts = package.related(package.book.part, "styles")
@@ -194,11 +194,11 @@ class StyleSheet:
         self._made: dict[tuple[int, str, bool], int] = {}
 
     def note(self, fill: str, *, bold: bool = False) -> int:
-        """The style of a text of ours: small and wrapped."""
+        """Return the index of the style of a note: small and wrapped."""
         return self.marked(-1, fill, "", bold)
 
     def marked(self, style: int, fill: str, edge: str, bold: bool = False) -> int:
-        """A style like another one, with this fill and this border (`RRGGBB`); a conditional format may hide a fill."""
+        """Return the index of a style with this fill and border (`RRGGBB`); a conditional format may hide a fill."""
         if self._part is None:
             return max(style, 0)  # a workbook without styles: told by its texts only
         if (style, fill, bold) not in self._made:

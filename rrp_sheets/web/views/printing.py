@@ -91,13 +91,13 @@ def protocol(name: str) -> str:
     """Show the protocol as a fragment of the page, or the reason why there is none."""
     name = _workbook(name)
     try:
-        proof = services().printer.proof(_wanted(name, request.args))
+        preview = services().printer.preview(_wanted(name, request.args))
     except SheetsError as error:
         return show(ProtocolPart(None, {}, {}, Markup(""), said(error)))
-    words = texts(proof.pack.language).entries
+    words = texts(preview.pack.language).entries
     mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
-    drawn = {name: Markup(svg) for name, svg in proof.pictures.items()}  # our own drawing, with all texts escaped
-    return show(ProtocolPart(proof.pack, mine, drawn, Markup(proof.legend)))
+    drawn = {name: Markup(svg) for name, svg in preview.pictures.items()}  # our own drawing, with all texts escaped
+    return show(ProtocolPart(preview.pack, mine, drawn, Markup(preview.legend)))
 
 
 @blueprint.get("/book/<name>/print/ready")
@@ -154,7 +154,7 @@ def _other(ref: str) -> tuple[Path, str]:
         path = path_of(services(), ref, Path(folder) / "version")
         content = b"" if path.is_dir() else path.read_bytes()
         if path.is_relative_to(folder):
-            path = services().printer.held(content, path.name)
+            path = services().printer.store(content, path.name)
     return path, sha256(content).hexdigest()
 
 
