@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.documents import CellText, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for
-from rrp_sheets.documents.grid import Cells
+from rrp_sheets.documents.grid import PutTexts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.edits import AddSheet, DeleteRows, Edit, InsertRows, SetCell
@@ -193,7 +193,7 @@ def test_there_are_blank_rows_below_in_whatever_way_rows_are_filled(document: Do
         lambda: document.delete("Aya", SHEET, grid.rows[-15:]),
         lambda: document.undo("Aya"),
         lambda: edit(document.path, [SetCell(SHEET, len(grid.rows), 3, "3")]),
-        lambda: document.together("Aya", [Cells(SHEET, (CellText(last(), FORMULA, "4"),))]),
+        lambda: document.together("Aya", [PutTexts(SHEET, (CellText(last(), FORMULA, "4"),))]),
     )
     for way in ways:
         way()

@@ -22,15 +22,15 @@ from pathlib import Path
 from typing import Any, get_args
 
 from rrp_sheets.documents.grid import (
+    AddRows,
     Batch,
-    Cells,
     CellText,
     Changed,
     Grid,
-    Moved,
+    PlaceRows,
+    PutTexts,
     Refused,
     RemoveRows,
-    RestoreRows,
     RowStep,
     SheetChange,
     blocks,
@@ -133,7 +133,7 @@ class Document:
         """Change cells of a sheet, all or none; raise Refused when one was changed meanwhile, or is not taken."""
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
-    def together(self, author: str, steps: Sequence[Cells | RestoreRows]) -> Changed:
+    def together(self, author: str, steps: Sequence[PutTexts | AddRows]) -> Changed:
         """Make several edits, of one sheet or of several, as one edit, which is undone as one."""
         return self._new(author, Batch(steps[0].sheet, tuple(steps)))
 
@@ -158,7 +158,7 @@ class Document:
                 return Changed(sheet, inserted=tuple((row, None) for row in added))
             if before is not None and not grid.knows(before):
                 must_have(grid, [before])
-            return self._new(author, RestoreRows(sheet, made, before))
+            return self._new(author, AddRows(sheet, made, before))
 
     def delete(self, author: str, sheet: str, rows: Sequence[str]) -> Changed:
         """Delete rows with everything in them."""
@@ -166,7 +166,7 @@ class Document:
 
     def move(self, author: str, sheet: str, rows: Sequence[str], before: str | None) -> Changed:
         """Move rows before another one; None: to the end."""
-        return self._new(author, Moved(sheet, tuple(rows), before))
+        return self._new(author, PlaceRows(sheet, tuple(rows), before))
 
     def current(self, sheet: str) -> str:
         """The name that a sheet has now, which may be another one than a page still shows."""
@@ -249,10 +249,10 @@ class Document:
         return replace(changed, grown=tuple(grid.fill_up())), inverse
 
     def _make_rows(self, author: str, grid: Grid, step: RowStep) -> tuple[Changed, Step]:
-        if isinstance(step, Cells):
-            self._store(author, cell_edits(grid, step.back, {}))
-            return put_texts(author, grid, step.back)
-        if isinstance(step, RestoreRows):
+        if isinstance(step, PutTexts):
+            self._store(author, cell_edits(grid, step.cells, {}))
+            return put_texts(author, grid, step.cells)
+        if isinstance(step, AddRows):
             return bring(self._store, author, grid, step)
         must_have(grid, step.rows)
         parts = blocks(grid, step)

@@ -350,16 +350,16 @@ def _tag(cells: RowTexts) -> tuple[tuple[int, str], ...]:
 
 
 @dataclass(frozen=True, slots=True)
-class Cells:
-    """Texts were changed: put those of `back` in again, if `now` still stands there."""
+class PutTexts:
+    """Put texts into cells, if each still has the text `was`."""
 
     sheet: str
-    back: tuple[CellText, ...]
+    cells: tuple[CellText, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class RemoveRows:
-    """Rows were inserted: delete them again; `texts` are those that they had then, None where that does not matter."""
+    """Delete rows; with `texts` only if nobody else has changed these, which they had when they were inserted."""
 
     sheet: str
     rows: tuple[str, ...]
@@ -367,8 +367,8 @@ class RemoveRows:
 
 
 @dataclass(frozen=True, slots=True)
-class RestoreRows:
-    """Rows were deleted: insert them again, with their ids and texts, before a row (None: at the end)."""
+class AddRows:
+    """Insert rows with these ids and texts before a row (None: at the end)."""
 
     sheet: str
     rows: tuple[tuple[str, dict[int, str]], ...]
@@ -376,15 +376,15 @@ class RestoreRows:
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
-    """Rows were moved: move them back before a row (None: to the end)."""
+class PlaceRows:
+    """Move rows before a row (None: to the end)."""
 
     sheet: str
     rows: tuple[str, ...]
     before: str | None
 
 
-RowStep = Cells | RemoveRows | RestoreRows | Moved
+RowStep = PutTexts | RemoveRows | AddRows | PlaceRows
 """A step of the rows of one sheet, made in the file and then in the grid; each gives the step that undoes it."""
 
 
@@ -416,21 +416,21 @@ def cell_edits(grid: Grid, cells: Sequence[CellText], before: Mapping[tuple[str,
     return [SetCell(grid.name, numbers[c.row], c.column, parse_typed(c.text)) for c in cells]
 
 
-def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, Cells]:
+def put_texts(author: str, grid: Grid, cells: Sequence[CellText]) -> tuple[Changed, PutTexts]:
     """Put texts that are in the file already into the grid; returns the change and the step back."""
     back = tuple(CellText(c.row, c.column, grid.text(c.row, c.column), c.text) for c in cells)
     for c in cells:
         grid.put(c.row, c.column, c.text)
         grid.authors[c.row, c.column] = author
     rows, places = dict.fromkeys(c.row for c in cells), tuple((c.row, c.column) for c in cells)
-    return Changed(grid.name, touched=tuple(rows), cells=places), Cells(grid.name, back)
+    return Changed(grid.name, touched=tuple(rows), cells=places), PutTexts(grid.name, back)
 
 
 Store = Callable[[str, Sequence[Edit]], tuple[str, ...]]
 """Puts an author's edits into the file, and returns what brings deleted sheets back; raises Refused."""
 
 
-def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Changed, RemoveRows]:
+def bring(store: Store, author: str, grid: Grid, step: AddRows) -> tuple[Changed, RemoveRows]:
     """Insert rows, with their texts when they were deleted before."""
     number = grid.first + grid.place(step.before)
     ids = [row for row, _ in step.rows]
@@ -445,7 +445,7 @@ def bring(store: Store, author: str, grid: Grid, step: RestoreRows) -> tuple[Cha
     return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
 
 
-def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, RestoreRows]:
+def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, AddRows]:
     """Delete rows that follow each other; raise Refused when somebody has changed one of them since it came."""
     _unchanged(author, grid, step)
     place, count = grid.place(step.rows[0]), len(step.rows)
@@ -453,10 +453,10 @@ def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Cha
     removal = DeleteRows(grid.name, grid.first + place, count)
     store(author, [removal])
     grid.carry_out(removal)
-    return Changed(grid.name, removed=tuple(row for row, _ in gone)), RestoreRows(grid.name, gone, grid.before(place))
+    return Changed(grid.name, removed=tuple(row for row, _ in gone)), AddRows(grid.name, gone, grid.before(place))
 
 
-def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, Moved]:
+def shift(store: Store, author: str, grid: Grid, step: PlaceRows) -> tuple[Changed, PlaceRows]:
     """Move rows that follow each other."""
     place, count = grid.place(step.rows[0]), len(step.rows)
     after = grid.before(place + count)
@@ -464,15 +464,16 @@ def shift(store: Store, author: str, grid: Grid, step: Moved) -> tuple[Changed, 
     if move.moves:
         store(author, [move])
         grid.carry_out(move)
-    return Changed(grid.name, moved=tuple((row, step.before) for row in step.rows)), Moved(grid.name, step.rows, after)
+    moved = tuple((row, step.before) for row in step.rows)
+    return Changed(grid.name, moved=moved), PlaceRows(grid.name, step.rows, after)
 
 
-def blocks(grid: Grid, step: RemoveRows | Moved) -> Sequence[RemoveRows | Moved]:
+def blocks(grid: Grid, step: RemoveRows | PlaceRows) -> Sequence[RemoveRows | PlaceRows]:
     """A step of rows as one step for each of those that follow each other: others may have come between them."""
     places = sorted({grid.place(row) for row in step.rows})
     groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
     parts = [tuple(grid.rows[place] for _, place in group) for group in groups]
-    if isinstance(step, Moved) or step.texts is None:
+    if isinstance(step, PlaceRows) or step.texts is None:
         return [replace(step, rows=rows) for rows in parts]
     texts = dict(zip(step.rows, step.texts, strict=True))
     return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]

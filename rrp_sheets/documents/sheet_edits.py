@@ -139,7 +139,7 @@ SheetCells = tuple[tuple[str, CellText], ...]
 
 @dataclass(frozen=True, slots=True)
 class SheetIn:
-    """A sheet is missing: add it, or bring it back as it was."""
+    """Add a sheet, or bring back one that was deleted, as it was."""
 
     sheet: str
     edit: AddSheet | BringSheet
@@ -149,7 +149,7 @@ class SheetIn:
 
 @dataclass(frozen=True, slots=True)
 class SheetOut:
-    """A sheet is there: delete it; with `texts` only if nothing else stands in it by now."""
+    """Delete a sheet; with `texts` only if nothing else stands in it by now."""
 
     sheet: str
     texts: tuple[tuple[tuple[int, str], ...], ...] | None = None
@@ -157,7 +157,7 @@ class SheetOut:
 
 @dataclass(frozen=True, slots=True)
 class SheetNamed:
-    """A sheet has this name: give it another one."""
+    """Give a sheet another name."""
 
     sheet: str
     name: str
@@ -166,7 +166,7 @@ class SheetNamed:
 
 @dataclass(frozen=True, slots=True)
 class SheetPlaced:
-    """A sheet stands somewhere: let it stand before another one (empty: at the end)."""
+    """Move a sheet before another one (empty: to the end)."""
 
     sheet: str
     before: str

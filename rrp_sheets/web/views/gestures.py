@@ -10,7 +10,7 @@ from flask import Blueprint, Response, abort, jsonify
 from rrp_sheets.checks.check import robot_of
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents import CellText, Changed, Document, Refused
-from rrp_sheets.documents.grid import Cells, Grid, RestoreRows
+from rrp_sheets.documents.grid import AddRows, Grid, PutTexts
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import Robot
@@ -85,10 +85,10 @@ def _pose(document: Document, author: str, sheet: str, row: str, joints: Joints)
     texts |= {named["Name"]: _name(grid, row) or "My gesture", named["Time (s)"]: f"{_next(grid, row, named):g}"}
     place = grid.rows.index(row) + 1
     below = grid.rows[place] if place < len(grid.rows) else None
-    for each in (row, below):
-        if each is not None and not any(text.strip() for text in grid.texts[each].values()):
-            return document.together(author, [Cells(sheet, tuple(CellText(each, c, t, "") for c, t in texts.items()))])
-    return document.together(author, [RestoreRows(sheet, ((grid.new_id(), texts),), below)])
+    for at in (row, below):
+        if at is not None and not any(text.strip() for text in grid.texts[at].values()):
+            return document.together(author, [PutTexts(sheet, tuple(CellText(at, c, t, "") for c, t in texts.items()))])
+    return document.together(author, [AddRows(sheet, ((grid.new_id(), texts),), below)])
 
 
 def _next(grid: Grid, row: str, named: Mapping[str, int]) -> float:

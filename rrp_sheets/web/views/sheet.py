@@ -18,7 +18,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import Cells, Grid, GridColumn, RestoreRows
+from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.workbook import FALSE_WORDS
@@ -317,7 +317,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     return document.together(author, steps)
 
 
-def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]:
+def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[PutTexts | AddRows]:
     """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in fix.edits:
@@ -328,7 +328,7 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]
             if not 0 <= place <= len(rows):
                 raise Refused(_OLD, _LOOK)
             row = grid.new_id()
-            yield RestoreRows(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
+            yield AddRows(grid.name, ((row, dict(one.cells)),), rows[place] if place < len(rows) else None)
             rows.insert(place, row)
             continue
         place = one.address.row - grid.first
@@ -339,7 +339,7 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[Cells | RestoreRows]
             raise Refused(_OLD, _LOOK)
         text = one.text if isinstance(one, Put) else replaced(now, one)
         if text != now:
-            yield Cells(grid.name, (CellText(rows[place], one.address.column, text, now),))
+            yield PutTexts(grid.name, (CellText(rows[place], one.address.column, text, now),))
 
 
 def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = False) -> GridPage:
