@@ -157,15 +157,15 @@ class Grid:
         """Return whether the row exists."""
         return row in self.texts
 
-    def before(self, place: int) -> str | None:
-        """The row at a place, or None beyond the end."""
-        return self.rows[place] if place < len(self.rows) else None
+    def row_at(self, index: int) -> str | None:
+        """Return the row at an index, or None beyond the end."""
+        return self.rows[index] if index < len(self.rows) else None
 
     def knows(self, row: str) -> bool:
         """Return whether the row exists, or existed until it was deleted."""
         return self.has(row) or row in self._below
 
-    def place(self, row: str | None) -> int:
+    def index_of(self, row: str | None) -> int:
         """Return the index of a row; of a deleted row, that of the next one below it. None means the end."""
         while row is not None and not self.has(row):
             row = self._below.get(row)
@@ -432,7 +432,7 @@ Store = Callable[[str, Sequence[Edit]], tuple[str, ...]]
 
 def bring(store: Store, author: str, grid: Grid, step: AddRows) -> tuple[Changed, RemoveRows]:
     """Insert rows, with their texts when they were deleted before."""
-    number = grid.first + grid.place(step.before)
+    number = grid.first + grid.index_of(step.before)
     ids = [row for row, _ in step.rows]
     insert = InsertRows(grid.name, number, len(ids))
     texts = [(i, row, column, text) for i, (row, cells) in enumerate(step.rows) for column, text in cells.items()]
@@ -448,19 +448,19 @@ def bring(store: Store, author: str, grid: Grid, step: AddRows) -> tuple[Changed
 def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Changed, AddRows]:
     """Delete rows that follow each other; raise Refused when somebody has changed one of them since it came."""
     _unchanged(author, grid, step)
-    place, count = grid.place(step.rows[0]), len(step.rows)
+    place, count = grid.index_of(step.rows[0]), len(step.rows)
     gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
     removal = DeleteRows(grid.name, grid.first + place, count)
     store(author, [removal])
     grid.carry_out(removal)
-    return Changed(grid.name, removed=tuple(row for row, _ in gone)), AddRows(grid.name, gone, grid.before(place))
+    return Changed(grid.name, removed=tuple(row for row, _ in gone)), AddRows(grid.name, gone, grid.row_at(place))
 
 
 def shift(store: Store, author: str, grid: Grid, step: PlaceRows) -> tuple[Changed, PlaceRows]:
     """Move rows that follow each other."""
-    place, count = grid.place(step.rows[0]), len(step.rows)
-    after = grid.before(place + count)
-    move = MoveRows(grid.name, grid.first + place, count, grid.first + grid.place(step.before))
+    place, count = grid.index_of(step.rows[0]), len(step.rows)
+    after = grid.row_at(place + count)
+    move = MoveRows(grid.name, grid.first + place, count, grid.first + grid.index_of(step.before))
     if move.moves:
         store(author, [move])
         grid.carry_out(move)
@@ -470,7 +470,7 @@ def shift(store: Store, author: str, grid: Grid, step: PlaceRows) -> tuple[Chang
 
 def blocks(grid: Grid, step: RemoveRows | PlaceRows) -> Sequence[RemoveRows | PlaceRows]:
     """A step of rows as one step for each of those that follow each other: others may have come between them."""
-    places = sorted({grid.place(row) for row in step.rows})
+    places = sorted({grid.index_of(row) for row in step.rows})
     groups = [list(group) for _, group in groupby(enumerate(places), lambda pair: pair[1] - pair[0])]
     parts = [tuple(grid.rows[place] for _, place in group) for group in groups]
     if isinstance(step, PlaceRows) or step.texts is None:

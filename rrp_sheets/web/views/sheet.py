@@ -167,7 +167,7 @@ def rows(name: str, sheet: str, first: int) -> str:
         abort(404)
     grid, after = session.document.grids[sheet], request.args.get("after", "")
     if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
-        first = grid.place(after) + grid.has(after)
+        first = grid.index_of(after) + grid.has(after)
     return str(session.renderer(sheet).rows(first, PIECE))
 
 
