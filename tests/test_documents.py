@@ -89,7 +89,7 @@ def test_undo_takes_back_ones_own_edits_only(document: Document) -> None:
     put(document, second, "2", author="Mika")
     document.undo("Aya")
     assert formulas(document)[:2] == [before[0], "2"]
-    document.undo("Aya", again=True)
+    document.undo("Aya", redo=True)
     assert formulas(document)[:2] == ["1", "2"]
     assert document.undo("Kai") is None
 
@@ -110,7 +110,7 @@ def test_deleted_rows_come_back_with_their_texts_and_their_identity(document: Do
     assert on_disk(document) == before[2:]
     document.undo("Aya")
     assert on_disk(document) == before and document.grids[SHEET].rows[:2] == rows
-    document.undo("Aya", again=True)
+    document.undo("Aya", redo=True)
     assert on_disk(document) == before[2:]
 
 
@@ -137,7 +137,7 @@ def test_rows_between_which_others_have_inserted_one_are_undone_moved_and_delete
     theirs = grid.rows[2]
     document.undo("Aya")
     assert grid.rows[:3] == [start[0], theirs, start[1]]
-    document.undo("Aya", again=True)
+    document.undo("Aya", redo=True)
     assert [row for row in grid.rows if row in mine] == mine
     document.move("Aya", SHEET, mine, start[0])
     assert grid.rows[:5] == [*mine, start[0], theirs]

@@ -66,7 +66,7 @@ def test_a_fix_of_two_sheets_is_made_and_taken_back_as_one(document: Document) -
     back = document.undo("Aya")
     assert back is not None and {c.sheet for c in (back, *back.then)} == {"T", "Devices"}
     assert texts(document) == before and document.undo("Aya") is None
-    document.undo("Aya", again=True)
+    document.undo("Aya", redo=True)
     assert texts(document)["Devices"][0] == ["Gaze", "Head yaw"]
 
 

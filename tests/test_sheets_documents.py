@@ -58,7 +58,7 @@ def test_everything_that_names_a_sheet_follows_it_and_goes_back_with_one_undo(do
     document.undo("Aya")
     document.undo("Aya")
     assert {s.name: {at: c.text for at, c in s.cells.items()} for s in read_sheets(path)} == first
-    document.undo("Aya", again=True)
+    document.undo("Aya", redo=True)
     assert [b.name for b in read(path).workbook.behaviours] == ["Watch the ball", "Switch"] and errors(path) == []
 
 
@@ -114,9 +114,9 @@ def test_a_deleted_sheet_comes_back_with_its_rows_and_what_others_did(document: 
     assert read(path).workbook.behaviours[1].rows[0].notes == "by Mika"
     document.set_cells("Mika", "Look", [CellText(rows[0], 6, "new")])
     with pytest.raises(Refused, match="changed since by Mika"):
-        document.undo("Aya", again=True)
+        document.undo("Aya", redo=True)
     document.undo("Mika")
-    document.undo("Aya", again=True)
+    document.undo("Aya", redo=True)
     assert "Look" not in document.grids
 
 

@@ -63,22 +63,22 @@ class Steps:
 
     def __init__(self) -> None:
         self._back: dict[str, list[Step]] = {}
-        self._again: dict[str, list[Step]] = {}
+        self._redo: dict[str, list[Step]] = {}
 
     def did(self, author: str, step: Step) -> None:
         """Note a new step; what was undone before it cannot be made again."""
-        self.put(author, step, again=False)
-        self._again.pop(author, None)
+        self.put(author, step, redo=False)
+        self._redo.pop(author, None)
 
-    def put(self, author: str, step: Step, *, again: bool) -> None:
+    def put(self, author: str, step: Step, *, redo: bool) -> None:
         """Put the newest step to undo, or to make again."""
-        pile = (self._again if again else self._back).setdefault(author, [])
+        pile = (self._redo if redo else self._back).setdefault(author, [])
         pile.append(step)
         del pile[:-MOST_BACK]
 
-    def take(self, author: str, *, again: bool) -> Step | None:
+    def take(self, author: str, *, redo: bool) -> Step | None:
         """Remove and return the newest step to undo, or to make again; None when there is none."""
-        pile = (self._again if again else self._back).get(author)
+        pile = (self._redo if redo else self._back).get(author)
         return pile.pop() if pile else None
 
 
@@ -175,18 +175,18 @@ class Document:
                 sheet = self._named[sheet]
         return sheet
 
-    def undo(self, author: str, *, again: bool = False) -> Changed | None:
+    def undo(self, author: str, *, redo: bool = False) -> Changed | None:
         """Take back one's own newest edit (or make it again); None when there is nothing to take back."""
         with self._changing():
-            step = self._steps.take(author, again=again)
+            step = self._steps.take(author, redo=redo)
             if step is None:
                 return None
             try:
                 changed, inverse = self._make(author, step)
             except Exception:  # it can be tried again when the reason is gone
-                self._steps.put(author, step, again=again)
+                self._steps.put(author, step, redo=redo)
                 raise
-            self._steps.put(author, inverse, again=not again)
+            self._steps.put(author, inverse, redo=not redo)
             return changed
 
     # ---- the file

@@ -240,7 +240,7 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if action == "fix":
         return make_fix(document, session.analysis(), author, given)
     if action in ("undo", "redo"):
-        changed = document.undo(author, again=action == "redo")
+        changed = document.undo(author, redo=action == "redo")
         if changed is None:
             raise Refused(N_("There is nothing to undo." if action == "undo" else "There is nothing to do again."))
         return changed
