@@ -100,3 +100,8 @@ class Proposals:
             return None
         self._left -= len(candidates)
         return nearest(name, candidates)
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names of streams in a cell."""
+    return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]

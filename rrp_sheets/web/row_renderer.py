@@ -13,7 +13,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.names import key
+from rrp_sheets.model.names import key, names_in
 from rrp_sheets.model.workbook import column_letters, truth_of
 from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_
@@ -195,11 +195,6 @@ class RowRenderer:
         kind = self._streams.get(key(name), "")
         spoken = f'<span class="only-spoken">{kind} </span>' if kind else ""
         return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
-
-
-def names_in(text: str) -> list[str]:
-    """Return the names of streams in a cell."""
-    return [n.strip() for n in text.replace("\n", ",").split(",") if n.strip()]
 
 
 def _verdict(got: str) -> str:

@@ -13,11 +13,10 @@ from markupsafe import Markup
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.names import key
+from rrp_sheets.model.names import key, names_in
 from rrp_sheets.texts import sentences
 from rrp_sheets.web.models import KindText, said, script_json, show
 from rrp_sheets.web.requests import run_or_404
-from rrp_sheets.web.row_renderer import names_in
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
