@@ -26,7 +26,7 @@ Numbered = list[tuple[int, Diagnostic]]
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
 _BODY = 50  # rows; as many as grid.js makes them
 Signature = tuple[Any, ...]
-Taken = Mapping[tuple[str, str, int], tuple[str, str]]
+Locked = Mapping[tuple[str, str, int], tuple[str, str]]
 
 
 class RowRenderer:
@@ -41,8 +41,8 @@ class RowRenderer:
         self._problems: dict[int, Numbered] = {}
         self._examples: Mapping[int, str] = {}
         self._streams: dict[str, str] = {}
-        self._taken: dict[tuple[str, int], tuple[str, str]] = {}
-        self._marks: Mapping[str, str] = {}
+        self._locked: dict[tuple[str, int], tuple[str, str]] = {}
+        self._verdicts: Mapping[str, str] = {}
         self._robot: Robot | None = None
         self._anonymous: frozenset[int] = frozenset()
 
@@ -58,11 +58,11 @@ class RowRenderer:
             heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column))
         return heads
 
-    def take(self, analysis: Analysis, taken: Taken, marks: Mapping[str, str] = MappingProxyType({})) -> None:
+    def update(self, analysis: Analysis, locked: Locked, verdicts: Mapping[str, str] = MappingProxyType({})) -> None:
         """Take over the newest check, the locked cells with their editors (page, name), and the test results."""
-        self._marks = marks
+        self._verdicts = verdicts
         self._robot = analysis.robot
-        self._taken = {(row, column): who for (_, row, column), who in taken.items()}
+        self._locked = {(row, column): who for (_, row, column), who in locked.items()}
         problems: dict[int, Numbered] = {}
         for number, d in enumerate(analysis.findings, 1):
             if d.address and d.address.sheet == self.grid.name:
@@ -83,38 +83,38 @@ class RowRenderer:
 
         A long sheet is requested in parts, so that its beginning is shown at once.
         """
-        made = [self._made(row, number) for row, number in islice(self.grid.numbers().items(), first, first + count)]
+        made = [self._render(row, number) for row, number in islice(self.grid.numbers().items(), first, first + count)]
         bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
         return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
 
     def changed(self) -> list[tuple[str, str]]:
         """Render the rows that have changed since they were last rendered; rows never rendered are left out."""
         return [
-            (row, self._made(row, number)) for row, number in self.grid.numbers().items()
+            (row, self._render(row, number)) for row, number in self.grid.numbers().items()
             if row in self._signatures and self._signatures[row] != self._signature(row, number)
         ]  # fmt: skip
 
-    def known(self, sheet: str) -> dict[str, Any]:
+    def affected_rows(self, sheet: str) -> dict[str, Any]:
         """Return all rows that the check affects, as an event for a page that was rendered before it."""
         bare, numbers = RowRenderer(self.grid), self.grid.numbers()
         told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
-        return {"sheet": sheet, "replace": [{"id": r, "html": self._made(r, numbers[r])} for r in told]}
+        return {"sheet": sheet, "replace": [{"id": r, "html": self._render(r, numbers[r])} for r in told]}
 
     def html(self, rows: Iterable[str]) -> dict[str, str]:
         """Render rows by their ids; those deleted meanwhile are left out."""
         numbers = self.grid.numbers()
-        return {row: self._made(row, numbers[row]) for row in rows if row in numbers}
+        return {row: self._render(row, numbers[row]) for row in rows if row in numbers}
 
     def _signature(self, row: str, number: int) -> Signature:
         texts = self.grid.texts.get(row, {})
         names = tuple(self._streams.get(key(n), "") for c, k in self._pairs if k in ("inputs", "output")
                       for n in names_in(texts.get(c.number, "")))  # fmt: skip
         problems = tuple((n, d.id, len(d.fixes)) for n, d in self._problems.get(number, ()))
-        taken = tuple(self._taken.get((row, c.number)) for c in self.grid.columns)
+        locked = tuple(self._locked.get((row, c.number)) for c in self.grid.columns)
         example, is_anonymous = self._examples.get(number, ""), number in self._anonymous
-        return tuple(texts.items()), names, problems, example, is_anonymous, taken, self._marks.get(row)
+        return tuple(texts.items()), names, problems, example, is_anonymous, locked, self._verdicts.get(row)
 
-    def _made(self, row: str, number: int) -> str:
+    def _render(self, row: str, number: int) -> str:
         self._signatures[row] = self._signature(row, number)
         texts = self.grid.texts.get(row, {})
         problems = self._problems.get(number, [])
@@ -148,17 +148,17 @@ class RowRenderer:
             worst = problems[0][1].severity.value
             more += f' aria-describedby="{described}"' + (' aria-invalid="true"' if worst == "error" else "")
             looks += f" flagged is-{worst}"
-        if kind == "setting" and not text and not self._takes(row, column):
+        if kind == "setting" and not text and not self._has_setting(row, column):
             looks += " untaken"
-        if who := self._taken.get((row, column.number)):
+        if who := self._locked.get((row, column.number)):
             looks += " taken"
         if text.lstrip().startswith("#") and column.number == min(self.grid.texts.get(row, {column.number: ""})):
             looks += " remark"
             inside = f'<span class="word">{escape(text)}</span>'
         else:
             inside = self._inside(row, number, kind, text)
-        if kind == "expect" and row in self._marks:
-            inside += _verdict(self._marks[row])
+        if kind == "expect" and row in self._verdicts:
+            inside += _verdict(self._verdicts[row])
         inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
         if who:
             client, name = who
@@ -166,7 +166,7 @@ class RowRenderer:
             inside += f'<span class="name-tag" data-client="{escape(client)}">{escape(name)}</span>'
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
-    def _takes(self, row: str, column: GridColumn) -> bool:
+    def _has_setting(self, row: str, column: GridColumn) -> bool:
         """Return whether the device of a row has the setting of a column; True for an unknown device."""
         place = next((c.number for c, k in self._pairs if k == "device"), 0)
         found = self._robot.find(self.grid.text(row, place)) if self._robot else None

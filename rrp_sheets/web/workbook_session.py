@@ -380,7 +380,7 @@ class WorkbookSession(Broadcaster):
             renderer = self._renderers.get(sheet)
             if renderer is None or renderer.grid is not grid:
                 renderer = self._renderers[sheet] = RowRenderer(grid)
-            renderer.take(self.analysis(), self.locks.holders(sheet), self.tests.marks(sheet))
+            renderer.update(self.analysis(), self.locks.holders(sheet), self.tests.marks(sheet))
             return renderer
 
     # ---- editing
@@ -517,7 +517,7 @@ class WorkbookSession(Broadcaster):
         if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
                 with self._lock:
-                    about = self._now(sheet) | self.renderer(sheet).known(sheet)
+                    about = self._now(sheet) | self.renderer(sheet).affected_rows(sheet)
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         self._enter(listener, had)
