@@ -65,11 +65,11 @@ class Broadcaster:
             listener.welcome = f"id: {self.backlog.number}\n\n"
             self.listeners.append(listener)
 
-    def is_of(self, client: str, person: str) -> bool:
+    def is_of(self, client: str, login_key: str) -> bool:
         """Return whether no stream of a page, earlier loads of it included, belongs to another login."""
-        mine = identity(client)
+        mine = page_of(client)
         with self._lock:
-            return all(one.person == person for one in self.listeners if identity(one.client) == mine)
+            return all(one.login_key == login_key for one in self.listeners if page_of(one.client) == mine)
 
     def part(self, client: str) -> None:
         """Remove the streams of a page that reports that it is being closed."""
@@ -129,10 +129,10 @@ class Broadcaster:
             (listener.tell_live if live else listener.tell)(text)
 
 
-def identity(client: str) -> str:
+def page_of(client: str) -> str:
     """Return the part of a page's name that survives a reload: all before its last dot.
 
-    >>> identity("4f1c.2")
+    >>> page_of("4f1c.2")
     '4f1c'
     """
     return client.rpartition(".")[0] or client
@@ -156,7 +156,7 @@ class CellLocks:
     def take(self, client: str, name: str, place: Place) -> str:
         """Lock a cell; return the name of the holder if another page has it, else an empty text."""
         holder = self.holders().get(place)
-        if holder is not None and identity(holder[0]) != identity(client):
+        if holder is not None and page_of(holder[0]) != page_of(client):
             return holder[1]
         self._taken[place] = (client, name, time.monotonic())
         return ""
@@ -172,7 +172,7 @@ class CellLocks:
 
     def again(self, client: str) -> list[Place]:
         """Release the cells that a page held before it was reloaded, and return them."""
-        return self._free(lambda page, since: page != client and identity(page) == identity(client))
+        return self._free(lambda page, since: page != client and page_of(page) == page_of(client))
 
     def _free(self, which: Callable[[str, float], bool]) -> list[Place]:
         places = [p for p, (page, _, since) in self._taken.items() if which(page, since)]
@@ -186,7 +186,7 @@ class CellLocks:
 
     def others(self, client: str, sheet: str) -> list[str]:
         """Return the names of those who are editing a cell of a sheet on other pages."""
-        return sorted({name for page, name in self.holders(sheet).values() if identity(page) != identity(client)})
+        return sorted({name for page, name in self.holders(sheet).values() if page_of(page) != page_of(client)})
 
 
 def _is_old(since: float) -> bool:
@@ -198,13 +198,13 @@ class EventStream:
     """Event stream of one browser page.
 
     Attributes:
-        person: the key of the login; empty for a browser on this computer.
+        login_key: the key of the login; empty for a browser on this computer.
         behind: it could not keep up with a run's values, and gets all of them again.
     """
 
     client: str
     name: str
-    person: str = ""
+    login_key: str = ""
     ready: threading.Condition = field(default_factory=threading.Condition)
     messages: deque[str] = field(default_factory=deque)
     lives: deque[str] = field(default_factory=deque)
@@ -503,16 +503,16 @@ class WorkbookSession(Broadcaster):
 
     # ---- pages and their users
 
-    def join(self, client: str, name: str, *, knows: bool = True, had: str = "", person: str = "") -> EventStream:
+    def join(self, client: str, name: str, *, knows: bool = True, had: str = "", login_key: str = "") -> EventStream:
         """Open the event stream of a page that was loaded or has reconnected.
 
-        `person` is the key of the login; if the page `knows`, it was rendered after the first check. The events after
-        `had`, the number of the last one that it got, follow.
+        If the page `knows`, it was rendered after the first check. The events after `had`, the number of the last one
+        that it got, follow.
         """
         with self._lock:
             left = self.locks.again(client)
         self._tell_cells(left, but=client)
-        listener = EventStream(client, name, person)
+        listener = EventStream(client, name, login_key)
         listener.tell(message("program", {"version": build_id()}))
         if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
@@ -671,22 +671,22 @@ class OpenWorkbooks:
             return list(self._sessions.values())
 
     def listen(
-        self, session: WorkbookSession, client: str, person: str, join: Callable[[], EventStream]
+        self, session: WorkbookSession, client: str, login_key: str, join: Callable[[], EventStream]
     ) -> EventStream | str:
         """Open a page's event stream, instead of an older one; return the reason if there are too many.
 
-        Pages that ask at the same moment are handled one after the other. `person` is the key of the login, whose
+        Pages that ask at the same moment are handled one after the other. `login_key` is the key of the login, whose
         streams are limited; empty for a browser on this computer.
         """
         with self._joining:
             session.end_streams(client)
-            return self._crowded(person) or join()
+            return self._crowded(login_key) or join()
 
-    def _crowded(self, person: str) -> str:
+    def _crowded(self, login_key: str) -> str:
         with self._lock:
             listeners = [one for session in self._sessions.values() for one in session.listeners]
-        mine = sum(one.person == person for one in listeners)
-        if mine >= (MOST_OF_LOGIN if person else MOST_HERE):
+        mine = sum(one.login_key == login_key for one in listeners)
+        if mine >= (MOST_OF_LOGIN if login_key else MOST_HERE):
             return N_("You have {n} pages open here. Close one; this page then goes on by itself.", n=mine)
         if len(listeners) >= MOST_LISTENERS:
             return N_(
