@@ -137,13 +137,13 @@ def test_a_page_keeps_its_cell_when_its_older_stream_ends_before_the_new_one_has
 ) -> None:
     session = open_workbooks.session(open_workbooks.folder / "b.xlsx")
     older = session.join("mine.1", "Aya")
-    assert not session.take("mine.1", "Aya", first_cell(session))
+    assert not session.lock("mine.1", "Aya", first_cell(session))
     session.end_streams("mine.1")
     session.leave(older)  # its thread notices the end
     newer = session.join("mine.1", "Aya")
-    assert session.take("other.1", "Ben", first_cell(session)) == "Aya"
+    assert session.lock("other.1", "Ben", first_cell(session)) == "Aya"
     session.leave(newer)
-    assert not session.take("other.1", "Ben", first_cell(session))
+    assert not session.lock("other.1", "Ben", first_cell(session))
 
 
 def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
@@ -152,11 +152,11 @@ def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
     session = open_workbooks.session(open_workbooks.folder / "b.xlsx")
     session.join("mine.1", "Aya")
     other = session.join("other.1", "Ben")
-    session.take("mine.1", "Aya", first_cell(session))
+    session.lock("mine.1", "Aya", first_cell(session))
     session.poll()
     assert not free_cells_told(other)
     now = time.monotonic()
     monkeypatch.setattr(workbook_session.time, "monotonic", lambda: now + workbook_session.LOCK_SECONDS + 1)
     session.poll()
     assert free_cells_told(other) == [first_cell(session)[1]]
-    assert not session.take("other.1", "Ben", first_cell(session))
+    assert not session.lock("other.1", "Ben", first_cell(session))

@@ -109,11 +109,11 @@ def test_bringing_back_waits_for_who_edits_a_cell(folder: Path, client: FlaskCli
     session = _session(client)
     grid = session.document.grids["Tracking"]
     place = ("Tracking", grid.rows[0], 1)
-    session.take("c1", "Ken", place)
+    session.lock("c1", "Ken", place)
     number = versions(client)["first"]
     assert "Ken is editing a cell just now. Bring it back when they have finished." in restore(client, number)
     assert (folder / "good.md").read_bytes() == now
-    session.release("c1", place)
+    session.unlock("c1", place)
     assert "“first” is back." in restore(client, number)
 
 

@@ -142,47 +142,47 @@ class CellLocks:
     """Cells that are locked for editing; not thread-safe, the owner holds its own lock."""
 
     def __init__(self) -> None:
-        self._taken: dict[Place, tuple[str, str, float]] = {}
+        self._locked: dict[Place, tuple[str, str, float]] = {}
 
     def holders(self, sheet: str = "") -> dict[Place, tuple[str, str]]:
         """Return the page and the name of the editor of each locked cell, of one sheet or of all."""
-        found = {p: held for p, held in self._taken.items() if sheet in ("", p[0])}
+        found = {p: held for p, held in self._locked.items() if sheet in ("", p[0])}
         return {p: (page, name) for p, (page, name, since) in found.items() if not _is_old(since)}
 
     def expire(self) -> list[Place]:
-        """Release the cells that were locked too long ago, and return them."""
+        """Unlock the cells that were locked too long ago, and return them."""
         return self._free(lambda page, since: _is_old(since))
 
-    def take(self, client: str, name: str, place: Place) -> str:
+    def lock(self, client: str, name: str, place: Place) -> str:
         """Lock a cell; return the name of the holder if another page has it, else an empty text."""
         holder = self.holders().get(place)
         if holder is not None and page_of(holder[0]) != page_of(client):
             return holder[1]
-        self._taken[place] = (client, name, time.monotonic())
+        self._locked[place] = (client, name, time.monotonic())
         return ""
 
-    def release(self, client: str, place: Place) -> None:
-        """Release a cell, if this page holds it."""
-        if place in self._taken and self._taken[place][0] == client:
-            del self._taken[place]
+    def unlock(self, client: str, place: Place) -> None:
+        """Unlock a cell, if this page has locked it."""
+        if place in self._locked and self._locked[place][0] == client:
+            del self._locked[place]
 
     def leave(self, client: str) -> list[Place]:
-        """Release the cells of a page that was closed, and return them."""
+        """Unlock the cells of a page that was closed, and return them."""
         return self._free(lambda page, since: page == client)
 
-    def again(self, client: str) -> list[Place]:
-        """Release the cells that a page held before it was reloaded, and return them."""
+    def leave_earlier(self, client: str) -> list[Place]:
+        """Unlock the cells that a page locked before it was reloaded, and return them."""
         return self._free(lambda page, since: page != client and page_of(page) == page_of(client))
 
     def _free(self, which: Callable[[str, float], bool]) -> list[Place]:
-        places = [p for p, (page, _, since) in self._taken.items() if which(page, since)]
+        places = [p for p, (page, _, since) in self._locked.items() if which(page, since)]
         for place in places:
-            del self._taken[place]
+            del self._locked[place]
         return places
 
     def rename(self, old: str, new: str) -> None:
         """Carry the locks of a renamed sheet over to its new name."""
-        self._taken = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._taken.items()}
+        self._locked = {(new if p[0] == old else p[0], *p[1:]): held for p, held in self._locked.items()}
 
     def others(self, client: str, sheet: str) -> list[str]:
         """Return the names of those who are editing a cell of a sheet on other pages."""
@@ -510,7 +510,7 @@ class WorkbookSession(Broadcaster):
         that it got, follow.
         """
         with self._lock:
-            left = self.locks.again(client)
+            left = self.locks.leave_earlier(client)
         self._tell_cells(left, but=client)
         listener = EventStream(client, name, login_key)
         listener.tell(message("program", {"version": build_id()}))
@@ -528,23 +528,23 @@ class WorkbookSession(Broadcaster):
         return listener
 
     def leave(self, listener: EventStream) -> list[Place]:
-        """End a page's event stream, release its cells and notify the other pages."""
+        """End a page's event stream, unlock its cells and notify the other pages."""
         places = super().leave(listener)
         self._tell_cells(places, but=listener.client)
         return places
 
-    def take(self, client: str, name: str, place: Place) -> str:
+    def lock(self, client: str, name: str, place: Place) -> str:
         """Lock a cell for editing; return the name of the holder if another page has it, else an empty text."""
         with self._lock:
-            holder = self.locks.take(client, name, place)
+            holder = self.locks.lock(client, name, place)
         if not holder:
             self._tell_cells([place], but=client)
         return holder
 
-    def release(self, client: str, place: Place) -> None:
-        """Release a cell, and notify the other pages."""
+    def unlock(self, client: str, place: Place) -> None:
+        """Unlock a cell, and notify the other pages."""
         with self._lock:
-            self.locks.release(client, place)
+            self.locks.unlock(client, place)
         self._tell_cells([place], but=client)
 
     def _tell_cells(self, places: Sequence[Place], but: str) -> None:
@@ -554,7 +554,7 @@ class WorkbookSession(Broadcaster):
                 self.tell("grid", self._rows(Changed(sheet, touched=(row,))), but=but)
 
     def poll(self) -> None:
-        """Check whether another program has changed the file, and release cells that were locked too long ago."""
+        """Check whether another program has changed the file, and unlock cells that were locked too long ago."""
         with self._lock:
             expired = self.locks.expire()
         self._tell_cells(expired, but="")

@@ -223,13 +223,13 @@ def change(name: str, action: str) -> Response:
     elif action == "test":
         session.tests.soon(asked=True)
     elif action == "unlock":
-        session.release(client, _place(given, given))
+        session.unlock(client, _place(given, given))
     elif action == "lock":
-        if holder := session.take(client, author, _place(given, given)):
-            return jsonify({"message": N_("{name} is editing this cell.", name=holder), "taken": True})
+        if holder := session.lock(client, author, _place(given, given)):
+            return jsonify({"message": N_("{name} is editing this cell.", name=holder), "locked": True})
     else:
         if "unlock" in given:  # an edit of a cell ends its editing and moves the cursor, without further requests
-            session.release(client, _place(given, given["unlock"]))
+            session.unlock(client, _place(given, given["unlock"]))
         if "stand" in given:
             session.stand(client, author, _place(given, given["stand"]))
         return jsonify(session.change(client, author, tag, partial(_make, session, author, action, given), request_id))

@@ -93,7 +93,7 @@ export class Grid {
     const column = this.table.sheetColumn(k);
     if (!on) this.drafts.drop();
     const answer = await this.server[on ? "lock" : "unlock"](row, column);
-    if (answer.taken && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
+    if (answer.locked && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
       this.editor.contest();
       this.say(t("{why} Whoever ends second is asked which text stays.", { why: answer.message }), true);
     }
@@ -103,7 +103,7 @@ export class Grid {
   refused(answer, action, body) {
     this.say(answer.message, "error");
     if (answer.clashes?.length) conflict(this, answer.clashes);
-    else if (action === "cells" && !answer.taken) {
+    else if (action === "cells" && !answer.locked) {
       this.takeBack(body.cells);
       lost(this, answer.message, body.cells);
     }

@@ -14,7 +14,7 @@ export class Spoken {
     this.grid = grid;
     this.page = page;
     this.line = document.getElementById("spoken");
-    this.taken = new Set();
+    this.locked = new Set();
     this.untag([grid.table.grid]);
     this.name(grid.table.rows);
     grid.table.grid.addEventListener("rrp:rows", ({ detail }) => this.came(detail.came));
@@ -64,8 +64,8 @@ export class Spoken {
       for (const cell of row.cells) {
         const place = `${row.id} ${cell.cellIndex}`;
         const tag = cell.querySelector(".name-tag");
-        if (tag && !this.taken.has(place)) this.say(`${tag.textContent}: ${this.grid.table.address(cell)}`);
-        this.taken[tag ? "add" : "delete"](place);
+        if (tag && !this.locked.has(place)) this.say(`${tag.textContent}: ${this.grid.table.address(cell)}`);
+        this.locked[tag ? "add" : "delete"](place);
       }
     }
   }
