@@ -88,7 +88,7 @@ def show(page: PageData) -> str:
     return render_template(page.template, page=page)
 
 
-def said(error: SheetsError) -> str:
+def error_text(error: SheetsError) -> str:
     """Return what an error says is wrong, and what to do about it."""
     return sentences(error.message, error.remedy)
 

@@ -14,7 +14,7 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.replay.replaying import Stopped, replay_apart
 from rrp_sheets.texts import N_
-from rrp_sheets.web.models import said
+from rrp_sheets.web.models import error_text
 
 ASKED_WITHIN = 20.0  # s: a page that waits asks every half second
 _KEPT = 8  # accounts
@@ -85,7 +85,7 @@ class Replays:
         except Stopped as error:
             job.trouble, job.given_up = str(error), True
         except SheetsError as error:
-            job.trouble = said(error)
+            job.trouble = error_text(error)
         except OSError as error:
             job.trouble = N_("It cannot be read ({why}).", why=error.strerror)
         else:

@@ -16,7 +16,7 @@ from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import SOMEBODY, said
+from rrp_sheets.web.models import SOMEBODY, error_text
 from rrp_sheets.web.run_state import Line, RunState
 from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession, message
 
@@ -390,7 +390,7 @@ class RunManager:
             try:
                 self.start(run.session, run.book, run.again())
             except SheetsError as error:
-                run.session.tell("trouble", {"message": said(error)})
+                run.session.tell("trouble", {"message": error_text(error)})
 
     def _checked(self, session: WorkbookSession) -> None:
         if run := self.going_run(session):

@@ -25,7 +25,7 @@ from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.completions import vocabulary
-from rrp_sheets.web.models import said
+from rrp_sheets.web.models import error_text
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests
@@ -402,9 +402,9 @@ class WorkbookSession(Broadcaster):
             rows = {c.row for c in refused.clashes}
             found = {name: tuple(filter(grid.has, rows)) for name, grid in self.document.grids.items()}
             fresh = [self._rows(Changed(name, touched=mine)) for name, mine in found.items() if mine]
-            return {"message": said(refused), "clashes": [asdict(c) for c in refused.clashes], "rows": fresh}
+            return {"message": error_text(refused), "clashes": [asdict(c) for c in refused.clashes], "rows": fresh}
         except SheetsError as error:  # the file itself: gone, or no workbook any more
-            return {"message": said(error)}
+            return {"message": error_text(error)}
         if changed is None:
             return {"message": ""}
         self.author = author
@@ -474,7 +474,7 @@ class WorkbookSession(Broadcaster):
             try:
                 analysis = analyse(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
-                self.tell("trouble", {"message": said(error)})
+                self.tell("trouble", {"message": error_text(error)})
                 with self._lock:
                     self._analysis = replace(self._analysis, checked=True)
                 continue
@@ -565,7 +565,7 @@ class WorkbookSession(Broadcaster):
         try:
             changes = self.document.poll()
         except SheetsError as error:
-            trouble = said(error)
+            trouble = error_text(error)
             if trouble != self._trouble:  # once, not every second
                 self._trouble = trouble
                 self.tell("trouble", {"message": trouble})
@@ -659,7 +659,7 @@ class OpenWorkbooks:
                 try:
                     self._journal = self._journal or Journal(self.folder)
                 except SheetsError as error:
-                    why = said(error)
+                    why = error_text(error)
                 document = Document(path, self._journal, why)
                 self._sessions[path.name] = WorkbookSession(document, self._worker, self._tester)
                 self.opened(self._sessions[path.name])

@@ -25,7 +25,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import WORKBOOK
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.web.models import both, said, show
+from rrp_sheets.web.models import both, error_text, show
 from rrp_sheets.web.requests import author_name, confirm_download, page_language, workbook_or_404
 from rrp_sheets.web.run_store import line_of, when
 from rrp_sheets.web.services import Services, services
@@ -83,7 +83,7 @@ def compare() -> str:
         try:
             result = _result(refs, words)
         except SheetsError as error:
-            trouble = said(error)
+            trouble = error_text(error)
     book = books[0] if len(books) == 1 else ""
     return show(ComparePage(groups, first, second, book, result, trouble))
 
@@ -120,7 +120,7 @@ def act(name: str, action: str) -> str:
     try:
         notice = (_keep if action == "keep" else _restore)(session)
     except SheetsError as error:
-        return show(versions_page(session, name, said(error), failed=True))
+        return show(versions_page(session, name, error_text(error), failed=True))
     return show(versions_page(session, name, notice))
 
 

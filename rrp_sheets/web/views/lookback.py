@@ -15,7 +15,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.texts import sentences
-from rrp_sheets.web.models import KindText, said, script_json, show
+from rrp_sheets.web.models import KindText, error_text, script_json, show
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
@@ -80,7 +80,7 @@ def page(run: str) -> str:
         try:
             answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
         except SheetsError as error:
-            answer = {"sheets": [], "why": said(error)}
+            answer = {"sheets": [], "why": error_text(error)}
     sheets = []
     for number, sheet in enumerate(answer["sheets"]):
         rows = tuple(_row(f"r{number}-{row[0]}", row, sheet["kinds"]) for row in sheet["rows"])
@@ -103,7 +103,7 @@ def part(run: str, what: str, number: int) -> Response:
     try:
         return Response(services().lookback_queries.lookback(place, what, number), mimetype="application/json")
     except SheetsError as error:
-        return Response(json.dumps({"trouble": said(error)}), status=422, mimetype="application/json")
+        return Response(json.dumps({"trouble": error_text(error)}), status=422, mimetype="application/json")
 
 
 @blueprint.get("/runs/<run>/lookback/picture/<int:number>.jpg")
@@ -123,7 +123,7 @@ def diagram(run: str, number: int) -> str:
     try:
         return show(DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), ""))
     except SheetsError as error:
-        return show(DrawnSheet(Markup(), said(error)))
+        return show(DrawnSheet(Markup(), error_text(error)))
 
 
 def _row(ident: str, row: list[Any], kinds: Mapping[str, str]) -> RanRow:

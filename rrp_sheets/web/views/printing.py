@@ -20,7 +20,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
 from rrp_sheets.render.texts import texts
 from rrp_sheets.texts import LANGUAGES, language_code
-from rrp_sheets.web.models import date_and_time, said, show
+from rrp_sheets.web.models import date_and_time, error_text, show
 from rrp_sheets.web.protocol_printer import Wanted
 from rrp_sheets.web.requests import confirm_download
 from rrp_sheets.web.services import services
@@ -93,7 +93,7 @@ def protocol(name: str) -> str:
     try:
         preview = services().printer.preview(_wanted(name, request.args))
     except SheetsError as error:
-        return show(ProtocolPart(None, {}, {}, Markup(""), said(error)))
+        return show(ProtocolPart(None, {}, {}, Markup(""), error_text(error)))
     words = texts(preview.pack.language).entries
     mine = {entry.removeprefix("pack."): text for entry, text in words.items() if entry.startswith("pack.")}
     drawn = {name: Markup(svg) for name, svg in preview.pictures.items()}  # our own drawing, with all texts escaped
@@ -107,7 +107,7 @@ def pdf_ready(name: str) -> Response:
     try:
         return jsonify({"notes": _pdf(book, request.args)[1]})
     except SheetsError as error:
-        return jsonify({"trouble": said(error)})
+        return jsonify({"trouble": error_text(error)})
 
 
 @blueprint.get("/book/<name>/print/protocol.pdf")

@@ -16,7 +16,7 @@ from rrp_sheets.recording import exporting
 from rrp_sheets.recording.folder import describe
 from rrp_sheets.recording.metadata import RunMetadata, clock, length, newest_first
 from rrp_sheets.texts import N_, listed, sentences
-from rrp_sheets.web.models import both, said, show
+from rrp_sheets.web.models import both, error_text, show
 from rrp_sheets.web.requests import rows_asked, run_or_404, seconds_of
 from rrp_sheets.web.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
@@ -211,7 +211,7 @@ def pair() -> str:
     try:
         answer = services().exporter.ask(both(names), "pair_table", *(places[f.run] for f in metadata))
     except SheetsError as error:
-        trouble = said(error)
+        trouble = error_text(error)
     same = bool(metadata[0].digest) and metadata[0].digest == metadata[1].digest
     streams = tuple(_stream(stream) for stream in answer["streams"])
     return show(PairPage(lines, tuple(_beside(metadata, lines)), same, streams, Markup(answer["svg"]), trouble))
@@ -235,7 +235,7 @@ def record(run: str) -> str:
         try:
             answer = services().queries.course(place)
         except SheetsError as error:
-            trouble = said(error)
+            trouble = error_text(error)
     entries = answer.get("lines", ())
     log = tuple(_log_line(entry) for entry in entries[:_LOG])
     seconds = max(metadata.seconds, float(answer.get("seconds", 0.0)))
@@ -278,7 +278,7 @@ def marbles(run: str) -> str:
     try:
         answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
     except SheetsError as error:
-        trouble = said(error)
+        trouble = error_text(error)
     if not trouble and not answer["pictures"]:
         trouble = N_("Nothing came on any stream then.")
     return show(MarblesPage(

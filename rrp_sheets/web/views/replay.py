@@ -15,7 +15,7 @@ from markupsafe import Markup
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE, WORKBOOK
 from rrp_sheets.texts import N_, sentences
-from rrp_sheets.web.models import said, show
+from rrp_sheets.web.models import error_text, show
 from rrp_sheets.web.replay_jobs import ReplayJob
 from rrp_sheets.web.requests import run_or_404
 from rrp_sheets.web.run_store import RunLine, line_of
@@ -110,7 +110,7 @@ def _result(run: str, ref: str) -> ReplayResult:
 
         job = shared.replays.job((run, ref, stamp), place, other)
     except SheetsError as error:
-        return ReplayResult(address, False, 0, said(error))
+        return ReplayResult(address, False, 0, error_text(error))
     if not job.over:
         return ReplayResult(address, True, round(100 * job.part))
     if job.trouble:

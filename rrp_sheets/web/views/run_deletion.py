@@ -11,7 +11,7 @@ from flask import Blueprint, request
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_, listed, sentences
-from rrp_sheets.web.models import date_in_words, plural, said, show
+from rrp_sheets.web.models import date_in_words, error_text, plural, show
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import printable
@@ -67,7 +67,7 @@ def delete() -> str:
     try:
         return show(_deleted_page(participant, names))
     except SheetsError as error:  # told where it was asked for
-        return show(DeletePage(participant, "", notice=said(error), failed=True))
+        return show(DeletePage(participant, "", notice=error_text(error), failed=True))
 
 
 def _asked(participant: str | None) -> tuple[str, list[str]]:

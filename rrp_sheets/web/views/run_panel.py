@@ -11,7 +11,7 @@ from werkzeug.exceptions import BadRequest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.robots import robot_names
 from rrp_sheets.texts import N_
-from rrp_sheets.web.models import SOMEBODY, said, show
+from rrp_sheets.web.models import SOMEBODY, error_text, show
 from rrp_sheets.web.requests import (
     Asked,
     author_name,
@@ -66,9 +66,9 @@ def start(name: str) -> tuple[Response, int]:
         services().run_manager.start(session, name, _options(json_body()))
     except RobotBusy as taken:
         where = url_for("run_panel.panel", name=taken.book)
-        return jsonify({"message": said(taken), "book": taken.book, "where": where}), 409
+        return jsonify({"message": error_text(taken), "book": taken.book, "where": where}), 409
     except SheetsError as error:
-        return jsonify({"message": said(error)}), 409
+        return jsonify({"message": error_text(error)}), 409
     return jsonify({"where": url_for("run_panel.panel", name=name)}), 200
 
 

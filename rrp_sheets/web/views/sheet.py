@@ -29,7 +29,7 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.models import Head, KindText, MessagePage, counts, said, script_json, show
+from rrp_sheets.web.models import Head, KindText, MessagePage, counts, error_text, script_json, show
 from rrp_sheets.web.requests import (
     Asked,
     author_name,
@@ -388,7 +388,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
             try:
                 drawing = Markup(analysis.drawing(behaviour))
             except SheetsError as error:
-                why = said(error)
+                why = error_text(error)
             words = explain(analysis.graph, analysis.workbook, [behaviour])[0]
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),

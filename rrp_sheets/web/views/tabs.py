@@ -13,7 +13,7 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.sheet_edits import proposed_name
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.web.models import both, said, show
+from rrp_sheets.web.models import both, error_text, show
 from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
 from rrp_sheets.web.workbook_session import WorkbookSession
 from rrp_sheets.workbook.schema import TITLES, is_single
@@ -67,7 +67,7 @@ def about(name: str, sheet: str) -> Response:
     try:
         named = document.sheets.naming(sheet)
     except SheetsError as error:
-        return jsonify({"message": said(error)})
+        return jsonify({"message": error_text(error)})
     grid = document.grids.get(sheet)
     rows = sum(bool(grid.texts[row]) for row in list(grid.rows)) if grid is not None else None
     more = len(named) - MOST_NAMED

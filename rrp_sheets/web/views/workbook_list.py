@@ -24,7 +24,7 @@ from rrp_sheets.robots.media_files import SUFFIXES as PICTURES
 from rrp_sheets.services import bundles
 from rrp_sheets.services.bundles import Bundle, catalogue_note, has_bundle_suffix, is_device, unpack
 from rrp_sheets.texts import N_, listed, sentences
-from rrp_sheets.web.models import KindText, both, counts, plural, said, show
+from rrp_sheets.web.models import KindText, both, counts, error_text, plural, show
 from rrp_sheets.web.run_store import RunLine, RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
@@ -277,7 +277,7 @@ def act(action: str) -> Response:
     try:
         notice, made = _ACTIONS[action](repository)
     except SheetsError as error:
-        return Response(show(shelf_page(repository, said(error), failed=True, sort=sort)))
+        return Response(show(shelf_page(repository, error_text(error), failed=True, sort=sort)))
     answer = Response(show(shelf_page(repository, notice, sort=sort, made=made)))
     if action in ("new", "tutorial"):  # one wants to write in it now
         answer.headers["HX-Redirect"] = url_for("sheet.page", name=made)
