@@ -49,8 +49,7 @@ from rrp_sheets.private import close_to_others, opener, private_folder
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet, SetCell
-from rrp_sheets.workbook.files import Stamp, clean_up, edit, open_book, refuse_open_file, write_atomically
-from rrp_sheets.workbook.files import stamp_of as file_stamp
+from rrp_sheets.workbook.files import Stamp, clean_up, edit, open_book, refuse_open_file, stamp_of, write_atomically
 from rrp_sheets.workbook.raw import Extent, RawSheet
 from rrp_sheets.workbook.schema import recognise
 
@@ -469,7 +468,7 @@ class WorkFile:
     def reading(self) -> Reading:
         """The workbook as its file said it when it was last read: its rows may be newer than those of the document."""
         if self._reading is None:
-            self._read_stamp = stamp_of(self.path)
+            self._read_stamp = stamp_if_there(self.path)
             self._reading = read(self.path)
             if self._reading.digest != self.digest:
                 self._stamp = None  # another program wrote it at the moment when it was stored
@@ -481,7 +480,7 @@ class WorkFile:
 
     def sheets(self) -> tuple[RawSheet, ...]:
         """The sheets as they stand there, without understanding them."""
-        stamp = stamp_of(self.path)
+        stamp = stamp_if_there(self.path)
         sheets, self.digest = raw_sheets(self.path)
         self._stamp = stamp
         return tuple(sheets)
@@ -496,7 +495,7 @@ class WorkFile:
 
     def has_changed(self) -> bool:
         """Return whether another program has written other contents into it; `reading` is then the new one."""
-        if stamp_of(self.path) == self._stamp:
+        if stamp_if_there(self.path) == self._stamp:
             return False
         self._reading = None
         if self.reading.digest != self.digest:
@@ -517,7 +516,7 @@ class WorkFile:
             self._stamp = None  # another program may have changed it since the last look: the next one reads it
             raise Refused(error.message, error.remedy) from error
         self.journal.stored(seq, self.path.name, edited.digest)
-        self.digest, self._stamp, self._reading = edited.digest, stamp_of(self.path), None
+        self.digest, self._stamp, self._reading = edited.digest, stamp_if_there(self.path), None
         return edited.kept
 
     def made(self, request: str) -> bool:
@@ -566,7 +565,7 @@ class WorkFile:
             raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
         try:
             refuse_open_file(self.path)
-            stamp = file_stamp(self.path)
+            stamp = stamp_of(self.path)
             if all(v.digest != self.digest for v in self.versions()):
                 self.keep_version(author, f"Before {name} came back")
             write_atomically(self.path, content, unchanged=stamp)
@@ -621,10 +620,10 @@ def take_over(
     return found, changes
 
 
-def stamp_of(path: Path) -> Stamp | None:
+def stamp_if_there(path: Path) -> Stamp | None:
     """Return the stamp of a file, by which a change of it is noticed; None when it is not there."""
     try:
-        return file_stamp(path)
+        return stamp_of(path)
     except OSError:
         return None
 

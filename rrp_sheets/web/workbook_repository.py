@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 
 from rrp_sheets import api
-from rrp_sheets.documents.document import stamp_of
+from rrp_sheets.documents.document import stamp_if_there
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import N_
@@ -72,7 +72,7 @@ class WorkbookRepository:
     def is_text(self, name: str) -> bool:
         """Return whether a file is readable Markdown prose, such as a README, and not a workbook."""
         path = self.folder / name
-        stamp = None if path.suffix.casefold() == ".xlsx" else stamp_of(path)
+        stamp = None if path.suffix.casefold() == ".xlsx" else stamp_if_there(path)
         if stamp is None or not path.resolve().is_relative_to(self.folder.resolve()):
             return False
         known = self._prose.get(name)
@@ -93,7 +93,7 @@ class WorkbookRepository:
     def open(self, name: str) -> CheckedWorkbook:
         """Read and check a workbook; raises SheetsError when it cannot be read, or its name leads out of the folder."""
         path = self.path(name)
-        stamp = stamp_of(path)
+        stamp = stamp_if_there(path)
         with self._lock:
             found = self._kept.get((name, stamp)) if stamp else None
         if found is None:

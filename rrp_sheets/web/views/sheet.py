@@ -79,7 +79,7 @@ class Panels:
         problems: the number of each, also on its flag in the diagram, the id of its row if that is shown, and the
             finding; `left_out` is the number of those that are not listed.
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
-        picture: the behaviour's number, under which the diagram is a file of its own; 0 for none.
+        diagram_number: the number of the behaviour, under which the diagram is a file of its own; 0 for none.
         words: the description of the behaviour, if there can be one.
         checked: False while the first check is under way.
     """
@@ -94,7 +94,7 @@ class Panels:
     words: BehaviourText | None
     why: str
     checked: bool
-    picture: int
+    diagram_number: int
     tests: TestsPanel | None
 
 
@@ -393,7 +393,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
         left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
-        checked=analysis.checked, picture=number, tests=panel_of(session.tests, session.document, sheet),
+        checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
     )  # fmt: skip
 
 
