@@ -1,4 +1,4 @@
-// Requests to the server, and the line on which it tells what happens: how they are sent and sent again, who asks, and why
+// Requests to the server, and the connection on which it tells what happens: how they are sent and sent again, who asks, and why
 // there is no answer, in words.
 
 import { button, make } from "./elements.js";
@@ -18,10 +18,10 @@ const STOPPED = { // why an edit waits for a person, by status
   404: t("The workbook was renamed or moved. Copy your changes, then open it from the shelf."),
 };
 const TOO_MUCH = t("That is too much at once. Paste it in smaller pieces.");
-const RECONNECT_MS = 5000; // before the next try of the line of events
-const MOST_TRIES = 120; // of the line in a row: some ten minutes
-const FINAL = new Set([403, 404]); // statuses of the line that nothing changes by itself
-const LOST = { // why there is no line, by status
+const RECONNECT_MS = 5000; // before the next try of the connection
+const MOST_TRIES = 120; // of the connection, in a row: some ten minutes
+const FINAL = new Set([403, 404]); // statuses of the connection that nothing changes by itself
+const LOST = { // why there is no connection, by status
   403: t("This browser is signed out. Open the link that the server prints, or log in; then choose Try again."),
   404: t("The workbook was renamed or moved. Go to the shelf."),
   503: t("So many pages are open that this one is not told what happens. Close another one; this one then goes on by itself."),
@@ -71,7 +71,7 @@ export async function once(url, text) {
 }
 
 let wake = () => {};
-for (const event of ["rrp:again", "rrp:line"]) document.addEventListener(event, ({ detail }) => detail?.lost || wake());
+for (const event of ["rrp:again", "rrp:connection"]) document.addEventListener(event, ({ detail }) => detail?.lost || wake());
 window.addEventListener("online", () => wake());
 
 /** Send it until there is an answer. `tell` is told why there is none yet, then with an empty text that there is one. */
@@ -94,7 +94,7 @@ export async function deliver(url, text, tell) {
   }
 }
 
-/** Wait so many milliseconds, or until a person or the line to the server says that it can be tried again. */
+/** Wait so many milliseconds, or until a person or the connection to the server says that it can be tried again. */
 function until(milliseconds) {
   return new Promise((resume) => {
     const timer = milliseconds === undefined ? 0 : setTimeout(resume, milliseconds);
@@ -206,11 +206,14 @@ export function ownName(operates = true) {
   return operates && !isNamed(name) ? settings.kept().operator || name : name;
 }
 
-/** The phases of a run that Stop ends. */
-export const canBeStopped = (phase) => ["starting", "running", "paused"].includes(phase);
-
-/** The phases of a run in which it does what people ask for: presses, marks, moves of things. */
-export const takesActions = (phase) => ["running", "paused"].includes(phase);
+// What holds in which phase of a run: none, starting, running, paused, stopping, finishing, ended; looking while one looks back.
+const inPhases = (...phases) => (phase) => phases.includes(phase);
+export const canBeStopped = inPhases("starting", "running", "paused");
+export const takesActions = inPhases("running", "paused"); // presses, marks, moves of things
+export const isEnding = inPhases("stopping", "finishing");
+export const isUnderWay = inPhases("running", "paused", "stopping", "finishing"); // the camera may see something new
+export const hasAges = inPhases("running", "stopping", "finishing"); // the values in the rows grow older
+export const hasLights = inPhases("running", "paused", "stopping", "looking"); // rows that give something light up in the diagram
 
 /** Do an action; gives the server's answer, with a `message` and the `status` when it was refused or could not be reached. */
 export async function ask(action, body = {}) {
@@ -235,15 +238,15 @@ export async function stop() {
   document.dispatchEvent(new CustomEvent("rrp:stop", { detail: answer }));
 }
 
-// The line on which the page is told what happens: says so when it is missing (and tells `rrp:line`), and tries again for some
+// The connection on which the page is told what happens: says so when it is missing (and tells `rrp:connection`), and tries again for some
 // minutes, then when somebody wants it (`rrp:again`) or looks at the page again.
 
 export function listening(listen) {
-  const line = document.createElement("p");
-  line.id = "line-lost";
-  line.className = "line-lost";
-  line.setAttribute("role", "status");
-  document.body.append(line);
+  const notice = document.createElement("p");
+  notice.id = "line-lost";
+  notice.className = "line-lost";
+  notice.setAttribute("role", "status");
+  document.body.append(notice);
 
   let tries = 0;
   let last = 0;
@@ -252,15 +255,15 @@ export function listening(listen) {
   const lost = (status, words) => {
     tries += 1;
     last = status;
-    line.textContent = words || (LOST[status] ?? LOST[0]);
-    document.dispatchEvent(new CustomEvent("rrp:line", { detail: { lost: true } }));
+    notice.textContent = words || (LOST[status] ?? LOST[0]);
+    document.dispatchEvent(new CustomEvent("rrp:connection", { detail: { lost: true } }));
   };
   listen.addEventListener("htmx:sse:before:connection", (event) => over() && event.preventDefault());
   listen.addEventListener("htmx:sse:after:connection", () => {
     tries = 0;
     stopped = false;
-    line.textContent = "";
-    document.dispatchEvent(new CustomEvent("rrp:line", { detail: { lost: false } }));
+    notice.textContent = "";
+    document.dispatchEvent(new CustomEvent("rrp:connection", { detail: { lost: false } }));
     // htmx closes the event stream of a hidden page on "visibilitychange", but listens for that only once the stream is
     // open: a page that is hidden by now would keep it
     if (document.hidden) setTimeout(() => document.dispatchEvent(new Event("visibilitychange")));
@@ -282,7 +285,7 @@ export function listening(listen) {
   function over() {
     if (!stopped && tries && (FINAL.has(last) || tries > MOST_TRIES)) {
       stopped = true;
-      line.append(" ", button(t("Try again"), () => document.dispatchEvent(new Event("rrp:again"))));
+      notice.append(" ", button(t("Try again"), () => document.dispatchEvent(new Event("rrp:again"))));
     }
     return stopped;
   }

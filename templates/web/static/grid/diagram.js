@@ -1,6 +1,8 @@
 // The diagram beside the grid: zoom, keys, the way from a box to its row and back. The server draws it anew after each
 // edit and morphs it in; what is kept here (zoom, place, where the keys are) is put back on the new one.
 
+import { hasLights } from "../api.js";
+
 const LEAST_TEXT = 8; // px: at first the smallest words are not made smaller to fit the width, it scrolls instead
 const SMALLEST = 8; // of the words in the picture, in its own units
 const UNIT = 96 / 72; // px of one of the picture's units at zoom 1
@@ -271,7 +273,7 @@ export function lights(svg, table = () => document.querySelector("table[role=gri
       t = 0;
     }
     id = detail.id;
-    going = ["running", "paused", "stopping", "looking"].includes(detail.phase);
+    going = hasLights(detail.phase);
     show();
   });
   document.addEventListener("rrp:live", ({ detail }) => {

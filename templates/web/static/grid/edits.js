@@ -20,8 +20,8 @@ export class Server {
     this.secret = randomId(12); // begins the ids of our requests, which nobody else can guess
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
-    this.made = new Map(); // row id → number of its newest look that came; of two looks that cross, the later made one stays
-    this.held = new Map(); // row id → what came for it while an edit of ours was on its way
+    this.made = new Map(); // row id → number of its newest HTML that came; of two that cross, the later made one stays
+    this.postponed = new Map(); // row id → what came for it while an edit of ours was on its way
     this.order = new Order(table, Number(grid.dataset.version));
     this.chain = Promise.resolve();
     this.dropped = new Set(); // tags of what is not to be sent any more
@@ -141,15 +141,15 @@ export class Server {
     for (const [row, mine] of this.waiting) if (mine === tag) this.waiting.delete(row);
   }
 
-  /** Show the newest look of a row; while an edit of ours is on its way to it, keep it until the answer is here. */
+  /** Show the newest HTML of a row; while an edit of ours is on its way to it, keep it until the answer is here. */
   show(id, html, made = Infinity) {
     if (made < (this.made.get(id) ?? 0)) return;
     if (Number.isFinite(made)) this.made.set(id, made);
     if (this.waiting.has(id)) {
-      this.held.set(id, html);
+      this.postponed.set(id, html);
       return;
     }
-    this.held.delete(id);
+    this.postponed.delete(id);
     const row = this.table.row(id);
     if (row) this.table.replace(row, parse(html));
     else this.order.replaceAside(id, parse(html)[0]);
@@ -173,7 +173,7 @@ export class Server {
     if (change.order) this.order.take(change.order);
     const settled = last && this.order.settle(change.tag);
     for (const { id, html } of change.replace ?? []) this.show(id, html, change.made);
-    for (const [id, html] of this.held) if (!this.waiting.has(id)) this.show(id, html);
+    for (const [id, html] of this.postponed) if (!this.waiting.has(id)) this.show(id, html);
     this.shown(before, change, Boolean(change.order || change.insert || settled) && this.order.show());
   }
 

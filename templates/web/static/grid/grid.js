@@ -474,7 +474,7 @@ export class Table {
     this.changed();
   }
 
-  /** Its newest look may be told before what has come or gone above it: where a row stands, only those say. */
+  /** Its newest HTML may be told before what has come or gone above it: where a row stands, only those say. */
   replace(row, rows) {
     if (rows.length === 1) {
       rows[0].cells[0].textContent = row.cells[0].textContent;

@@ -48,7 +48,7 @@ export function bar(root) {
     state = detail;
     show();
   });
-  document.addEventListener("rrp:line", ({ detail }) => {
+  document.addEventListener("rrp:connection", ({ detail }) => {
     lost = detail.lost;
     show();
   });

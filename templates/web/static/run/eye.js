@@ -1,5 +1,6 @@
 // The picture of the robot's camera, renewed as it comes, with the detections of its sensors in it.
 
+import { isUnderWay } from "../api.js";
 import { element } from "../elements.js";
 import { t } from "../texts.js";
 
@@ -47,7 +48,7 @@ export function eye(root) {
   let last = -Infinity; // ms: when a picture was asked for
   let seconds = 0;
 
-  const going = () => ["running", "paused", "stopping", "finishing"].includes(phase);
+  const going = () => isUnderWay(phase);
   const forget = () => {
     seen.clear();
     newest = asked = shown = { number: 0, at: 0 };

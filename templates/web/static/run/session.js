@@ -43,7 +43,7 @@ export function session(root) {
     if (detail.phase !== "paused") for (const button of press.children) count(button, Number(button.dataset.n));
     enable();
   });
-  document.addEventListener("rrp:line", ({ detail }) => {
+  document.addEventListener("rrp:connection", ({ detail }) => {
     lost = detail.lost;
     enable();
   });
@@ -144,7 +144,7 @@ export function scene(root) {
     running = takesActions(detail.phase);
     enable();
   });
-  document.addEventListener("rrp:line", ({ detail }) => {
+  document.addEventListener("rrp:connection", ({ detail }) => {
     lost = detail.lost;
     enable();
   });

@@ -1,7 +1,7 @@
 // Live values in the grid: in the column of the examples each row shows its newest value, how old it is, and its error.
 // Only the bodies of the table that are in sight are drawn; the others are known and cost nothing.
 
-import { canBeStopped } from "../api.js";
+import { canBeStopped, hasAges } from "../api.js";
 import { make, put } from "../elements.js";
 import { t } from "../texts.js";
 import { age, clock, now } from "./time.js";
@@ -61,7 +61,7 @@ export function values(grid) {
     drawAll();
   });
   setInterval(() => {
-    if (["running", "stopping", "finishing"].includes(state.phase) && !document.hidden) drawAll();
+    if (hasAges(state.phase) && !document.hidden) drawAll();
   }, 200);
 
   function live() {
