@@ -287,7 +287,7 @@ def known_things() -> Sequence[str]:
 def choose_random_numbers(
     actions: Sequence[SceneAction], seed: int
 ) -> tuple[tuple[SceneAction, ...], tuple[tuple[int, str], ...]]:
-    """The actions with a number for each range, and by row in words what was drawn; the same numbers for the same seed.
+    """Return the actions with a number for each range, and by row in words which; the same numbers for the same seed.
 
     Each number depends on the seed and its own cell alone: a row more or less changes no other.
 
