@@ -39,6 +39,36 @@ def test_f1_explains_what_stands_in_the_cell_and_gives_the_focus_back(shelf: Boo
         becomes(lambda: grid.page.evaluate("document.activeElement.getAttribute('role')"), "gridcell")
 
 
+def test_help_on_what_is_being_typed_leaves_it_as_it_is(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    grid.checked()
+    editor, panel = grid.page.locator(".editor textarea"), grid.page.locator("#help")
+    grid.go("D9")
+    grid.page.keyboard.type('"a" & ABS(')
+    grid.press("F1")
+    expect(panel.locator("h3").first).to_have_text("ABS(value)")
+    expect(editor).to_have_value('"a" & ABS(')
+    panel.locator("a:text-is('functions')").first.click()  # which is another piece of help
+    expect(panel.locator("h3").first).not_to_have_text("ABS(value)")
+    expect(editor).to_have_value('"a" & ABS(')
+    grid.press("Escape")
+    expect(panel).to_be_hidden()
+    grid.page.keyboard.type("3")
+    grid.page.click("[data-do=help]")
+    expect(panel).to_be_visible()
+    grid.press("Escape")
+    grid.type(")")
+    grid.expect("D9", '"a" & ABS(3)')
+    becomes(lambda: grid.here, "D10")
+    grid.page.keyboard.type("half")
+    grid.press("F1")
+    expect(panel).to_be_visible()
+    grid.page.locator("[data-do=find]").focus()  # whatever else has the focus ends it
+    grid.expect("D10", "half")
+    expect(editor).to_have_count(0)
+    grid.page.click("#help [data-help-close]")
+
+
 HELPED = {
     "T": [
         HEADER,
