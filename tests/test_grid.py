@@ -120,6 +120,16 @@ def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
     grid.status("1 column did not fit in and was left out.")
 
 
+def test_a_blank_cell_that_is_copied_empties_where_it_is_pasted(grid) -> None:
+    for key, address in ("c", "F3"), ("x", "E2"):
+        grid.go("F2")
+        grid.press(f"Control+{key}")
+        grid.go(address)
+        grid.press("Control+v")
+        becomes(lambda address=address: grid.text(address), "")
+    assert [r[3] for r in grid.rows()] == ["", "Close ball", "Head tracker"]
+
+
 def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> None:
     """Quotes, line breaks of all kinds, tabs within quotes, a formula that begins with a quote, a last line break."""
     cells = [["a\tb", 'q"q', "l1\nl2"], ['"near" & x', "", "é日本"], ["", "", ""]]

@@ -190,10 +190,10 @@ function closes(source, open) {
   return false;
 }
 
-/** The text of some rows of cells: each ends with a line break, so that a last blank one is there too; one cell has none. */
+/** The text of some rows of cells: each ends with a line break, so that a last blank one is there too; one filled cell has none. */
 export function format(rows) {
   const lines = rows.map((cells) => cells.map(quote).join("\t"));
-  return rows.length === 1 && rows[0].length === 1 ? lines[0] : `${lines.join("\n")}\n`;
+  return rows.length === 1 && rows[0].length === 1 && lines[0] ? lines[0] : `${lines.join("\n")}\n`;
 }
 
 function quote(text) {
