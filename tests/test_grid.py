@@ -195,6 +195,29 @@ def test_keys_that_select_fill_and_break_lines(grid) -> None:
     grid.expect("C2", "map")
 
 
+def test_the_cursor_stays_when_rows_columns_or_all_are_selected_and_deleted(grid) -> None:
+    selected = grid.page.locator("td[aria-selected]")
+    every = grid.page.locator("tbody tr").count() * 6
+    rows = ("Shift+ ", 6), ("Control+Shift+ArrowDown", 12), ("Shift+ArrowUp", 6), ("Shift+ArrowDown", 12)
+    columns = ("Control+ ", every // 6), ("Shift+ArrowRight", every // 3), ("Control+a", every)
+    for steps in rows, columns:
+        grid.go("C3")
+        for keys, count in steps:
+            grid.press(keys)
+            expect(selected).to_have_count(count)
+            becomes(lambda: grid.here, "C3")
+    grid.press("Control+-")
+    becomes(lambda: (grid.here, grid.text("C3")), ("C3", ""))
+    assert grid.rows() == []
+    grid.press("Control+z")
+    grid.expect("C3", "filter")
+    grid.go("D2")
+    grid.press("Shift+ArrowDown", "Control+-")
+    becomes(lambda: (grid.here, grid.text("C2")), ("D3", "subscribe"))
+    grid.type("9")
+    becomes(lambda: (grid.text("D3"), grid.here), ("9", "D4"))
+
+
 def test_the_fill_handle_repeats_the_selection(grid) -> None:
     grid.go("F3")
     handle = grid.page.locator(".fill-handle").bounding_box()
