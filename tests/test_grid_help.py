@@ -81,7 +81,7 @@ HELPED = {
     ],
     "Helpers": [
         ["Name", "Inputs", "Formula", "Notes"],
-        ["Is near", "distance, limit", "=CLAMP(distance; 0; limit)", ""],
+        ["Is near", "distance, limit", "=CLAMP(distance; 0; limit)", "limit is in metres\n<b>see `SMOOTH`</b>"],
         ["近い", "a, b", "a + b", ""],
         ["Round", "x", "x * 10", ""],
     ],
@@ -107,6 +107,7 @@ def test_f1_on_a_call_of_a_helper_explains_the_helper_first(shelf: Books) -> Non
     grid.press("F1")
     expect(panel.locator(".help-topic").first).to_contain_text("A helper of this workbook: Helpers!A2.")
     expect(panel.locator(".help-topic pre").first).to_have_text("CLAMP(distance; 0; limit)\n")
+    expect(panel.locator("h4:text-is('Notes') ~ p")).to_have_text(["limit is in metres", "<b>see SMOOTH</b>"])
     grid.press("Escape")
     grid.page.click(".tabs a:text-is('Helpers')")
     grid.page.wait_for_selector("body[data-ready] table.of-helpers")
