@@ -142,8 +142,8 @@ function withoutHeaders(lines, table, left) {
     }
     const known = places.filter((k) => k !== undefined);
     const whole = required.length > 0 && required.every((k) => known.includes(k));
-    const only = known.length === line.filter((text) => text.trim()).length;
-    return known.length > 1 && (whole || only) ? places : null;
+    const others = line.filter((text) => text.trim()).length - known.length;
+    return known.length > 1 && (whole || 2 * others <= known.length) ? places : null;
   }
 }
 
