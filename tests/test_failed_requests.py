@@ -22,13 +22,15 @@ from rrp_sheets.web.requests import Lan
 ROWS = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]
 BOOKS = {"a.xlsx": {"T": [HEADER, *ROWS]}, "b.xlsx": {"T": [HEADER, ROWS[0]]}}
 AWAY = "The server cannot be reached. Check that the program is running, then try again."
+GONE = "It is not there any more: somebody renamed, moved or deleted it."
+SIGNED_OUT = "You are not logged in any more, or the program was started again."
 FAULT = "<main class='page message' id='main'><h1>A fault</h1><p>It broke.</p><p>→ Report it.</p></main>"
 PLACES = {
     "/book/a.xlsx/print": ("**/print/protocol?*", ".paper-table", 500, FAULT, "It broke. Report it."),
-    "/runs/one": ("**/runs/one/marbles?*", ".marble-form", 502, "<h1>Bad</h1>", "The server answered with an error (502)"),
-    "/compare?first=book/a.xlsx&second=book/b.xlsx": ("**/compare/drawn**", "main svg", 500, FAULT, "It broke."),
-    "/runs/one/replay": ("**/replay/result*", ".replay-verdict", 404, FAULT, "It is not there any more"),
-    "/runs/one/lookback": ("**/lookback/diagram/**", ".ran-diagram svg", 403, FAULT, "You are not logged in any more"),
+    "/runs/one": ("**/runs/one/marbles?*", ".marble-form", 502, "<h1>Bad</h1>", "The server answered with an error (502)."),
+    "/compare?first=book/a.xlsx&second=book/b.xlsx": ("**/compare/drawn**", "main svg", 500, FAULT, "It broke. Report it."),
+    "/runs/one/replay": ("**/replay/result*", ".replay-verdict", 404, FAULT, GONE),
+    "/runs/one/lookback": ("**/lookback/diagram/**", ".ran-diagram svg", 403, FAULT, SIGNED_OUT),
 }  # fmt: skip
 FORMS = {
     "/": ("**/shelf/new", "form.new-book", ("name", "made")),
@@ -60,14 +62,15 @@ def test_a_piece_that_does_not_come_is_told_and_asked_for_again(page: Any, addre
     page.unroute(pattern)
     page.route(pattern, lambda route: route.fulfill(status=status, body=body, content_type="text/html"))
     trouble.get_by_role("button", name="Try again").click()
-    expect(trouble).to_contain_text(words)
+    remedy = "Reload the page" if status in (403, 404) else "Try again"
+    expect(trouble).to_have_text(f"{words} {remedy}")
     expect(page.locator("main h1", has_text="A fault")).to_have_count(0)
     expect(page.locator("main h1", has_text="Bad")).to_have_count(0)
     if address.endswith("print"):  # what is not there is not printed, and not said to be drawn
         expect(page.get_by_role("button", name="Print this page")).to_be_disabled()
         expect(page.locator("[data-ready]")).to_be_empty()
     page.unroute(pattern)
-    trouble.get_by_role("button", name="Try again").click()
+    trouble.get_by_role("button", name=remedy).click()
     expect(page.locator(content).first).to_be_visible()
     expect(trouble).to_have_count(0)
 

@@ -120,6 +120,16 @@ def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
     grid.status("1 column did not fit in and was left out.")
 
 
+def test_a_blank_cell_that_is_copied_empties_where_it_is_pasted(grid) -> None:
+    for key, address in ("c", "F3"), ("x", "E2"):
+        grid.go("F2")
+        grid.press(f"Control+{key}")
+        grid.go(address)
+        grid.press("Control+v")
+        becomes(lambda address=address: grid.text(address), "")
+    assert [r[3] for r in grid.rows()] == ["", "Close ball", "Head tracker"]
+
+
 def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> None:
     """Quotes, line breaks of all kinds, tabs within quotes, a formula that begins with a quote, a last line break."""
     cells = [["a\tb", 'q"q', "l1\nl2"], ['"near" & x', "", "é日本"], ["", "", ""]]
@@ -183,6 +193,29 @@ def test_keys_that_select_fill_and_break_lines(grid) -> None:
     assert not any(any(row) for row in grid.rows())
     grid.press("Control+z")
     grid.expect("C2", "map")
+
+
+def test_the_cursor_stays_when_rows_columns_or_all_are_selected_and_deleted(grid) -> None:
+    selected = grid.page.locator("td[aria-selected]")
+    every = grid.page.locator("tbody tr").count() * 6
+    rows = ("Shift+ ", 6), ("Control+Shift+ArrowDown", 12), ("Shift+ArrowUp", 6), ("Shift+ArrowDown", 12)
+    columns = ("Control+ ", every // 6), ("Shift+ArrowRight", every // 3), ("Control+a", every)
+    for steps in rows, columns:
+        grid.go("C3")
+        for keys, count in steps:
+            grid.press(keys)
+            expect(selected).to_have_count(count)
+            becomes(lambda: grid.here, "C3")
+    grid.press("Control+-")
+    becomes(lambda: (grid.here, grid.text("C3")), ("C3", ""))
+    assert grid.rows() == []
+    grid.press("Control+z")
+    grid.expect("C3", "filter")
+    grid.go("D2")
+    grid.press("Shift+ArrowDown", "Control+-")
+    becomes(lambda: (grid.here, grid.text("C2")), ("D3", "subscribe"))
+    grid.type("9")
+    becomes(lambda: (grid.text("D3"), grid.here), ("9", "D4"))
 
 
 def test_the_fill_handle_repeats_the_selection(grid) -> None:

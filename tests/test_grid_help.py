@@ -39,6 +39,36 @@ def test_f1_explains_what_stands_in_the_cell_and_gives_the_focus_back(shelf: Boo
         becomes(lambda: grid.page.evaluate("document.activeElement.getAttribute('role')"), "gridcell")
 
 
+def test_help_on_what_is_being_typed_leaves_it_as_it_is(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    grid.checked()
+    editor, panel = grid.page.locator(".editor textarea"), grid.page.locator("#help")
+    grid.go("D9")
+    grid.page.keyboard.type('"a" & ABS(')
+    grid.press("F1")
+    expect(panel.locator("h3").first).to_have_text("ABS(value)")
+    expect(editor).to_have_value('"a" & ABS(')
+    panel.locator("a:text-is('functions')").first.click()  # which is another piece of help
+    expect(panel.locator("h3").first).not_to_have_text("ABS(value)")
+    expect(editor).to_have_value('"a" & ABS(')
+    grid.press("Escape")
+    expect(panel).to_be_hidden()
+    grid.page.keyboard.type("3")
+    grid.page.click("[data-do=help]")
+    expect(panel).to_be_visible()
+    grid.press("Escape")
+    grid.type(")")
+    grid.expect("D9", '"a" & ABS(3)')
+    becomes(lambda: grid.here, "D10")
+    grid.page.keyboard.type("half")
+    grid.press("F1")
+    expect(panel).to_be_visible()
+    grid.page.locator("[data-do=find]").focus()  # whatever else has the focus ends it
+    grid.expect("D10", "half")
+    expect(editor).to_have_count(0)
+    grid.page.click("#help [data-help-close]")
+
+
 HELPED = {
     "T": [
         HEADER,
@@ -51,7 +81,7 @@ HELPED = {
     ],
     "Helpers": [
         ["Name", "Inputs", "Formula", "Notes"],
-        ["Is near", "distance, limit", "=CLAMP(distance; 0; limit)", ""],
+        ["Is near", "distance, limit", "=CLAMP(distance; 0; limit)", "limit is in metres\n<b>see `SMOOTH`</b>"],
         ["近い", "a, b", "a + b", ""],
         ["Round", "x", "x * 10", ""],
     ],
@@ -77,6 +107,7 @@ def test_f1_on_a_call_of_a_helper_explains_the_helper_first(shelf: Books) -> Non
     grid.press("F1")
     expect(panel.locator(".help-topic").first).to_contain_text("A helper of this workbook: Helpers!A2.")
     expect(panel.locator(".help-topic pre").first).to_have_text("CLAMP(distance; 0; limit)\n")
+    expect(panel.locator("h4:text-is('Notes') ~ p")).to_have_text(["limit is in metres", "<b>see SMOOTH</b>"])
     grid.press("Escape")
     grid.page.click(".tabs a:text-is('Helpers')")
     grid.page.wait_for_selector("body[data-ready] table.of-helpers")

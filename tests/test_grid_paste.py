@@ -72,6 +72,29 @@ def test_a_pasted_part_with_its_headers_is_known_and_a_header_row_alone_changes_
     assert rows(grid) == [*ROWS, ["", "", "map", "1 + 1", "", ""], ["", "", "", "2 + 2", "", ""]]
 
 
+def test_japanese_header_rows_are_left_out_too(shelf: Books) -> None:
+    grid = shelf.open(EMPTY)
+    paste(
+        grid,
+        "A2",
+        ["出力ストリーム", "入力ストリーム", "コネクタ", "数式"],
+        ["Distance", "Red ball", "map", "redBall.distance"],
+    )
+    expect(grid.page.locator("#status")).to_have_text(f"{OURS} The cells went to the columns of the same names.")
+    grid.expect("B2", "Red ball")
+    assert rows(grid) == [["", "Red ball", "map", "redBall.distance", "Distance", ""]]
+
+
+def test_a_header_row_without_a_column_and_with_an_unknown_one_is_known_when_most_are_headers(shelf: Books) -> None:
+    grid = shelf.open(EMPTY)
+    paste(grid, "A2", ["Output stream", "Connector", "Input streams", "Who"], ["Distance", "map", "Red ball", "Aya"])
+    expect(grid.page.locator("#status.is-warning")).to_have_text(
+        f"{OURS} The cells went to the columns of the same names. Not pasted, as this sheet has no such column: Who."
+    )
+    grid.expect("B2", "Red ball")
+    assert rows(grid) == [["", "Red ball", "map", "", "Distance", ""]]
+
+
 def test_what_only_looks_like_a_header_row_is_pasted(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
     block = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -100,3 +101,14 @@ def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed
     expect(error).to_have_text("Not now.")
     grid.passes(6)
     expect(grid.line).to_be_empty()
+
+
+def test_an_error_goes_when_what_was_wrong_is_over(grid: Timed, folder: Path) -> None:
+    path = folder / "a.xlsx"
+    whole = path.read_bytes()
+    error = grid.page.locator("#status.is-error")
+    for wrong, words in ((lambda: path.write_bytes(whole[: len(whole) // 2]), "is damaged"), (path.unlink, "a.xlsx")):
+        wrong()
+        expect(error).to_contain_text(words)
+        path.write_bytes(whole)
+        expect(grid.line).to_be_empty()

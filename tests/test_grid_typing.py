@@ -380,6 +380,32 @@ def test_what_is_typed_survives_going_back_and_is_thrown_away_when_asked(shelf: 
     becomes(lambda: grid.text("F4"), "")
 
 
+def test_what_waits_behind_an_undo_is_among_what_is_not_saved_and_offered_after_a_reload(shelf: Books) -> None:
+    grid = noted(shelf, "far")
+    grid.page.route("**/undo", lambda route: route.abort())
+    grid.press("Control+z")
+    grid.type("important")
+    grid.page.keyboard.type("twoo")
+    grid.press("Backspace")
+    grid.type(" lines", "Alt+Enter")
+    grid.page.evaluate(PASTE, "pasted")
+    expect(grid.page.locator(".unsent b")).to_have_text("3 changes are not saved.")
+    grid.page.get_by_role("button", name="Show changes").click()
+    dialog = grid.page.get_by_label("Changes that are not saved")
+    expect(dialog.locator("textarea")).to_have_value("Undo\nimportant\ntwo lines\npasted")
+    dialog.get_by_role("button", name="Close").click()
+    grid.page.unroute("**/undo")
+    grid.page.reload()
+    expect(grid.page.locator(f"{DIALOG} textarea")).to_have_value("important\ntwo lines\npasted")
+    expect(grid.page.locator(DIALOG)).to_contain_text("it is not saved. Copy your text")
+    grid.page.locator(DIALOG).get_by_role("button", name="Close").click()
+    grid.expect("F3", "near")
+    grid.saved()
+    grid.page.reload()
+    grid.page.wait_for_selector("body[data-ready]")
+    expect(grid.page.locator(DIALOG)).to_have_count(0)
+
+
 def test_what_was_typed_into_a_row_that_is_gone_can_be_copied(shelf: Books) -> None:
     aya, mika = shelf.two()
     typing(aya, "F4", "not to be lost")

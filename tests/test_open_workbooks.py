@@ -160,3 +160,24 @@ def test_others_are_told_that_a_cell_is_free_which_was_left_open_for_long(
     session.poll()
     assert free_cells_told(other) == [first_cell(session)[1]]
     assert not session.lock("other.1", "Ben", first_cell(session))
+
+
+def test_pages_are_told_when_what_was_wrong_with_the_file_is_over(
+    open_workbooks: OpenWorkbooks, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_workbooks.session(open_workbooks.folder / "b.xlsx")
+    checks: list[bool] = []
+    monkeypatch.setattr(session, "check_soon", lambda: checks.append(True))
+    page, whole = session.join("mine.1", "Aya"), session.document.path.read_bytes()
+
+    def told(contents: bytes) -> list[dict[str, str]]:
+        session.document.path.write_bytes(contents)
+        page.messages.clear()
+        session.poll()
+        return [json.loads(m.partition("data: ")[2]) for m in list(page.messages) if "event: trouble\n" in m]
+
+    (trouble,) = told(whole[: len(whole) // 2])
+    assert "is damaged" in trouble["message"]
+    assert told(whole[: len(whole) // 2]) == []
+    assert told(whole) == [{"message": "", "over": trouble["message"]}]
+    assert checks  # what was checked and tested meanwhile was not the whole file

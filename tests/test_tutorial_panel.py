@@ -192,3 +192,16 @@ def test_when_their_process_is_killed_that_is_said_and_the_next_check_runs_them_
     assert here.tests.marks("A") == {}
     here.run()  # as after the next check: nobody has asked for it
     assert [t.state for t in here.tests.results.tests] == ["passes"] and not here.tests.results.stale
+
+
+def test_tests_run_again_when_a_file_that_was_read_half_written_is_whole(page: Callable[..., Page]) -> None:
+    here = page(GOOD, A=HOLDS)
+    whole = here.document.path.read_bytes()
+    here.document.path.write_bytes(whole[: len(whole) // 2])
+    here.run()
+    panel = panel_of(here.tests, here.document, "Talk")
+    assert panel is not None and "is damaged" in panel.notes[0] and not panel.lines
+    here.document.path.write_bytes(whole)
+    here.run()
+    panel = panel_of(here.tests, here.document, "Talk")
+    assert panel is not None and panel.count == "Test passed" and not panel.notes

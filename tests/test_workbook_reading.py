@@ -126,7 +126,12 @@ def test_formula_cells_are_cleaned_but_their_texts_are_kept(markdown, typed: str
 
 
 @pytest.mark.parametrize(
-    "header", ["from | OPERATOR | parameter formula | to", "Inputs|Connector|Formula|OUTPUT_stream"]
+    "header",
+    [
+        "from | OPERATOR | parameter formula | to",
+        "Inputs|Connector|Formula|OUTPUT_stream",
+        "入力ストリーム | コネクター | 式 | 出力ストリーム",
+    ],
 )
 def test_synonyms_of_headers(markdown, header: str) -> None:  # type: ignore[no-untyped-def]
     reading = markdown(f"## A\n| {header} |\n|---|---|---|---|\n| x | map | 1 | Y |")

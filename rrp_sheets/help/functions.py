@@ -50,12 +50,14 @@ def one_function(function: Function) -> Iterator[str]:
 
 
 def one_helper(helper: Helper) -> Iterator[str]:
-    """A helper of a workbook: usage, where it stands, its formula."""
+    """A helper of a workbook: usage, where it stands, its formula, its notes."""
     name = argument_name(helper.name.text)
     inputs = "; ".join(argument_name(i.text) for i in helper.inputs)
     yield heading(f"{name}({inputs})" if inputs else name)
     yield paragraph(f"A helper of this workbook: {helper.name.address}. Its formula:")
     yield lines([helper.formula.text.removeprefix("=").strip() or "(blank)"])
+    if notes := helper.remarks.get("Notes", ""):
+        yield titled("Notes", *(paragraph(line) for line in notes.splitlines() if line.strip()))
 
 
 def usage(function: Function) -> str:

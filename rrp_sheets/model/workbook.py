@@ -64,11 +64,12 @@ class Device:
 
 @dataclass(frozen=True, slots=True)
 class Helper:
-    """A row of the Helpers sheet; without inputs it is a named constant."""
+    """A row of the Helpers sheet; without inputs it is a named constant. `remarks` are as in `Row`."""
 
     name: Cell
     inputs: tuple[Cell, ...]
     formula: Cell
+    remarks: Mapping[str, str] = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

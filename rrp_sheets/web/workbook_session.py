@@ -342,7 +342,7 @@ class WorkbookSession(Broadcaster):
         self._renderers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
         self._answers = Answers()
-        self._trouble = ""
+        self._troubles: dict[str, str] = {}  # what is wrong with the file and with its check, in words
         self._write_block = ""
         self.author = ""  # of the newest edit
         self._made = time.time_ns() // 1_000_000  # grows with each version of a row: a page keeps the later one of two
@@ -474,10 +474,11 @@ class WorkbookSession(Broadcaster):
             try:
                 analysis = analyse(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
-                self.tell("trouble", {"message": error_text(error)})
+                self._trouble("check", error_text(error))
                 with self._lock:
                     self._analysis = replace(self._analysis, checked=True)
                 continue
+            self._trouble("check", "")
             with self._lock:
                 self._analysis = analysis
             for name in list(self.document.grids):
@@ -565,13 +566,19 @@ class WorkbookSession(Broadcaster):
         try:
             changes = self.document.poll()
         except SheetsError as error:
-            trouble = error_text(error)
-            if trouble != self._trouble:  # once, not every second
-                self._trouble = trouble
-                self.tell("trouble", {"message": trouble})
+            self._trouble("file", error_text(error))
             return
-        self._trouble = ""
+        if self._trouble("file", ""):
+            self.check_soon()  # what was checked and tested meanwhile was not the whole file
         self._tell_changes(changes)
+
+    def _trouble(self, about: str, now: str) -> bool:
+        """Tell the pages what is wrong, or that it is over when `now` is empty; return whether that is new."""
+        with self._lock:
+            before, self._troubles[about] = self._troubles.get(about, ""), now
+        if now != before:
+            self.tell("trouble", {"message": now, "over": before})
+        return now != before
 
     def _tell_changes(self, changes: Sequence[Changed]) -> None:
         """Send the rows that another program has changed, and make pages of reshaped sheets reload."""

@@ -222,9 +222,9 @@ class WorkbookTests:
         version = self._document.version
         try:
             answer = self._tester.run(self._document.path, PATIENT if asked else QUICK)
-        except SheetsError as error:  # where their process was ended from outside, they are not to blame
+        except SheetsError as error:  # an unreadable file, or a process that was ended from outside, is no slow test
             results = Results(why=sentences(error.message, error.remedy))
-            self._slow = not (isinstance(error, WorkerError) and error.gone)
+            self._slow = isinstance(error, WorkerError) and not error.gone
         else:
             self._slow = bool(answer.late)
             results = self._understood(answer)

@@ -75,7 +75,7 @@ class Column:
         kind: a key of `CELLS`.
         width: in characters, in a new workbook.
         prompt: shown in the cells by spreadsheet programs.
-        synonyms: other accepted headers.
+        synonyms: other accepted headers; Japanese ones too, but for sheets whose headers many other tables have.
         help: the topic that F1 shows.
         offers: title of the drop-down's list.
         choices: entries of that list, when they are always the same.
@@ -162,49 +162,51 @@ class SheetKind:
 
 
 _NOTES = Column(
-    "Notes", "notes", 32, N_("Anything you want to remember. The robot does not read it."), synonyms=("Comment",),
-    help="keys", required=False, effect=False,
+    "Notes", "notes", 32, N_("Anything you want to remember. The robot does not read it."),
+    ("Comment", "メモ", "注記", "備考"), "keys", required=False, effect=False,
 )  # fmt: skip
 BEHAVIOUR = SheetKind("behaviour", "Behaviour", N_("a behaviour"), "D5E5EF", (
     Column("Input streams", "inputs", 22, N_("What this row listens to: a sensor, or the output of another row. "
            "Several are separated by commas. Blank: the output of the row above."),
-           ("Inputs", "Input", "From"), "devices", "Streams", known=("Output stream", "Streams", "Sensors")),
+           ("Inputs", "Input", "From", "入力ストリーム", "入力"), "devices", "Streams",
+           known=("Output stream", "Streams", "Sensors")),
     Column("Connector", "connector", 15, N_("What this row does with the input: map calculates, filter lets "
-           "pass, subscribe lets the robot act."), ("Operator",), "connectors", "Connectors", known=("Connectors",)),
+           "pass, subscribe lets the robot act."), ("Operator", "コネクター", "コネクタ"), "connectors",
+           "Connectors", known=("Connectors",)),
     Column("Formula", "formula", 36, N_("A calculation with the inputs, such as redBall.distance < 0.5. A space in a "
-           "stream's name is left out: Red ball is redBall. No = is needed."), ("Parameter", "Parameter formula"),
-           "formulas"),
+           "stream's name is left out: Red ball is redBall. No = is needed."),
+           ("Parameter", "Parameter formula", "式", "数式"), "formulas"),
     Column("Output stream", "output", 20, N_("A new name for the result; for subscribe the actuator that acts. "
-           "Blank: the next row takes it."), ("Output", "To"), "devices", "Streams"),
-    Column("On", "on", 8, N_("FALSE switches this row off. Blank is on."), help="keys", offers="On or off",
+           "Blank: the next row takes it."), ("Output", "To", "出力ストリーム", "出力"), "devices", "Streams"),
+    Column("On", "on", 8, N_("FALSE switches this row off. Blank is on."), ("有効",), "keys", offers="On or off",
            choices=(CellChoice("TRUE"), CellChoice("FALSE", N_("skips the row"))), required=False),
     _NOTES,
     Column("Priority", "amount", 9, N_("A number: the larger one wins when two rows want the same part of the robot. "
-           "Blank is 0."), help="priority", required=False, offered=False),
+           "Blank is 0."), ("優先度",), "priority", required=False, offered=False),
 ), any_name=True)  # fmt: skip
 DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
-    Column("Stream", "text", 24, N_("The name you give this sensor or actuator; behaviours use it.")),
-    Column("Device", "device", 24, N_("Which sensor or actuator of the robot it is."), help="devices",
+    Column("Stream", "text", 24, N_("The name you give this sensor or actuator; behaviours use it."), ("ストリーム",)),
+    Column("Device", "device", 24, N_("Which sensor or actuator of the robot it is."), ("デバイス",), "devices",
            offers="All devices", known=("All devices",)),
     _NOTES,
 ), other=Column("", "setting", 18, N_("The setting {header}; blank is the usual one."), help="devices",
                 offers="{header}", required=False),
    usual=(Column("Text", "setting", 38, N_("What the robot says."), help="devices"),))  # fmt: skip
 HELPERS = SheetKind("helpers", "Helpers", N_("the list of helpers"), "E9E2F0", (
-    Column("Name", "helper", 24, N_("The helper's name; write it into the Formula of a row."), help="helpers"),
+    Column("Name", "helper", 24, N_("The helper's name; write it into the Formula of a row."), ("名前",), "helpers"),
     Column("Inputs", "parameters", 24, N_("Names for what the helper calculates with, separated by commas. Blank: a "
-           "constant.")),
-    Column("Formula", "formula", 46, N_("The calculation, with the names of Inputs."), help="formulas"),
+           "constant."), ("入力",)),
+    Column("Formula", "formula", 46, N_("The calculation, with the names of Inputs."), ("式", "数式"), "formulas"),
     _NOTES,
 ))  # fmt: skip
 SCENE = SheetKind("scene", "Scene", N_("the scene"), "F4E8D3", (
     Column("Time (s)", "amount", 14, N_("Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
-           help="scene"),
+           ("時間（秒）",), "scene"),
     Column("Thing", "actor", 18, N_("Who or what: Red ball, Blue cup, Table, Person or a name, Light, Operator, …"),
-           help="scene", offers="Thing"),
-    Column("Does", "verb", 18, N_("What happens: appears, moves, says, touches, …"), help="scene", offers="Does"),
+           ("対象",), "scene", offers="Thing"),
+    Column("Does", "verb", 18, N_("What happens: appears, moves, says, touches, …"), ("動作",), "scene", offers="Does"),
     Column("Value", "value", 34, N_("Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
-           help="scene"),
+           ("値",), "scene"),
     _NOTES,
 ))  # fmt: skip
 GESTURES = SheetKind("gestures", "Gestures", N_("the list of gestures"), "F4E8D3", (
@@ -214,11 +216,12 @@ GESTURES = SheetKind("gestures", "Gestures", N_("the list of gestures"), "F4E8D3
 ), other=Column("", "angle", 15, N_("{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. "
                 "Blank: on its way."), required=False))  # fmt: skip
 TEST = SheetKind("test", "Test", N_("a test"), "F1DFDF", (
-    Column("Time (ms)", "amount", 12, N_("Milliseconds after the start."), help="tests"),
-    Column("Stream", "tested", 24, N_("The stream that gets the value, or that is looked at."), help="tests",
-           offers="Streams"),
-    Column("Send", "send", 28, N_("What arrives: a value, or the fields of a sensor: distance=0.3; x=0"), help="tests"),
-    Column("Expect", "expect", 28, N_("What must come out: a value, any, or nothing."), help="tests"),
+    Column("Time (ms)", "amount", 12, N_("Milliseconds after the start."), ("時間（ミリ秒）",), "tests"),
+    Column("Stream", "tested", 24, N_("The stream that gets the value, or that is looked at."), ("ストリーム",),
+           "tests", offers="Streams"),
+    Column("Send", "send", 28, N_("What arrives: a value, or the fields of a sensor: distance=0.3; x=0"),
+           ("送信",), "tests"),
+    Column("Expect", "expect", 28, N_("What must come out: a value, any, or nothing."), ("期待",), "tests"),
     _NOTES,
 ), any_name=True)  # fmt: skip
 PROTOCOL = SheetKind("protocol", "Protocol", N_("the protocol"), "E3E6E9", (

@@ -252,7 +252,12 @@ def _priority(table: OwnTable, line: FilledRow) -> float:
 def read_helpers(table: OwnTable) -> tuple[model.Helper, ...]:
     """The rows of a Helpers sheet."""
     return tuple(
-        model.Helper(table.cell(line, "Name"), table.names(table.cell(line, "Inputs")), table.cell(line, "Formula"))
+        model.Helper(
+            table.cell(line, "Name"),
+            table.names(table.cell(line, "Inputs")),
+            table.cell(line, "Formula"),
+            table.remarks(line),
+        )
         for line in table.shown_lines()
     )
 

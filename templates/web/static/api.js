@@ -9,8 +9,8 @@ const PAUSES_S = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // before the ne
 const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
 const SERVER = t("The server cannot be reached. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
-  403: t("You are not logged in any more, or the program was started again. Reload the page."),
-  404: t("It is not there any more: somebody renamed, moved or deleted it. Reload the page."),
+  403: t("You are not logged in any more, or the program was started again."),
+  404: t("It is not there any more: somebody renamed, moved or deleted it."),
 };
 const STOPPED = { // why an edit waits for a person, by status
   0: t("The server cannot be reached. Start it again, then choose Try again."),
@@ -111,29 +111,38 @@ export function refusal(status) {
   return status ? t("The server refused this ({status}). Reload the page.", { status }) : t("The server cannot be reached.");
 }
 
-/** The reason why there is nothing to show; the server's own words where it has any. */
-export function why({ status, text }) {
-  if (!status) return SERVER;
-  if (status < 400) return t("The answer could not be shown. Reload the page.");
-  if (WORDS[status]) return WORDS[status];
+/** The reason why there is nothing to show, and what to do; the server's own words where it has any. */
+export function why(answer) {
+  const { words, remedy } = reason(answer);
+  return [words, remedy].filter(Boolean).join(" ");
+}
+
+/** The reason in words, and what to do about it (`remedy`, which a button may say instead): `reload` tells which. */
+function reason({ status, text }) {
+  if (!status) return { words: SERVER };
+  const old = status < 400 ? t("The answer could not be shown.") : WORDS[status];
+  if (old) return { words: old, remedy: t("Reload the page."), reload: true };
   const page = new DOMParser().parseFromString(text ?? "", "text/html");
   const told = [...page.querySelectorAll("main.message > p:not(.line)")].map((p) => p.textContent.replace(/^→\s*/, ""));
-  return told.join(" ") || t("The server answered with an error ({status}). Try again.", { status });
+  if (told.length) return { words: told.join(" ") };
+  return { words: t("The server answered with an error ({status}).", { status }), remedy: t("Try again.") };
 }
 
 // Requests by hx-* attributes: an error is told in words where the answer would have been, and never shown as if
 // it were the answer (`noSwap` in parts.html). The line of events (#listen) tells of itself, see `listening`.
 
-/** Tell it in the place that waits for the answer, or behind the form that asked. */
-function tell(source, words) {
-  const line = make("p", words);
+/** Tell it in the place that waits for the answer, with a button that does something about it, or behind the form that asked. */
+function tell(source, answer) {
+  const plain = source.matches("form") || source.id === "panels";
+  const { words, reload } = reason(answer);
+  const line = make("p", plain ? why(answer) : words);
   line.className = "notice is-error";
   line.setAttribute("role", "alert");
   line.dataset.trouble = "";
   clear(source);
   if (source.matches("form")) return source.after(line);
   if (source.id === "panels") return source.prepend(line);
-  const again = button(t("Try again"), () => {
+  const again = reload ? button(t("Reload the page"), () => location.reload(), "button small") : button(t("Try again"), () => {
     source.replaceChildren(t("Asking again …"));
     source.setAttribute("aria-busy", "true");
     htmx.ajax("GET", source.getAttribute("hx-get"), { source, target: source, swap: source.getAttribute("hx-swap") });
@@ -153,7 +162,7 @@ const asks = (source) => source?.isConnected && source.id !== "listen" && source
 document.addEventListener("htmx:before:request", ({ detail: { ctx } }) => asks(ctx.sourceElement) && clear(ctx.sourceElement));
 document.addEventListener("htmx:finally:request", ({ detail: { ctx } }) => {
   const failed = ctx.response?.status >= 400 || ctx.status.startsWith("error"); // an error has no response: unreachable, too late
-  if (failed && asks(ctx.sourceElement)) tell(ctx.sourceElement, why({ status: ctx.response?.status, text: ctx.text }));
+  if (failed && asks(ctx.sourceElement)) tell(ctx.sourceElement, { status: ctx.response?.status, text: ctx.text });
 });
 
 // The identity of this page: the same after it was loaded again or left and come back to, so that one's own cells stay one's own.

@@ -35,9 +35,9 @@ export const COMMANDS = [
   { at: "cell", keys: ["PageDown"], run: ({ selection }, { shiftKey }) => selection.step(selection.page, 0, shiftKey) },
   { told: "Shift + any of these", help: "selects cells on the way" },
   { told: "Shift + Space, Ctrl + Space, Ctrl + A", help: "selects the row, the column, everything",
-    at: "cell", keys: ["Shift+Space"], run: ({ selection, table }) => selection.spread(selection.box().top, 0, selection.box().bottom, table.width - 1) },
-  { at: "cell", keys: ["Ctrl+Space"], run: ({ selection, table }) => selection.spread(0, selection.box().left, table.rows.length - 1, selection.box().right) },
-  { at: "cell", keys: ["Ctrl+a"], run: ({ selection, table }) => selection.spread(0, 0, table.rows.length - 1, table.width - 1) },
+    at: "cell", keys: ["Shift+Space"], run: ({ selection, table }) => selection.surround(selection.box().top, 0, selection.box().bottom, table.width - 1) },
+  { at: "cell", keys: ["Ctrl+Space"], run: ({ selection, table }) => selection.surround(0, selection.box().left, table.rows.length - 1, selection.box().right) },
+  { at: "cell", keys: ["Ctrl+a"], run: ({ selection, table }) => selection.surround(0, 0, table.rows.length - 1, table.width - 1) },
 
   { section: "Editing", told: "any letter", help: "replaces what stands in the cell",
     at: "cell", keys: ["Character"], run: ({ editor, selection }, { key }) => editor.open(selection.cell, key) },

@@ -142,8 +142,8 @@ function withoutHeaders(lines, table, left) {
     }
     const known = places.filter((k) => k !== undefined);
     const whole = required.length > 0 && required.every((k) => known.includes(k));
-    const only = known.length === line.filter((text) => text.trim()).length;
-    return known.length > 1 && (whole || only) ? places : null;
+    const others = line.filter((text) => text.trim()).length - known.length;
+    return known.length > 1 && (whole || 2 * others <= known.length) ? places : null;
   }
 }
 
@@ -190,10 +190,10 @@ function closes(source, open) {
   return false;
 }
 
-/** The text of some rows of cells: each ends with a line break, so that a last blank one is there too; one cell has none. */
+/** The text of some rows of cells: each ends with a line break, so that a last blank one is there too; one filled cell has none. */
 export function format(rows) {
   const lines = rows.map((cells) => cells.map(quote).join("\t"));
-  return rows.length === 1 && rows[0].length === 1 ? lines[0] : `${lines.join("\n")}\n`;
+  return rows.length === 1 && rows[0].length === 1 && lines[0] ? lines[0] : `${lines.join("\n")}\n`;
 }
 
 function quote(text) {

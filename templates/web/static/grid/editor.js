@@ -7,6 +7,7 @@ import { noteOf } from "./problems.js";
 const WORD = /[\p{L}\p{N}_]*$/u; // the one that is being typed
 const MOST_OFFERED = 12; // suggestions for what is being typed
 const MOST_AT_FIRST = 40; // suggestions before anything is typed
+const HELP = "#help, [data-do=help], [data-topic]"; // has the focus while one reads how to go on
 // words of formulas that are complete as they are, though functions begin with them
 const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "pi", "e", "and", "or", "not", "in", "if", "else", "mod", "xor"]);
 
@@ -20,6 +21,7 @@ export class Editor {
     this.context = context;
     this.done = done;
     this.field = null;
+    document.addEventListener("focusout", ({ target, relatedTarget }) => this.left(target, relatedTarget));
   }
 
   get isOpen() {
@@ -76,7 +78,6 @@ export class Editor {
     this.scold(cell);
     this.field.addEventListener("input", () => this.update(true));
     this.field.addEventListener("click", () => this.update(false));
-    this.field.addEventListener("blur", () => this.isOpen && this.close(true, null));
     this.list.addEventListener("pointerdown", (event) => {
       event.preventDefault();
       const option = event.target.closest("[role=option]");
@@ -237,6 +238,13 @@ export class Editor {
     const row = this.table.row(this.rowId);
     if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move);
     else if (keep && text !== this.was) this.context.lost(t("The row was deleted meanwhile. Copy your text, and paste it where it belongs."), text);
+  }
+
+  /** The focus goes from one element to another, or to none: that ends editing, but not while help is read. */
+  left(from, to) {
+    if (!this.isOpen || to === this.field || to?.closest(HELP)) return;
+    if (to || from === this.field) this.close(true, null);
+    else setTimeout(() => document.hasFocus() && document.activeElement === document.body && this.close(true, null)); // else its piece was renewed
   }
 
   /** The table has changed around the editor. */

@@ -27,7 +27,7 @@ export class Server {
     this.dropped = new Set(); // tags of what is not to be sent any more
     this.unlocking = null; // the cell of the unlock that was not sent yet: an edit of the cell says that too
     this.next = null; // the edit of cells that was not sent yet: it says where the cursor is, too
-    this.unsent = new Unsent(this.url, (cell) => this.address(cell));
+    this.unsent = new Unsent(this.url, (cell) => this.address(cell), hooks.held);
     for (const { id, action, text } of this.unsent.entries) { // of this tab before it was loaded again
       const body = { ...JSON.parse(text), client: this.client, tag: `${this.client}-${++this.count}` };
       this.chain = this.chain.then(() => this.post(action, body, id)).catch(() => {});
@@ -199,10 +199,11 @@ function parse(html) {
 // again in their order when the server is back. Those that cannot be sent are shown, so that they can be copied.
 
 class Unsent {
-  /** `place` gives the address of a cell `{row, column}` for people, if it is there. */
-  constructor(url, place) {
+  /** `place` gives the address of a cell `{row, column}` for people, if it is there; `held` is what waits, see pending.js. */
+  constructor(url, place, held) {
     this.url = url;
     this.place = place;
+    this.held = held;
     this.key = `unsent ${url}`;
     this.entries = this.read(); // {id, action, text}, the oldest first
     this.box = null;
@@ -250,7 +251,7 @@ class Unsent {
     if (line) line.textContent = !unsent ? t("Saved") : this.box ? t("Not saved") : t("Saving …");
     line?.classList.toggle("is-warning", unsent && Boolean(this.box));
     document.body.toggleAttribute("data-saving", unsent);
-    const count = this.entries.filter((entry) => this.told(entry)).length;
+    const count = this.entries.filter((entry) => this.told(entry)).length + this.held.texts.length;
     if (this.box) this.box.querySelector("b").textContent = tn("{n} change is not saved.", "{n} changes are not saved.", { n: count });
   }
 
@@ -272,7 +273,7 @@ class Unsent {
 
   /** All texts that are not saved, to be copied or given up. */
   offer() {
-    const lines = this.entries.map((entry) => this.told(entry)).filter(Boolean).join("\n");
+    const lines = [...this.entries.map((entry) => this.told(entry)).filter(Boolean), ...this.held.texts].join("\n");
     const area = make("textarea", lines);
     area.readOnly = true;
     area.rows = Math.min(10, lines.split("\n").length + 1);
@@ -286,6 +287,7 @@ class Unsent {
     });
     dialog.append(copy, button(t("Close"), () => dialog.close()), button(t("Discard changes"), () => {
       this.entries = [];
+      this.held.drop();
       this.tell("");
       this.keep();
       location.reload();
@@ -349,6 +351,15 @@ export class Drafts {
     this.write(drafts);
   }
 
+  /** Keep texts that wait for the server, and for which no cell is known yet; none when nothing waits any more. */
+  wait(texts) {
+    const draft = { owner: this.page.id, sheet: this.grid.server.sheet, row: this.page.client, column: -1, text: texts.join("\n") };
+    const drafts = this.read();
+    if (texts.length) drafts[keyOf(draft)] = draft;
+    else delete drafts[keyOf(draft)];
+    this.write(drafts);
+  }
+
   /** Nothing is being typed any more. */
   drop(draft = this.open) {
     this.open = null;
@@ -391,7 +402,8 @@ export class Drafts {
     text.rows = Math.min(8, draft.text.split("\n").length + 1);
     text.setAttribute("aria-label", t("What you had typed"));
     const fixed = table.grid.ariaReadOnly === "true";
-    const words = cell ? t("You had not finished {cell} when this page was left.", { cell: table.address(cell) })
+    const words = draft.column < 0 ? t("You typed this while the server did not answer, and it is not saved. Copy your text, and paste it where it belongs.")
+      : cell ? t("You had not finished {cell} when this page was left.", { cell: table.address(cell) })
       : t("You had not finished {cell}, and its row is gone now. Copy your text, and paste it where it belongs.", { cell: draft.address });
     return new Promise((resolve) => {
       const dialog = open(t("You were typing"), [make("p", words), text]);

@@ -28,6 +28,7 @@ export class Grid {
     this.whole = false; // whether all rows are here: those of a long sheet come in pieces
     this.loaded = new Promise((resolve) => (this.complete = resolve)).then(() => (this.whole = true));
     this.server = new Server(element, this.table, page.client, {
+      held: this.held,
       before: () => this.selection.indexes(),
       after: (before, change, moved) => {
         if (moved) this.spoken.renumbered();

@@ -46,7 +46,7 @@ export function help(grid) {
   }
 
   function open(topics) {
-    back = document.activeElement?.closest("#help") ? back : document.activeElement;
+    if (!document.activeElement?.closest("#help")) back = grid.editor.field ?? document.activeElement;
     show({ topic: topics });
   }
 
@@ -88,7 +88,10 @@ export function help(grid) {
     clearTimeout(waiting);
     sought = "";
     const piece = await ask(asked);
-    if (!piece) return;
+    if (!piece) {
+      if (panel.hidden) grid.editor.field?.focus({ preventScroll: true });
+      return;
+    }
     panel.replaceChildren(piece);
     panel.style.top = `${Math.max(0, document.querySelector(".runbar")?.getBoundingClientRect().bottom ?? 56)}px`; // Stop stays in sight
     panel.hidden = false;

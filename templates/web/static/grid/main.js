@@ -10,6 +10,7 @@ import { Grid } from "./grid.js";
 import { help } from "./help.js";
 import { menu } from "./menus.js";
 import { people } from "./people.js";
+import { over as retract } from "./spoken.js";
 import { sheetTabs } from "./tabs.js";
 import { splitter } from "./widths.js";
 
@@ -160,7 +161,11 @@ listen.addEventListener("notice", (event) => {
   const line = document.getElementById("notice");
   if (line) line.textContent = JSON.parse(event.detail.data).text;
 });
-listen.addEventListener("trouble", (event) => grid?.say(JSON.parse(event.detail.data).message, "error"));
+listen.addEventListener("trouble", (event) => {
+  const { message, over } = JSON.parse(event.detail.data);
+  retract(over);
+  if (message) grid?.say(message, "error");
+});
 
 document.addEventListener("click", (event) => {
   if (!grid) return; // a workbook without sheets

@@ -5,6 +5,7 @@ import { t } from "../texts.js";
 
 const TOLD_AFTER_MS = 1000; // of waiting, after which a message says that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
+const ENDS = { ends: true }; // of an action: it ends a text that waits
 const SILENT = new Set(["Dead", "Process", "Shift", "Control", "Alt", "Meta", "AltGraph"]); // they do nothing by themselves
 
 export class Held {
@@ -13,7 +14,7 @@ export class Held {
     this.jobs = 0;
     this.copies = false;
     this.copied = "";
-    this.actions = [];
+    this.actions = []; // {run, typed}: the text that it types, if any, or what it does to the one before
     this.field = document.createElement("textarea"); // takes what no key tells: an input method's text, say
     this.field.className = "only-spoken";
     this.field.tabIndex = -1;
@@ -57,17 +58,45 @@ export class Held {
     const text = this.field.value;
     this.field.value = "";
     if (!text) return;
-    this.actions.push(() => {
+    this.add(() => {
       const { editor, selection } = this.grid;
       if (editor.isOpen) document.execCommand("insertText", false, text);
       else editor.open(selection.cell, text);
-    });
+    }, text);
+  }
+
+  add(run, typed = ENDS) {
+    this.actions.push({ run, typed });
+    this.changed();
+  }
+
+  /** The texts that wait are kept over a reload, and are counted among what is not saved. */
+  changed() {
+    this.grid.drafts.wait(this.texts);
+    this.grid.server.unsent.show();
+  }
+
+  /** The texts that wait, each as it would go into a cell. */
+  get texts() {
+    const texts = [""];
+    for (const { typed } of this.actions) {
+      const text = texts.pop();
+      if (typed === ENDS) texts.push(text, "");
+      else texts.push(typed === "\b" ? [...text].slice(0, -1).join("") : text + typed);
+    }
+    return texts.filter((text) => text.trim());
+  }
+
+  /** Give up what waits. */
+  drop() {
+    this.actions = [];
+    this.changed();
   }
 
   /** Hold an action of a menu or a button while a job is under way; true if so. It then first ends an edit, as a click does. */
   takes(action) {
     if (!this.jobs || this.playing) return false;
-    this.actions.push(() => {
+    this.add(() => {
       if (this.grid.editor.isOpen) this.grid.editor.close(true, null);
       action();
     });
@@ -75,15 +104,17 @@ export class Held {
   }
 
   replay() {
+    const waited = this.actions.length > 0;
     while (this.actions.length && !this.jobs) {
-      const action = this.actions.shift();
+      const { run } = this.actions.shift();
       this.playing = true;
       try {
-        action();
+        run();
       } finally {
         this.playing = false;
       }
     }
+    if (waited) this.changed();
     if (!this.actions.length) this.copies = false;
   }
 
@@ -96,7 +127,7 @@ export class Held {
     if (!action) return;
     event.preventDefault();
     event.stopPropagation();
-    this.actions.push(action);
+    this.add(action, typedBy(event));
     this.hold();
   }
 
@@ -170,6 +201,15 @@ export class Held {
     const again = new KeyboardEvent("keydown", { ...about, bubbles: true, cancelable: true });
     if (target.dispatchEvent(again) && target === editor.field) typeInto(target, about);
   }
+}
+
+// The text that a key or a paste types; a key that ends the text before it, or takes a letter of it.
+function typedBy(event) {
+  if (event.type === "paste") return event.clipboardData.getData("text/plain");
+  if (event.type !== "keydown" || event.ctrlKey || event.metaKey) return ENDS;
+  if (event.key === "Backspace") return "\b";
+  if (event.key === "Enter" && event.altKey) return "\n";
+  return [...event.key].length === 1 ? event.key : ENDS;
 }
 
 // The browser's own effect of a key in a text field.

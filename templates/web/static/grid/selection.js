@@ -1,4 +1,5 @@
-// The selected cells: an anchor and a head, kept by row id so that they survive what others change.
+// The selected cells: an anchor and a head, which has the cursor, kept by row id so that they survive what others change. Of
+// whole rows, whole columns or everything the head is any cell within; the other corner is then `far`.
 
 export class Selection {
   constructor(table, scroll, onChange) {
@@ -7,6 +8,7 @@ export class Selection {
     this.onChange = onChange;
     this.anchor = null;
     this.head = null;
+    this.far = null;
     this.painted = [];
     this.handle = document.createElement("div");
     this.handle.className = "fill-handle";
@@ -33,8 +35,9 @@ export class Selection {
   /** The corners as indexes: rows from `top` to `bottom`, columns from `left` to `right`, all included. */
   box() {
     if (!this.head) return null;
-    const rows = [this.anchor, this.head].map((p) => this.table.at(this.table.row(p.row)));
-    const columns = [this.anchor.k, this.head.k];
+    const corners = [this.anchor, this.far ?? this.head];
+    const rows = corners.map((p) => this.table.at(this.table.row(p.row)));
+    const columns = corners.map((p) => p.k);
     return { top: Math.min(...rows), bottom: Math.max(...rows), left: Math.min(...columns), right: Math.max(...columns) };
   }
 
@@ -54,8 +57,16 @@ export class Selection {
   /** Select a cell; `extend` keeps the anchor, so that a range grows. */
   go(row, k, extend = false, focus = true) {
     if (!row) return;
+    if (extend && this.far) {
+      this.far = { row: row.id, k };
+      this.reveal(this.table.cell(row, k));
+      this.paint();
+      this.onChange(this);
+      return;
+    }
     this.leave();
     this.head = { row: row.id, k };
+    this.far = null;
     if (!extend || !this.anchor) this.anchor = this.head;
     const cell = this.cell;
     this.enter();
@@ -67,13 +78,22 @@ export class Selection {
 
   /** So many rows down and columns to the right, as far as there are any. */
   step(down, right, extend) {
-    const k = Math.min(Math.max(this.head.k + right, 0), this.table.width - 1);
-    this.go(this.table.step(this.row, down), k, extend);
+    const from = this.from(extend);
+    const k = Math.min(Math.max(from.k + right, 0), this.table.width - 1);
+    this.go(this.table.step(this.table.row(from.row), down), k, extend);
   }
 
   /** To the edge of what is filled. */
   jump(down, right, extend) {
-    this.go(...this.table.edge(this.row, this.head.k, down, right), extend);
+    const { row, k } = this.from(extend);
+    const from = this.table.row(row);
+    const [there, at] = this.table.edge(down ? from : this.row, down ? this.head.k : k, down, right);
+    this.go(down ? there : from, down ? k : at, extend);
+  }
+
+  /** What a key moves: the cursor, or the corner to which the selection grows. */
+  from(extend) {
+    return (extend && this.far) || this.head;
   }
 
   /** The rows of a page. */
@@ -108,10 +128,19 @@ export class Selection {
     this.marked = null;
   }
 
-  /** Select whole rows or everything, without leaving the head's column in view. */
+  /** Select a block; the cursor goes to its last cell. */
   spread(top, left, bottom, right) {
+    this.far = null;
     this.anchor = { row: this.table.rows[top].id, k: left };
     this.go(this.table.rows[bottom], right, true);
+  }
+
+  /** Select a block around the cursor, which stays where it is. */
+  surround(top, left, bottom, right) {
+    this.anchor = { row: this.table.rows[top].id, k: left };
+    this.far = { row: this.table.rows[bottom].id, k: right };
+    this.paint();
+    this.onChange(this);
   }
 
   reveal(cell) {
@@ -146,7 +175,7 @@ export class Selection {
 
   /** After rows were replaced or removed: find everything again, and keep the focus. */
   mend(before) {
-    for (const end of ["anchor", "head"]) {
+    for (const end of ["anchor", "head", "far"]) {
       if (this[end] && !this.table.row(this[end].row)) {
         const near = this.table.rows[Math.min(before[end], this.table.rows.length - 1)];
         this[end] = { row: near.id, k: this[end].k };
@@ -158,10 +187,10 @@ export class Selection {
     this.paint();
   }
 
-  /** The rows of anchor and head as indexes, for `mend`. */
+  /** The rows of anchor, head and far as indexes, for `mend`. */
   indexes() {
     const index = (end) => (end && this.table.row(end.row) ? this.table.at(this.table.row(end.row)) : 0);
-    return { anchor: index(this.anchor), head: index(this.head) };
+    return { anchor: index(this.anchor), head: index(this.head), far: index(this.far) };
   }
 }
 

@@ -151,6 +151,11 @@ export function status(text, kind = "told") {
   go();
 }
 
+/** What a message told of is over: it goes, if it is still there. */
+export function over(text) {
+  if (line && text && line.textContent === text) clear();
+}
+
 /** Something else was done: an error has been seen by then, or soon. */
 export function done() {
   if (!line?.classList.contains("is-error") || left !== Infinity) return;
