@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from chromium import GridPage, let_in, listening
+from chromium import PAGES, GridPage, leave, listening, set_clock
 from grid_books import TRACKING
 from playwright.sync_api import expect
 
@@ -16,29 +16,38 @@ BOOKS = {"a.xlsx": TRACKING}
 class Timed(GridPage):
     """A grid whose clock stands still but for `passes`."""
 
-    def __init__(self, browser: Any, url: str) -> None:
-        self.context = browser.new_context(viewport={"width": 1280, "height": 800})
-        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        let_in(self.context, url)
-        self.page = self.context.new_page()
-        self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.clock.install(time=0)
+    def __init__(self, page: Any) -> None:
+        self.page, self.context, self.errors = page, page.context, page.problems
+        self.line = self.page.locator("#status")
+        self._opened = 0
+
+    def open(self, url: str) -> None:
+        """Open the grid anew."""
+        self._opened += 1
+        self.page.clock.resume()
+        leave(self.page, url)
         self.page.goto(f"{url}/book/a.xlsx")
         listening(self.page)
         self.page.wait_for_selector("body[data-ready][data-words]")
-        self.page.clock.pause_at(10**9)
-        self.line = self.page.locator("#status")
+        self.page.clock.pause_at(self._opened * 10**9)
 
     def passes(self, seconds: float) -> None:
         self.page.clock.run_for(round(seconds * 1000))
 
 
+@pytest.fixture(scope="module")
+def timed(browser: Any, url: str) -> Iterator[Timed]:
+    page = PAGES.take(browser, url)
+    set_clock(page, time=0)
+    made = Timed(page)
+    yield made
+    made.close()
+
+
 @pytest.fixture
-def grid(browser: Any, url: str) -> Iterator[Timed]:
-    opened = Timed(browser, url)
-    yield opened
-    opened.close()
+def grid(timed: Timed, url: str) -> Timed:
+    timed.open(url)
+    return timed
 
 
 def test_a_message_goes_by_itself_and_the_next_one_has_its_whole_time(grid: Timed) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import becomes, until
+from chromium import becomes, requests_of, until
 from grid_books import ROWS, Books, Shared
 from playwright.sync_api import expect
 from slow_answers import SlowAnswers
@@ -578,13 +578,12 @@ def test_an_edit_of_a_cell_takes_three_requests(shelf: Books) -> None:
     grid.checked()
     with grid.page.expect_response("**/stand"):
         grid.go("F2")
-    asked: list[str] = []
-    grid.page.on("request", lambda request: asked.append(request.url.partition("/book/")[2].split("/")[1]))
     grid.page.evaluate(
         "() => { window.checks = 0; document.getElementById('listen').addEventListener('checked', () => window.checks++); }"
     )
-    grid.type("only a note")
-    grid.saved()
-    grid.page.wait_for_function("() => window.checks > 0")
-    until(grid.page, lambda: "panels" in asked)
-    assert sorted(asked) == ["cells", "lock", "panels"]
+    with requests_of(grid.page) as asked:
+        grid.type("only a note")
+        grid.saved()
+        grid.page.wait_for_function("() => window.checks > 0")
+        until(grid.page, lambda: any("/panels/" in address for address in asked))
+    assert sorted(address.partition("/book/")[2].split("/")[1] for address in asked) == ["cells", "lock", "panels"]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, becomes, eventually, frames, let_in, listening, press_twice, until
+from chromium import PAGES, GridPage, becomes, eventually, frames, listening, press_twice, until
 from effort import Recorder
 from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
@@ -23,13 +23,11 @@ class Shelf(GridPage):
     """The shelf, from which a new workbook is made."""
 
     def __init__(self, browser: Any, url: str, recorder: Recorder | None = None, **context: Any) -> None:
-        self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 800}} | context)
+        self.page = PAGES.take(browser, url, **context)
+        self.context, self.errors = self.page.context, self.page.problems
         if recorder:
+            PAGES.spoil(self.page)
             recorder.watch(self.context)
-        self.page = self.context.new_page()
-        self.errors = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        let_in(self.context, url)
         self.page.goto(url)
 
     def opened(self) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, becomes, eventually, some
+from chromium import GridPage, becomes, eventually, set_clock, some
 from playwright.sync_api import TimeoutError, expect
 
 from rrp_sheets import api
@@ -254,7 +254,7 @@ def test_the_table_follows_the_rows_that_act_but_nobody_who_is_at_it(page: GridP
         return float(page.page.evaluate(tell, [phase, number, at]))
 
     go(page, "B", 8)
-    page.page.clock.install()
+    set_clock(page.page)
     try:
         page.page.clock.run_for(120_000)  # nobody has touched the table for a while
         assert told("running", -1, 0.0) == 0
