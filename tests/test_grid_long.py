@@ -58,7 +58,7 @@ def test_all_rows_are_there_and_the_last_is_changed_as_the_first(grid: GridPage,
     grid.go("F2")
     grid.press("Control+End")
     becomes(lambda: grid.here, f"F{COUNT + 1}")
-    grid.type("the last")
+    grid.write("the last")
     grid.press("Control+Home", "Control+ArrowDown", "Control+ArrowDown")
     assert held(grid, folder)[COUNT - 1] == "the last"
 

@@ -89,7 +89,7 @@ def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
 def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed) -> None:
     grid.page.route("**/cells", lambda route: route.fulfill(json={"message": "Not now."}))
     grid.go("F2")
-    grid.type("x")
+    grid.write("x")
     error = grid.page.locator("#status.is-error")
     expect(error).to_have_text("Not now.")
     expect(grid.line).to_have_role("status")
@@ -100,12 +100,12 @@ def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed
     expect(grid.line).to_be_empty()
     expect(grid.page.locator("[role=gridcell]:focus")).to_have_count(1)
     grid.go("F3")
-    grid.type("y")
+    grid.write("y")
     expect(error).to_have_text("Not now.")
     grid.page.unroute("**/cells")
     grid.page.keyboard.press("Escape")
     grid.go("F4")
-    grid.type("z")  # this is done, and the error is still to be read
+    grid.write("z")  # this is done, and the error is still to be read
     expect(error).to_have_text("Not now.")
     grid.passes(6)
     expect(grid.line).to_be_empty()

@@ -164,13 +164,13 @@ def test_words_are_fetched_only_when_they_have_changed(shelf: Books) -> None:
         grid.page.evaluate(
             "() => { window.checks = 0; document.getElementById('listen').addEventListener('checked', () => window.checks++); }"
         )
-        grid.type("only a note")
+        grid.write("only a note")
         grid.page.wait_for_function("() => window.checks > 0")
         grid.page.wait_for_selector("#panels:not([aria-busy=true])")
         words = [address for address in asked if address.endswith("/vocabulary")]
         assert not words
         grid.go("E2")
-        grid.type("Length")
+        grid.write("Length")
         until(grid.page, lambda: [address for address in asked if address.endswith("/vocabulary")])
         assert "Length" in grid.offered("B3", "Len")
         words = [address for address in asked if address.endswith("/vocabulary")]

@@ -197,7 +197,7 @@ def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Pa
     # the first edit brings the examples back
     aya.page.locator("#grid-scroll").focus()
     aya.go("F2")
-    aya.type("a note")
+    aya.write("a note")
     aya.page.wait_for_selector("body[data-run=none]")
     other.close()
     aya.close()
@@ -230,7 +230,7 @@ def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str
     page.evaluate("htmx.trigger('#panels', 'recheck')")
     expect(page.locator("#formula-bar b")).to_have_text("D3")
     becomes(lambda: page.locator("dialog[open]").count(), 0)
-    at.type("distance < 0.3")
+    at.write("distance < 0.3")
     expect(page.locator("#run-why")).to_be_hidden()
     page.set_viewport_size({"width": 400, "height": 700})
     page.evaluate("window.scrollTo(0, document.documentElement.scrollHeight)")

@@ -55,7 +55,9 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
     with requests_of(panel.page) as asked:
         panel.page.evaluate(burst)
         panel.page.wait_for_selector("#eye img[src$='&n=59']")
-    assert len([address for address in asked if "/run/eye.jpg" in address]) < 6, "pictures that nobody could have seen are not fetched"
+    assert len([address for address in asked if "/run/eye.jpg" in address]) < 6, (
+        "pictures that nobody could have seen are not fetched"
+    )
 
 
 def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:

@@ -85,7 +85,7 @@ def test_by_keyboard_alone_and_soon_enough(browser: Any, url: str, folder: Path,
     ends_well(page, task, folder / f"{task} by keys.xlsx", tmp_path)
 
 
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("task", ["walkthrough", pytest.param("tracking", marks=pytest.mark.soak)])
 def test_by_mouse(browser: Any, url: str, folder: Path, tmp_path: Path, task: str) -> None:
     page = Shelf(browser, url)
     page.new_by_mouse(f"{task} by mouse")

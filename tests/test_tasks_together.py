@@ -128,13 +128,13 @@ def test_ones_edit_goes_on_while_another_inserts_moves_and_deletes_rows(browser:
 def test_ones_undo_takes_back_ones_own_edits_only(browser: Any, url: str, folder: Path) -> None:
     aya, mika = two(browser, url, folder, "undo.xlsx", 4)
     aya.go("F2")
-    aya.type("a1")
+    aya.write("a1")
     mika.expect("F2", "a1")
     mika.go("F3")
-    mika.type("m1")
+    mika.write("m1")
     aya.expect("F3", "m1")
     aya.go("F4")
-    aya.type("a2")
+    aya.write("a2")
     mika.expect("F4", "a2")
     mika.press("Control+z")  # hers is not the newest
     aya.page.wait_for_selector("tbody tr:nth-child(2) td.notes:not([data-v])", state="attached")

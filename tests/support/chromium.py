@@ -279,9 +279,28 @@ def violations(page: Any) -> list[str]:
     if not page.evaluate("() => 'axe' in window"):
         assert axe(), "npm could not fetch axe-core: what it would find is not known"
         page.evaluate(axe())
-    script = """async () => (await axe.run(document, { resultTypes: ['violations'], preload: false })).violations
+    script = """async () => (await axe.run(document, { resultTypes: ['violations'], preload: false, selectors: false })).violations
       .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 120)}`))"""
     found: list[str] = page.evaluate(script)
+    return found
+
+
+LOOKS = [("light", 1280), ("dark", 400)]  # each colour and each width; crossed by `make soak`
+
+
+def violations_by_look(page: Any, looks: Sequence[tuple[str, int]] = LOOKS) -> dict[str, list[str]]:
+    """Violations that axe-core finds on a page in some colours and widths, by the look; it is light and wide then."""
+    found = {}
+    for scheme, width in looks:
+        page.set_viewport_size({"width": width, "height": 900})
+        page.emulate_media(color_scheme=scheme)
+        page.wait_for_function(
+            "() => !document.getAnimations().some((a) => a instanceof CSSTransition && a.playState === 'running')"
+        )
+        if wrong := violations(page):
+            found[f"{scheme} {width}"] = wrong
+    page.set_viewport_size({"width": 1280, "height": 900})
+    page.emulate_media(color_scheme="light")
     return found
 
 
@@ -320,8 +339,10 @@ def some(read: Callable[[], Any]) -> Any:
 def _waited(read: Callable[[], Any], wanted: Callable[[Any], bool], seconds: float) -> Any:
     """Read again and again until the value is as wanted or the time is over; return the last value."""
     deadline = time.monotonic() + seconds
+    pause = 0.02
     while not wanted(now := read()) and time.monotonic() < deadline:
-        time.sleep(0.02)  # another process is waited for
+        time.sleep(pause)  # another process is waited for, and each look takes it time
+        pause = min(1.3 * pause, 0.2)
     return now
 
 
@@ -365,8 +386,17 @@ class GridPage:
             self.page.keyboard.press(key)
 
     def type(self, text: str, then: str = "Enter") -> None:
+        """Type a text key by key."""
         self.page.keyboard.type(text)
         self.page.keyboard.press(then)
+
+    def write(self, text: str, then: str = "Enter") -> None:
+        """Begin a text with a key; the rest comes at once: a browser draws a picture for each key."""
+        self.page.keyboard.type(text[:1])
+        if text[1:]:
+            self.page.keyboard.insert_text(text[1:])
+        if then:
+            self.page.keyboard.press(then)
 
     def cell(self, address: str) -> Any:
         """A cell by its address, such as C4."""
