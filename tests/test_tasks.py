@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import PAGES, GridPage, becomes, eventually, frames, listening, press_twice, until
+from chromium import PAGES, GridPage, becomes, eventually, frames, listening, until
 from effort import Recorder
 from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
-from rrp_sheets import api
 from rrp_sheets.workbook.maker import make_workbook
 
 MOST_SECONDS = {"walkthrough": 35, "tracking": 75}  # the original software: 60 to 75, and 132 to 152
@@ -170,26 +169,4 @@ def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folde
     expect(problems.get_by_role("link", name="Tracking!C2")).to_have_count(0)
     expect(cell).not_to_have_attribute("aria-invalid", "true")
     assert 'gridcell "Formula, row 3: blank"' in focused.aria_snapshot()
-    page.close()
-
-
-def test_a_run_by_keyboard_alone(browser: Any, url: str, folder: Path) -> None:
-    """Run, look at the values that live in the rows, write a mark, stop."""
-    api.new(folder / "run by keys.xlsx", template="guided")
-    page = GridPage(browser, url, "run by keys.xlsx", name="Aya")
-    tree = page.page
-    tree.wait_for_selector("#panels:not([aria-busy=true])", state="attached")
-    tree.get_by_role("button", name="Run", exact=True).focus()
-    page.press("Enter")
-    expect(tree.get_by_role("dialog")).to_be_visible()
-    for _ in range(10):
-        if tree.evaluate("document.activeElement.type") == "submit":
-            break
-        page.press("Tab")
-    page.press("Enter")
-    tree.wait_for_selector("body[data-run=running]")
-    value = tree.locator("tbody tr").first.locator(".live .value")
-    expect(value).to_have_text(re.compile(r"\d m"))
-    press_twice(tree)
-    tree.wait_for_selector("body[data-run=ended]")
     page.close()
