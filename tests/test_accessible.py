@@ -250,7 +250,8 @@ def tour(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[Tou
     shutil.copy(bundled("workbooks", "greeter.xlsx"), folder)
     (folder / "broken.xlsx").write_bytes(b"no workbook")
     with serving(folder) as url:
-        context = browser.new_context(viewport={"width": 1280, "height": 900})
+        # what moves by itself, as values of a run do, would let each look wait
+        context = browser.new_context(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
         yield Tour(context.new_page(), url)
 
 

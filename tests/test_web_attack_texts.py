@@ -171,7 +171,7 @@ STRANGERS = """() => [...document.querySelectorAll("img, script, iframe, object,
 
 @pytest.fixture(scope="module")
 def troubles() -> list[str]:
-    """What a page did that a text must not make it do."""
+    """Things that a page did and that a text must not make it do."""
     return []
 
 
