@@ -212,6 +212,7 @@ def test_the_panel_with_the_robot_in_it_has_no_violation(panel: RobotPanel) -> N
     panel.live(t=2.0, robot=panel.real.robot)
     panel.still()
     assert violations_by_look(panel.page) == {}
+    panel.page.emulate_media(color_scheme="light")
 
 
 def screenshot(page: Any) -> bytes:
@@ -305,4 +306,5 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     page.wait_for_selector(".ran-diagram svg")
     page.wait_for_selector("canvas[data-state=still]")
     assert violations_by_look(page) == {}
+    PAGES.spoil(page)  # its colours are others now
     at.close()

@@ -289,7 +289,7 @@ LOOKS = [("light", 1280), ("dark", 400)]  # each colour and each width; crossed 
 
 
 def violations_by_look(page: Any, looks: Sequence[tuple[str, int]] = LOOKS) -> dict[str, list[str]]:
-    """Violations that axe-core finds on a page in some colours and widths, by the look; it is light and wide then."""
+    """Violations that axe-core finds on a page in some colours and widths, by the look; the page is wide then."""
     found = {}
     for scheme, width in looks:
         page.set_viewport_size({"width": width, "height": 900})
@@ -300,7 +300,6 @@ def violations_by_look(page: Any, looks: Sequence[tuple[str, int]] = LOOKS) -> d
         if wrong := violations(page):
             found[f"{scheme} {width}"] = wrong
     page.set_viewport_size({"width": 1280, "height": 900})
-    page.emulate_media(color_scheme="light")
     return found
 
 
