@@ -193,13 +193,14 @@ def browsers():
 
 @pytest.fixture(scope="module")
 def browser(browsers, request):
-    """A browser; the pages of a file's tests are closed at its end. A module may ask for other `BROWSER_FLAGS`."""
-    from chromium import FLAGS
+    """A browser; pages of a file's tests that nobody put back are closed. A module may ask for other `BROWSER_FLAGS`."""
+    from chromium import FLAGS, PAGES
 
     found = browsers.browser(getattr(request.module, "BROWSER_FLAGS", FLAGS))
     yield found
     for context in list(found.contexts):
-        context.close()
+        if not PAGES.are_kept(context):
+            context.close()
 
 
 @pytest.fixture(scope="module")
@@ -214,26 +215,32 @@ def folder(tmp_path_factory, request):
     return made
 
 
-@pytest.fixture(scope="module")
-def url(folder):
-    """The address of a server on the folder of a file's tests."""
-    from chromium import serving
+@pytest.fixture(scope="session")
+def server():
+    """The server of this worker: what its browsers have of its scripts is good for all files."""
+    from chromium import PAGES, OneServer
 
-    with serving(folder) as address:
+    made = OneServer()
+    PAGES.url = made.url
+    yield made
+    made.close()
+
+
+@pytest.fixture(scope="module")
+def url(server, folder):
+    """The address of the server while it serves the folder of a file's tests."""
+    with server.serving(folder) as address:
         yield address
 
 
 @pytest.fixture(scope="module")
 def page(browser, url):
     """A page of that server for all tests of a file; `problems` are the errors of its scripts."""
-    from chromium import let_in
+    from chromium import PAGES
 
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
-    let_in(context, url)
-    opened = context.new_page()
-    opened.problems = []
-    opened.on("pageerror", lambda error: opened.problems.append(str(error)))
-    return opened
+    opened = PAGES.take(browser, url, base_url=url)
+    yield opened
+    PAGES.put_back(opened)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,5 @@
 """Every page can be used by everyone: axe-core finds nothing (contrast AA among it) in light and dark, wide and narrow,
-and no state is told by colour alone."""
+and no state is told by colour alone. The robot in 3D is looked at in test_run_robot.py."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import FLAGS_3D, axe, let_in, serving, violations
+from chromium import LOOKS, axe, let_in, serving, violations_by_look
 
 from rrp_sheets.resources import bundled
 from rrp_sheets.web.password import Password
@@ -21,7 +21,6 @@ if not axe():
 
 from playwright.sync_api import expect
 
-BROWSER_FLAGS = FLAGS_3D
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 ROWS = [
     ["", "Red ball", "map", "redBall.distence", "Distance", ""],
@@ -40,7 +39,6 @@ SENTENCES = [  # runs, with an error in a row, a button, a warning
 DEVICES = [["Stream", "Device", "Label", "Notes"], ["Start", "OperatorButton", "Start", ""]]
 SCENE = [["Time (s)", "Thing", "Does", "Value"], ["0", "Red ball", "appears", "at 1, 0, 0.4"]]
 SHEETS = ("Tracking", "Devices", "Helpers", "Scene", "Test", "Protocol")
-LOOKS = [("light", 1280), ("dark", 400)]  # each colour and each width; crossed by `make soak`
 CROSSED = [("dark", 1280), ("light", 400)]
 # Whatever has a colour with a meaning, and how it is told without the colour: by a word or a drawn shape within.
 COLOURED = ".name.sensor, .name.stream, .name.actuator, .severity, .badge, .is-error, .is-warning, [aria-invalid=true], .stop, .mode"
@@ -71,18 +69,17 @@ class Tour:
         self.open(f"/book/{book}/sheet/{sheet}", "body[data-ready]")
         self.page.wait_for_selector("#panels:not([aria-busy=true])", state="attached")
 
+    def tracking(self) -> None:
+        """The first sheet; what the screen before has opened over it is closed."""
+        if self.page.url.endswith("/book/all.xlsx/sheet/Tracking"):
+            self.page.keyboard.press("Escape")
+            if not self.page.locator("dialog[open], [role=menu], #find-bar, #help").filter(visible=True).count():
+                return
+        self.sheet("all.xlsx", "Tracking")
+
     def violations(self, looks: list[tuple[str, int]]) -> dict[str, list[str]]:
         """Violations on the screen, by its look."""
-        found = {}
-        for scheme, width in looks:
-            self.page.set_viewport_size({"width": width, "height": 900})
-            self.page.emulate_media(color_scheme=scheme)
-            self.page.wait_for_function(
-                "() => !document.getAnimations().some((a) => a instanceof CSSTransition && a.playState === 'running')"
-            )
-            if wrong := violations(self.page):
-                found[f"{scheme} {width}"] = wrong
-        self.page.set_viewport_size({"width": 1280, "height": 900})
+        found = violations_by_look(self.page, looks)
         if wordless := self.page.evaluate(WORDLESS, COLOURED):
             found["by colour alone"] = wordless
         return found
@@ -127,17 +124,18 @@ def menu(tour: Tour) -> None:
 
 
 def finding(tour: Tour) -> None:
-    tour.sheet("all.xlsx", "Tracking")
+    tour.tracking()
     tour.page.click("[data-do=find]")
 
 
 def naming(tour: Tour) -> None:
-    tour.sheet("all.xlsx", "Tracking")
+    tour.tracking()
     tour.page.click("[data-do=name]")
 
 
 def helped(tour: Tour) -> None:
-    tour.sheet("all.xlsx", "Tracking")
+    tour.tracking()
+    tour.page.locator("[role=gridcell]:has-text('Red ball')").first.click(position={"x": 3, "y": 3})
     tour.page.keyboard.press("F1")
     tour.page.get_by_role("heading", name="Red ball").first.wait_for()
 
@@ -252,7 +250,8 @@ def tour(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[Tou
     shutil.copy(bundled("workbooks", "greeter.xlsx"), folder)
     (folder / "broken.xlsx").write_bytes(b"no workbook")
     with serving(folder) as url:
-        context = browser.new_context(viewport={"width": 1280, "height": 900})
+        # what moves by itself, as values of a run do, would let each look wait
+        context = browser.new_context(viewport={"width": 1280, "height": 900}, reduced_motion="reduce")
         yield Tour(context.new_page(), url)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from acting import Run, Script
-from chromium import listening, press_twice
+from chromium import listening, press_twice, set_clock
 from panel import HEADER
 from play import rows
 from playwright.sync_api import expect
@@ -201,7 +201,7 @@ def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page
         expect(strip.get_by_role("button", name="Stop")).to_be_enabled()
         page.unroute("**/run/stop?*")
     going = {"phase": "stopping", "book": "a.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
-    page.clock.install()  # the page does not ask by itself any more
+    set_clock(page)  # the page does not ask by itself any more
     page.goto("/")
     page.clock.pause_at(time.time() + 60)
     page.route("**/run/now", lambda route: route.fulfill(json=going))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,7 +14,6 @@ from panel import run, running
 
 from rrp_sheets.workbook import read
 
-BROWSER_FLAGS = FLAGS_3D  # the robot is looked at
 GESTURES = [
     ["Name", "Time (s)", "RShoulderPitch", "HeadYaw", "HeadPitch", "Notes"],
     ["Greet", "0.8", "-0.6", "20°", "", ""],
@@ -37,8 +38,16 @@ def angles(page: Any) -> dict[str, float]:
     return json.loads(page.get_attribute("#gesture-view canvas", "data-angles"))
 
 
-def test_a_gesture_is_played_on_the_robots_model(shelf: Books) -> None:
-    grid = shelf.open(SHEETS, sheet="Gestures")
+@pytest.fixture
+def drawing(folder: Path, url: str, browsers: Any) -> Iterator[Books]:
+    """The same in a browser that draws the robot."""
+    found = Books(folder, url, browsers.browser(FLAGS_3D))
+    yield found
+    found.close()
+
+
+def test_a_gesture_is_played_on_the_robots_model(drawing: Books) -> None:
+    grid = drawing.open(SHEETS, sheet="Gestures")
     grid.go("B2")
     grid.page.evaluate(
         """() => { window.lowest = 9; window.pictures = new Set();

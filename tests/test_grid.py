@@ -1,40 +1,16 @@
-"""The grid in a real browser: keys, ranges, clipboard, rows, finding."""
+"""The grid in a real browser: keys, ranges, clipboard, rows, finding. Whole behaviours are typed in test_tasks.py."""
 
 from __future__ import annotations
 
 import pytest
 from chromium import becomes, eventually
-from grid_books import EMPTY, Books
+from grid_books import Books
 from playwright.sync_api import expect
 
 
 @pytest.fixture
 def grid(shelf: Books):
     return shelf.open()
-
-
-def test_the_first_behaviour_typed_by_keyboard_alone(shelf: Books) -> None:
-    page = shelf.open(EMPTY)
-    for row in ("red b", "map", "redBall.dist", "Distance"), ("dist", "fil", "distance < 0.5", "Close ball"), (
-        "close", "sub", "", "head t"):  # fmt: skip
-        inputs, connector, formula, output = row
-        page.type(inputs, "Tab")
-        page.type(connector, "Tab")
-        if formula == "redBall.dist":
-            page.page.keyboard.type(formula)
-            page.press("Tab")  # takes the suggestion
-        elif formula:
-            page.page.keyboard.type(formula)
-        page.press("Tab")
-        page.type(output)
-        page.press("Home", "ArrowRight")
-    assert page.rows() == [
-        ("Red ball", "map", "redBall.distance", "Distance"),
-        ("Distance", "filter", "distance < 0.5", "Close ball"),
-        ("Close ball", "subscribe", "", "Head tracker"),
-    ]
-    page.page.wait_for_selector("#diagram [data-row='4']")
-    page.page.wait_for_selector(".problems:has-text('no problems')")
 
 
 WAYS = [
@@ -58,11 +34,11 @@ def test_keys_lead_where_they_lead_in_a_spreadsheet(grid) -> None:
 
 def test_typing_replaces_f2_edits_escape_takes_back(grid) -> None:
     grid.go("D3")
-    grid.type("1")
+    grid.write("1")
     eventually(lambda: grid.text("D3") == "1" and grid.here == "D4")
     grid.go("D2")
     grid.press("F2")
-    grid.type(" * 2")
+    grid.write(" * 2")
     becomes(lambda: grid.text("D2"), "redBall.distance * 2")
     grid.go("D2")
     bar = grid.page.locator("#formula-bar code")
@@ -84,7 +60,7 @@ def test_delete_undo_and_redo_tell_what_and_lead_there(grid) -> None:
     grid.status("Undone: 2 cells from D2 on.")
     becomes(lambda: grid.here, "D2")
     grid.go("F3")
-    grid.type("far away")
+    grid.write("far away")
     grid.go("B20")
     grid.press("Control+z")
     grid.status("Undone: F3 is “near” again.")
@@ -187,7 +163,7 @@ def test_keys_that_select_fill_and_break_lines(grid) -> None:
     grid.go("F2")
     grid.page.keyboard.type("one")
     grid.press("Alt+Enter")
-    grid.type("two")
+    grid.write("two")
     becomes(lambda: grid.text("F2"), "one\ntwo")
     grid.press("Control+a", "Delete")
     assert not any(any(row) for row in grid.rows())
@@ -242,9 +218,9 @@ def test_find_and_replace(grid) -> None:
 
 def test_hostile_texts_are_texts(grid) -> None:
     grid.go("E2")
-    grid.type("<img src=x onerror=alert(1)>")
+    grid.write("<img src=x onerror=alert(1)>")
     grid.go("F2")
-    grid.type('"><script>alert(1)</script>')
+    grid.write('"><script>alert(1)</script>')
     grid.saved()
     grid.page.wait_for_selector("#diagram:has-text('<img')")
     becomes(lambda: grid.page.locator("tbody img, tbody script, #diagram img").count(), 0)

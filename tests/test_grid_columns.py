@@ -37,7 +37,7 @@ def test_letters_stand_over_the_headers_and_no_header_is_cut(shelf: Books) -> No
         letters = [letter for letter, title, _ in heads if title != "Example"]
         assert letters == ["", *"ABCDEFGH"[: len(letters) - 1]]
         assert [title for _, title, whole in heads if not whole] == []
-        for letter in letters[1:]:
+        for letter in letters[1:] if sheet == "T" else letters[-1:]:
             grid.go(f"{letter}2")
             becomes(lambda: grid.here, f"{letter}2")
 

@@ -28,13 +28,13 @@ def test_a_markdown_workbook_is_edited_and_its_words_stay(shelf: Books) -> None:
     path.write_text(MARKDOWN, encoding="utf-8")
     grid = shelf.open(path=path)
     grid.go("C2")
-    grid.type("redBall.x")
+    grid.write("redBall.x")
     grid.go("A3")
     grid.press("Control++")
     grid.expect("B4", "subscribe")
     grid.go("A3")
-    grid.type("Distance", "Tab")
-    grid.type("filter", "Tab")
+    grid.write("Distance", "Tab")
+    grid.write("filter", "Tab")
     grid.saved()
     assert [r[1:3] for r in grid.rows()] == [("map", "redBall.x"), ("filter", ""), ("subscribe", "")]
     text = path.read_text(encoding="utf-8")
@@ -59,7 +59,7 @@ def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> 
     )
     before = grid.path.read_bytes()
     grid.go("F2")
-    grid.type("mine")
+    grid.write("mine")
     dialog = grid.page.wait_for_selector("dialog.ask[open]")
     eventually(lambda: "is open in Excel" in dialog.inner_text())
     becomes(lambda: grid.page.locator("dialog.ask[open] textarea").input_value(), "mine")  # nothing typed is lost
@@ -68,7 +68,7 @@ def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> 
     lock.unlink()
     grid.page.wait_for_selector("#notice:has-text('Excel')", state="detached")
     grid.go("F2")
-    grid.type("mine")
+    grid.write("mine")
     grid.saved()
     assert grid.path.read_bytes() != before
 
@@ -129,7 +129,7 @@ def test_sixty_columns_and_very_long_texts(shelf: Books) -> None:
     grid.go("B2")
     grid.press("End")
     becomes(lambda: grid.here, "BH2")
-    grid.type("last")
+    grid.write("last")
     eventually(lambda: grid.page.locator("tbody tr").nth(1).bounding_box()["height"] < 360)
     grid.saved()
     assert read_sheets(grid.path)[0].cells[2, 60].text == "last"

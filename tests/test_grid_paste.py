@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from grid_books import EMPTY, HEADER, ROWS, Books, Shared
 from playwright.sync_api import expect
 
+from rrp_sheets.model.names import key
 from rrp_sheets.workbook.files import read_sheets
 from rrp_sheets.workbook.schema import SHEETS as KINDS
 
@@ -126,7 +129,19 @@ def test_the_sheets_of_every_kind_are_tried_here() -> None:
 
 
 @pytest.mark.parametrize("sheet", SHEETS)
-def test_header_rows_are_left_out_on_every_kind_of_sheet(shelf: Books, sheet: str) -> None:
+def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(shelf: Books, sheet: str) -> None:
+    """By that alone the page knows a header row."""
+    path = shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
+    text = shelf.page.request.get(f"{shelf.url}/book/{path.name}/sheet/{sheet}").text()
+    columns = [spellings.split() for spellings in re.findall(r'data-spellings="([^"]*)"', text)]
+    for header, spellings in zip(SHEETS[sheet][0], columns, strict=True):
+        assert key(header) in spellings
+    every = [spelling for spellings in columns for spelling in spellings]
+    assert len(set(every)) == len(every)
+
+
+@pytest.mark.parametrize("sheet", ["Gestures", "Parts"])
+def test_header_rows_are_left_out_on_other_kinds_of_sheets(shelf: Books, sheet: str) -> None:
     path = shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
     header, *_, line = SHEETS[sheet]
     grid = shelf.open(path=path, sheet=sheet)

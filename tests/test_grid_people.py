@@ -15,7 +15,7 @@ from rrp_sheets.workbook.files import read_sheets
 def test_what_one_types_the_other_sees(shelf: Books) -> None:
     aya, mika = shelf.two()
     aya.go("F4")
-    aya.type("from Aya")
+    aya.write("from Aya")
     mika.expect("F4", "from Aya")
 
 
@@ -47,7 +47,7 @@ def test_nobody_is_told_of_their_own_editing_when_the_row_is_changed_meanwhile(s
     aya.page.keyboard.type("I am")
     mika.page.wait_for_selector("td.taken")
     mika.go("E4")
-    mika.type("Say")
+    mika.write("Say")
     aya.expect("E4", "Say")
     aya.press("Escape")
     eventually(lambda: not aya.page.locator("td.taken, .name-tag").count())
@@ -57,10 +57,10 @@ def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str) -> Any
     """Mika changes a cell while Aya's line is down, and Aya too; gives the dialog that asks Aya."""
     aya.page.route("**/cells", lambda route: route.abort())
     aya.go(cell)
-    aya.type(mine)
+    aya.write(mine)
     expect(aya.page.locator(".unsent")).to_contain_text("kept here")
     mika.go(cell)
-    mika.type(theirs)
+    mika.write(theirs)
     mika.saved()
     aya.page.unroute("**/cells")
     return aya.page.wait_for_selector("dialog.ask[open]")
@@ -82,7 +82,7 @@ def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(shelf:
             page.expect("F4", left)
         if keep != "Keep both":
             mika.go("F4")
-            mika.type("x")
+            mika.write("x")
             aya.expect("F4", "x")
     aya.expect("F4", "of Mika\nof Aya")
     quicker(aya, mika, "D3", "distance < 0.1", "distance < 0.2")

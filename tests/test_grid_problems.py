@@ -18,7 +18,7 @@ from rrp_sheets.workbook import read
 def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -> None:
     grid = shelf.open()
     grid.go("D3")
-    grid.type("distence < 0.5")
+    grid.write("distence < 0.5")
     grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
     described = some(lambda: grid.cell("D3").get_attribute("aria-describedby"))
     eventually(lambda: "Did you mean distance" in grid.page.locator(f"#{described.split()[0]}").text_content())
@@ -51,7 +51,7 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
 def test_a_row_that_is_being_typed_does_not_scold_until_it_is_left(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
     grid.go("B2")
-    grid.type("Red ball", "Tab")
+    grid.write("Red ball", "Tab")
     row = grid.page.locator("tbody tr").first
     grid.page.wait_for_selector("tr.unfinished td.flagged")  # the check has told what is missing
     height = some(row.bounding_box)["height"]
@@ -63,7 +63,7 @@ def test_a_row_that_is_being_typed_does_not_scold_until_it_is_left(shelf: Books)
     grid.page.wait_for_selector("td[aria-invalid=true]")
     eventually(lambda: "!" in grid.page.evaluate(dot) and row.bounding_box()["height"] == height)
     grid.go("C2")
-    grid.type("sampel", "Tab")
+    grid.write("sampel", "Tab")
     grid.page.wait_for_selector("tr.unfinished td.flagged:has-text('sampel')")
     becomes(lambda: grid.page.locator("td[aria-invalid=true]").count(), 0)
     grid.page.wait_for_selector("td[aria-invalid=true]:has-text('sampel')")  # nothing typed for a while
@@ -133,5 +133,5 @@ def test_on_is_not_ticked_in_rows_where_nothing_stands(shelf: Books) -> None:
     becomes(lambda: grid.page.locator("tbody tr:nth-child(-n+3) td.on input:checked").count(), 3)
     becomes(lambda: grid.page.locator("tbody td.on input").count(), 3)
     grid.go("F9")
-    grid.type("a note")
+    grid.write("a note")
     grid.page.wait_for_selector("tbody tr:nth-child(8) td.on input:checked")

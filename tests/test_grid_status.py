@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, let_in, listening
+from chromium import PAGES, GridPage, leave, listening, set_clock
 from grid_books import TRACKING
 from playwright.sync_api import expect
 
@@ -17,29 +17,38 @@ BOOKS = {"a.xlsx": TRACKING}
 class Timed(GridPage):
     """A grid whose clock stands still but for `passes`."""
 
-    def __init__(self, browser: Any, url: str) -> None:
-        self.context = browser.new_context(viewport={"width": 1280, "height": 800})
-        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        let_in(self.context, url)
-        self.page = self.context.new_page()
-        self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        self.page.clock.install(time=0)
+    def __init__(self, page: Any) -> None:
+        self.page, self.context, self.errors = page, page.context, page.problems
+        self.line = self.page.locator("#status")
+        self._opened = 0
+
+    def open(self, url: str) -> None:
+        """Open the grid anew."""
+        self._opened += 1
+        self.page.clock.resume()
+        leave(self.page, url)
         self.page.goto(f"{url}/book/a.xlsx")
         listening(self.page)
         self.page.wait_for_selector("body[data-ready][data-words]")
-        self.page.clock.pause_at(10**9)
-        self.line = self.page.locator("#status")
+        self.page.clock.pause_at(self._opened * 10**9)
 
     def passes(self, seconds: float) -> None:
         self.page.clock.run_for(round(seconds * 1000))
 
 
+@pytest.fixture(scope="module")
+def timed(browser: Any, url: str) -> Iterator[Timed]:
+    page = PAGES.take(browser, url)
+    set_clock(page, time=0)
+    made = Timed(page)
+    yield made
+    made.close()
+
+
 @pytest.fixture
-def grid(browser: Any, url: str) -> Iterator[Timed]:
-    opened = Timed(browser, url)
-    yield opened
-    opened.close()
+def grid(timed: Timed, url: str) -> Timed:
+    timed.open(url)
+    return timed
 
 
 def test_a_message_goes_by_itself_and_the_next_one_has_its_whole_time(grid: Timed) -> None:
@@ -81,7 +90,7 @@ def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
 def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed) -> None:
     grid.page.route("**/cells", lambda route: route.fulfill(json={"message": "Not now."}))
     grid.go("F2")
-    grid.type("x")
+    grid.write("x")
     error = grid.page.locator("#status.is-error")
     expect(error).to_have_text("Not now.")
     expect(grid.line).to_have_role("status")
@@ -92,12 +101,12 @@ def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed
     expect(grid.line).to_be_empty()
     expect(grid.page.locator("[role=gridcell]:focus")).to_have_count(1)
     grid.go("F3")
-    grid.type("y")
+    grid.write("y")
     expect(error).to_have_text("Not now.")
     grid.page.unroute("**/cells")
     grid.page.keyboard.press("Escape")
     grid.go("F4")
-    grid.type("z")  # this is done, and the error is still to be read
+    grid.write("z")  # this is done, and the error is still to be read
     expect(error).to_have_text("Not now.")
     grid.passes(6)
     expect(grid.line).to_be_empty()

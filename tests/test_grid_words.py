@@ -6,7 +6,7 @@ import re
 from typing import Any
 
 import pytest
-from chromium import becomes, eventually, until
+from chromium import becomes, eventually, requests_of, until
 from grid_books import HEADER, TRACKING, Books, Shared
 from playwright.sync_api import expect
 
@@ -184,21 +184,22 @@ def test_suggestions_are_offered_when_the_words_come_after_the_editor_was_opened
 def test_words_are_fetched_only_when_they_have_changed(shelf: Books) -> None:
     grid = shelf.open()
     grid.checked()
-    asked: list[str] = []
-    grid.page.on("request", lambda request: asked.append(request.url) if request.url.endswith("/vocabulary") else None)
-    grid.go("F2")
-    grid.page.evaluate(
-        "() => { window.checks = 0; document.getElementById('listen').addEventListener('checked', () => window.checks++); }"
-    )
-    grid.type("only a note")
-    grid.page.wait_for_function("() => window.checks > 0")
-    grid.page.wait_for_selector("#panels:not([aria-busy=true])")
-    assert not asked
-    grid.go("E2")
-    grid.type("Length")
-    until(grid.page, lambda: asked)
-    assert "Length" in grid.offered("B3", "Len")
-    assert len(asked) <= 2, "once for each check at most"
+    with requests_of(grid.page) as asked:
+        grid.go("F2")
+        grid.page.evaluate(
+            "() => { window.checks = 0; document.getElementById('listen').addEventListener('checked', () => window.checks++); }"
+        )
+        grid.write("only a note")
+        grid.page.wait_for_function("() => window.checks > 0")
+        grid.page.wait_for_selector("#panels:not([aria-busy=true])")
+        words = [address for address in asked if address.endswith("/vocabulary")]
+        assert not words
+        grid.go("E2")
+        grid.write("Length")
+        until(grid.page, lambda: [address for address in asked if address.endswith("/vocabulary")])
+        assert "Length" in grid.offered("B3", "Len")
+        words = [address for address in asked if address.endswith("/vocabulary")]
+    assert len(words) <= 2, "once for each check at most"
 
 
 def test_suggestions_leave_what_is_wrong_with_the_cell_in_sight(shelf: Books) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from chromium import becomes, frames, let_in
+from chromium import PAGES, becomes, frames
 
 FRONT = (-0.5, 0.2, 1.448)  # rad, rad, m: of the robot alone, in a picture of this shape
 STEP = 0.12  # rad, of an arrow key
@@ -69,16 +69,12 @@ class View:
 
 @pytest.fixture(scope="module")
 def opened(browser: Any, url: str) -> Iterator[View]:
-    context = browser.new_context(viewport={"width": 400, "height": 500})
-    let_in(context, url)
-    page = context.new_page()
-    errors: list[str] = []
-    page.on("pageerror", lambda error: errors.append(str(error)))
+    page = PAGES.take(browser, url, viewport={"width": 400, "height": 500})
     page.goto(url)
     page.evaluate(OPENING)
     yield View(page)
-    assert not errors
-    context.close()
+    assert not page.problems
+    PAGES.put_back(page)
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from browser import HOME, get, visit
-from chromium import let_in, violations
+from chromium import PAGES, violations
 from flask.testing import FlaskClient
 from playwright.sync_api import expect
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
@@ -241,11 +241,7 @@ def test_runs_in_folders_below_go_when_they_are_ticked(tmp_path: Path) -> None:
 
 
 def test_by_hand(browser: Any, url: str, folder: Path) -> None:
-    context = browser.new_context(viewport={"width": 1280, "height": 800}, base_url=url)
-    let_in(context, url)
-    page = context.new_page()
-    problems: list[str] = []
-    page.on("pageerror", lambda error: problems.append(str(error)))
+    page = PAGES.take(browser, url, base_url=url)
     page.goto("/runs")
     for row in page.locator("tr", has_text="P-0").all()[-2:]:
         row.get_by_role("checkbox").check()
@@ -260,4 +256,5 @@ def test_by_hand(browser: Any, url: str, folder: Path) -> None:
     page.get_by_role("button", name="Delete 2 runs").click()
     expect(page.get_by_role("status").first).to_have_text("2 runs deleted of P-03.")
     assert sorted(p.name for p in (folder / "runs").iterdir()) == ["1-a", "2-b"]
-    assert problems == []
+    assert page.problems == []
+    PAGES.put_back(page)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from acting import Run, Script, wish
-from chromium import let_in, until
+from chromium import PAGES, until
 from panel import HEADER as COLUMNS
 from play import rows
 from playwright.sync_api import expect
@@ -34,10 +35,10 @@ def ran(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(browser: Any, url: str, ran: Path) -> Any:
-    context = browser.new_context(viewport={"width": 1280, "height": 800})
-    let_in(context, url)
-    return context.new_page()
+def page(browser: Any, url: str, ran: Path) -> Iterator[Any]:
+    opened = PAGES.take(browser, url)
+    yield opened
+    PAGES.put_back(opened)
 
 
 def test_its_page_says_so_and_what_another_workbook_would_do(page: Any, url: str, ran: Path) -> None:

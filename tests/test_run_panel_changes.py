@@ -22,7 +22,7 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     run(page)
     expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^0\.\d+ m$"))
     at.go("D2")
-    at.type("redBall.distance + 5")
+    at.write("redBall.distance + 5")
     expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"))
     expect(page.locator("#log li[data-kind=edit]")).to_contain_text(re.compile(r"Row 2 used from 0:\d\d\.\d on by Aya"))
     # a row that is inserted above moves no value to another row
@@ -35,7 +35,7 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     expect(row(page, 2).locator(LIVE)).to_have_text(re.compile(r"^5\.\d+ m$"))
     # what is wrong with a cell lies above the values beside it
     at.go("D2")
-    at.type("redBall.distence")
+    at.write("redBall.distence")
     at.go("D2")
     expect(page.locator("td.at > .mends")).to_be_visible()
     eventually(
@@ -45,12 +45,12 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
         return right > value.left + 20 && box.contains(document.elementFromPoint(right - 8, bottom - 8));
     }""")
     )
-    at.type("redBall.distance + 5")
+    at.write("redBall.distance + 5")
     # rows that are not the ones that run
     at.go("E3")
-    at.type("Very near")
+    at.write("Very near")
     at.go("B4")
-    at.type("Very near")
+    at.write("Very near")
     expect(page.locator("#run-notice")).to_contain_text("The run goes on with the rows as they were")
     expect(page.locator("body")).to_have_attribute("data-run", "running")
     page.click("#run-notice button")

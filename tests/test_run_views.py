@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from chromium import becomes, eventually, frames, some, until
+from chromium import PAGES, becomes, eventually, frames, requests_of, some, until
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
@@ -25,7 +25,7 @@ def panel(browser: Any, url: str) -> Iterator[Panel]:
     made = Panel(browser, url)
     yield made
     assert not made.errors, made.errors
-    made.context.close()
+    PAGES.put_back(made.page)
 
 
 def test_without_webgl_words_say_so(panel: Panel) -> None:
@@ -51,12 +51,13 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
     eventually(lambda: words in (panel.page.locator("#eye img").get_attribute("alt") or ""))
     panel.live(t=2.6)
     becomes(lambda: panel.page.locator("#eye rect.seen").count(), 0, "what was seen long ago is not shown")
-    asked: list[str] = []
-    panel.page.on("request", lambda request: asked.append(request.url) if "/run/eye.jpg" in request.url else None)
     burst = "() => { for (let eye = 10; eye < 60; eye++) document.dispatchEvent(new CustomEvent('rrp:live', { detail: { eye } })); }"
-    panel.page.evaluate(burst)
-    panel.page.wait_for_selector("#eye img[src$='&n=59']")
-    assert len(asked) < 6, "pictures that nobody could have seen are not fetched"
+    with requests_of(panel.page) as asked:
+        panel.page.evaluate(burst)
+        panel.page.wait_for_selector("#eye img[src$='&n=59']")
+    assert len([address for address in asked if "/run/eye.jpg" in address]) < 6, (
+        "pictures that nobody could have seen are not fetched"
+    )
 
 
 def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:

@@ -58,7 +58,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     expect(page.locator("[data-tab=add]")).to_be_focused()
     grid.press("Enter", "Enter")
     becomes(lambda: page.locator("dialog[open] input").input_value(), "Behaviour 2")
-    grid.type("check")
+    grid.write("check")
     expect(page.locator("dialog[open] [role=alert]")).to_contain_text("“Check” already")
     assert not grid.faults()
     page.locator("dialog[open] input").fill("Greeting <b>")
@@ -67,7 +67,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     grid.status("so it runs too")
     assert tabs(page) == ["Tracking", "Greeting <b>▾", "Check", "Protocol"] or "Greeting <b>" in tabs(page)
     becomes(lambda: grid.here, "B2")  # ready to type
-    grid.type("Face", "Tab")
+    grid.write("Face", "Tab")
     grid.saved()
     page.focus("#tabs a[aria-current]")
     grid.press("F2")
@@ -75,7 +75,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     grid.press("Enter")
     grid.status("is called “Say hello” now")
     opened(page, "Say hello")
-    grid.type("map")  # the page goes on as it was
+    grid.write("map")  # the page goes on as it was
     grid.saved()
     found = read(grid.path).workbook
     assert found.protocol.text("Run") == "Tracking, Say hello"
@@ -115,8 +115,8 @@ def test_a_table_of_ones_own_is_filled_in_at_once(shelf: Books) -> None:
     columns.press("Enter")
     opened(page, "Parts")
     grid.go("A2")
-    grid.type("1", "Tab")
-    grid.type("Hello")
+    grid.write("1", "Tab")
+    grid.write("Hello")
     grid.saved()
     page.reload()
     grid.expect("B2", "Hello")

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, becomes, eventually, frames, let_in, listening, press_twice, until
+from chromium import PAGES, GridPage, becomes, eventually, frames, listening, until
 from effort import Recorder
 from playwright.sync_api import expect
 from tasks import HEADER, TASKS, WALKTHROUGH, by_keyboard, by_mouse, check_meaning
 
-from rrp_sheets import api
 from rrp_sheets.workbook.files import make_workbook
 
 MOST_SECONDS = {"walkthrough": 35, "tracking": 75}  # the original software: 60 to 75, and 132 to 152
@@ -23,13 +22,11 @@ class Shelf(GridPage):
     """The shelf, from which a new workbook is made."""
 
     def __init__(self, browser: Any, url: str, recorder: Recorder | None = None, **context: Any) -> None:
-        self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 800}} | context)
+        self.page = PAGES.take(browser, url, **context)
+        self.context, self.errors = self.page.context, self.page.problems
         if recorder:
+            PAGES.spoil(self.page)
             recorder.watch(self.context)
-        self.page = self.context.new_page()
-        self.errors = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        let_in(self.context, url)
         self.page.goto(url)
 
     def opened(self) -> None:
@@ -87,7 +84,7 @@ def test_by_keyboard_alone_and_soon_enough(browser: Any, url: str, folder: Path,
     ends_well(page, task, folder / f"{task} by keys.xlsx", tmp_path)
 
 
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("task", ["walkthrough", pytest.param("tracking", marks=pytest.mark.soak)])
 def test_by_mouse(browser: Any, url: str, folder: Path, tmp_path: Path, task: str) -> None:
     page = Shelf(browser, url)
     page.new_by_mouse(f"{task} by mouse")
@@ -172,26 +169,4 @@ def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folde
     expect(problems.get_by_role("link", name="Tracking!C2")).to_have_count(0)
     expect(cell).not_to_have_attribute("aria-invalid", "true")
     assert 'gridcell "Formula, row 3: blank"' in focused.aria_snapshot()
-    page.close()
-
-
-def test_a_run_by_keyboard_alone(browser: Any, url: str, folder: Path) -> None:
-    """Run, look at the values that live in the rows, write a mark, stop."""
-    api.new(folder / "run by keys.xlsx", template="guided")
-    page = GridPage(browser, url, "run by keys.xlsx", name="Aya")
-    tree = page.page
-    tree.wait_for_selector("#panels:not([aria-busy=true])", state="attached")
-    tree.get_by_role("button", name="Run", exact=True).focus()
-    page.press("Enter")
-    expect(tree.get_by_role("dialog")).to_be_visible()
-    for _ in range(10):
-        if tree.evaluate("document.activeElement.type") == "submit":
-            break
-        page.press("Tab")
-    page.press("Enter")
-    tree.wait_for_selector("body[data-run=running]")
-    value = tree.locator("tbody tr").first.locator(".live .value")
-    expect(value).to_have_text(re.compile(r"\d m"))
-    press_twice(tree)
-    tree.wait_for_selector("body[data-run=ended]")
     page.close()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import GridPage, becomes, eventually, some
+from chromium import GridPage, becomes, eventually, set_clock, some
 from playwright.sync_api import TimeoutError, expect
 
 from rrp_sheets import api
@@ -149,7 +149,7 @@ def write(page: GridPage, row: int, *cells: str, begin: str = "B") -> None:
         if cell:
             page.page.keyboard.type(cell)
         page.press("Tab")
-    page.type(cells[-1])
+    page.write(cells[-1])
 
 
 def holds(page: GridPage, count: int) -> None:
@@ -215,13 +215,13 @@ def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) ->
 def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: GridPage, folder: Path) -> None:
     row = row_of(page, "filter", "LESSON 2") - 1
     go(page, "D", row)
-    page.type('"blue"', "Tab")
-    page.type("Chest LED color")
+    page.write('"blue"', "Tab")
+    page.write("Chest LED color")
     go(page, "B", row)
     page.page.keyboard.type("Blue ball")
     eventually(lambda: "the robot leaves it out" in page.page.inner_text(".editor .is-comment"))
     page.press("Tab")
-    page.type("subscribe")
+    page.write("subscribe")
     mend(page, "SHEET022", "C", row)
     page.page.wait_for_selector(f"tr.comment:has(th:text-is('{row}')):not(.buried)")
     page.expect(f"B{row + 1}", "Blue ball")
@@ -254,7 +254,7 @@ def test_the_table_follows_the_rows_that_act_but_nobody_who_is_at_it(page: GridP
         return float(page.page.evaluate(tell, [phase, number, at]))
 
     go(page, "B", 8)
-    page.page.clock.install()
+    set_clock(page.page)
     try:
         page.page.clock.run_for(120_000)  # nobody has touched the table for a while
         assert told("running", -1, 0.0) == 0

@@ -8,6 +8,8 @@ from __future__ import annotations
 import html
 import json
 import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -15,7 +17,7 @@ from xml.etree import ElementTree
 
 import pytest
 from browser import HOME, book, checked, get, visit
-from chromium import becomes, eventually, let_in, listening, serving
+from chromium import becomes, eventually, let_in, listening
 from click.testing import CliRunner
 from playwright.sync_api import expect
 
@@ -167,102 +169,108 @@ STRANGERS = """() => [...document.querySelectorAll("img, script, iframe, object,
   .filter((at) => /^(x|javascript:|data:|https?:)/i.test(at) || /^(iframe|object|embed|foreignobject)$/i.test(at))"""
 
 
-def test_nothing_runs_on_any_page(browser: Any, folder: Path, client: Any) -> None:
-    with serving(folder) as url:
+@pytest.fixture(scope="module")
+def troubles() -> list[str]:
+    """Things that a page did and that a text must not make it do."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def page_of(browser: Any, url: str, client: Any, troubles: list[str]) -> Callable[[str], Any]:
+    """The page of somebody, that takes down what it must not do."""
+
+    @cache
+    def opened(name: str) -> Any:
         context = browser.new_context()
         context.add_init_script(WATCH)
-        let_in(context, url, PERSON)
+        let_in(context, url, name)
         page = context.new_page()
-        troubles: list[str] = []
         page.on("dialog", lambda d: (troubles.append(f"dialog {page.url}"), d.dismiss()))
         page.on("pageerror", lambda e: troubles.append(f"{page.url} {e}"))
         page.on("request", lambda r: r.url.startswith(url) or troubles.append(f"asked for {r.url}"))
-        for address in addresses():
-            page.goto(f"{url}{address}")
-            if page.query_selector("#listen"):
-                listening(page)
-                page.wait_for_selector("#panels:not([aria-busy])")
-            becomes(lambda: page.evaluate(STRANGERS), [], address)
-            becomes(lambda: page.evaluate("window.seen"), [], address)
-            expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve')"), address).to_have_count(0)
-            assert not troubles, (address, troubles)
-        context.close()
+        return page
+
+    return opened
 
 
-def test_people_cells_and_suggestions_are_shown_as_text(browser: Any, folder: Path, client: Any) -> None:
-    with serving(folder) as url:
-        pages = []
-        troubles: list[str] = []
-        for name in ("Anna", PERSON):
-            context = browser.new_context()
-            context.add_init_script(WATCH)
-            let_in(context, url, name)
-            page = context.new_page()
-            page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
-            page.goto(f"{url}{book('good.xlsx')}")
+def test_nothing_runs_on_any_page(page_of: Callable[[str], Any], url: str, troubles: list[str]) -> None:
+    page = page_of(PERSON)
+    for address in addresses():
+        page.goto(f"{url}{address}")
+        if page.query_selector("#listen"):
             listening(page)
             page.wait_for_selector("#panels:not([aria-busy])")
-            pages.append(page)
-        anna, eve = pages
-        anna.wait_for_function("t => document.getElementById('people').textContent.includes(t)", arg=PERSON)
-        for header in ("Input streams", "Connector", "Formula", "Output stream", "Notes"):
-            column = eve.locator("thead th").evaluate_all(
-                "(all, name) => all.findIndex((h) => h.dataset.name === name)", header
-            )
-            eve.locator(f"tbody tr:nth-child(2) > :nth-child({column + 1})").click(position={"x": 3, "y": 3})
-            eve.keyboard.press("F2")
-            eve.keyboard.press("Control+A")
-            eve.keyboard.insert_text(CELL)
-            eve.keyboard.press("Enter")
-            arrived = "n => document.querySelector(`tbody tr:nth-child(2) > :nth-child(${n})`).dataset.v?.includes('<script>')"
-            anna.wait_for_function(arrived, arg=column + 1)
-        eve.wait_for_selector("body:not([data-saving])")
-        eve.keyboard.press("Control+F")
+        becomes(lambda: page.evaluate(STRANGERS), [], address)
+        becomes(lambda: page.evaluate("window.seen"), [], address)
+        expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve')"), address).to_have_count(0)
+        assert not troubles, (address, troubles)
+
+
+def test_people_cells_and_suggestions_are_shown_as_text(
+    page_of: Callable[[str], Any], url: str, troubles: list[str]
+) -> None:
+    pages = [page_of(name) for name in ("Anna", PERSON)]
+    for page in pages:
+        page.goto(f"{url}{book('good.xlsx')}")
+        listening(page)
+        page.wait_for_selector("#panels:not([aria-busy])")
+    anna, eve = pages
+    anna.wait_for_function("t => document.getElementById('people').textContent.includes(t)", arg=PERSON)
+    for header in ("Input streams", "Connector", "Formula", "Output stream", "Notes"):
+        column = eve.locator("thead th").evaluate_all(
+            "(all, name) => all.findIndex((h) => h.dataset.name === name)", header
+        )
+        eve.locator(f"tbody tr:nth-child(2) > :nth-child({column + 1})").click(position={"x": 3, "y": 3})
+        eve.keyboard.press("F2")
+        eve.keyboard.press("Control+A")
         eve.keyboard.insert_text(CELL)
-        for page in pages:
-            page.wait_for_function("() => document.getElementById('panels').textContent.includes('<script>alert(1)')")
-            eventually(lambda: page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [])
-            expect(page.locator("img[src=x], svg[onload], b:text-is('bold')")).to_have_count(0)
-        assert not troubles
+        eve.keyboard.press("Enter")
+        arrived = (
+            "n => document.querySelector(`tbody tr:nth-child(2) > :nth-child(${n})`).dataset.v?.includes('<script>')"
+        )
+        anna.wait_for_function(arrived, arg=column + 1)
+    eve.wait_for_selector("body:not([data-saving])")
+    eve.keyboard.press("Control+F")
+    eve.keyboard.insert_text(CELL)
+    for page in pages:
+        page.wait_for_function("() => document.getElementById('panels').textContent.includes('<script>alert(1)')")
+        eventually(lambda: page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [])
+        expect(page.locator("img[src=x], svg[onload], b:text-is('bold')")).to_have_count(0)
+    assert not troubles
 
 
-def test_a_run_shows_what_is_said_and_sent_as_text(browser: Any, folder: Path, client: Any) -> None:
+def test_a_run_shows_what_is_said_and_sent_as_text(
+    page_of: Callable[[str], Any], url: str, folder: Path, troubles: list[str]
+) -> None:
     said = "<img src=x onerror=alert(1)><b>Eve</b>"
     rows = [["", "Red ball", "map", f'"{said}"', "<b>X</b>", ""], ["", "<b>X</b>", "subscribe", "", "Say", ""]]
     devices = [["Stream", "Device", "Button"], ["<b>Go</b>", "Operator button", said]]
     make_workbook({"<b>T": [BEHAVIOUR, *rows], "Devices": devices}, folder / "run.xlsx")
-    with serving(folder) as url:
-        context = browser.new_context()
-        context.add_init_script(WATCH)
-        let_in(context, url)
-        page = context.new_page()
-        troubles: list[str] = []
-        page.on("dialog", lambda d: (troubles.append("dialog"), d.dismiss()))
-        page.goto(f"{url}/book/run.xlsx/run")
-        listening(page)
-        page.wait_for_selector("#panels:not([aria-busy])")
-        act = """async ([action, body]) => { const r = await fetch(`/book/run.xlsx/run/${action}`, {method: "POST",
-          headers: {"Content-Type": "application/json", "X-RRP": "grid"}, body: JSON.stringify(body)}); return [r.status, await r.text()]; }"""
-        who = {"client": "c", "name": PERSON}
-        wish = {**who, "participant": said, "condition": said, "operator": said, "until": "stop", "mode": "simulated"}
-        begun = page.evaluate(act, ["start", wish])  # read once: the answer to what is sent
-        assert begun[0] == 200, begun
-        page.wait_for_selector("body[data-run=running]")
-        for action, more in (
-            ("mark", {"note": CELL}), ("send", {"stream": "Red ball", "text": CELL}), ("press", {"label": said}),
-            ("scene", {"thing": CELL[:90], "verb": said, "value": CELL[:190]}), ("put", {"thing": said, "x": 1, "y": 0, "z": 0}),
-            ("switch", {"behaviour": said, "on": False}),
-        ):  # fmt: skip
-            # read once: it is the answer to what is sent
-            assert page.evaluate(act, [action, {**who, **more}])[0] in (200, 400), action
-        page.wait_for_function(
-            "t => document.getElementById('log').textContent.includes(t)", arg="<script>alert(1)</script>"
-        )
-        page.wait_for_function("t => document.getElementById('log').textContent.includes(t)", arg=said)
-        stop = """async (name) => (await fetch(`/run/stop?${new URLSearchParams({ name })}`,
-          {method: "POST", headers: {"X-RRP": "grid"}})).status"""
-        assert page.evaluate(stop, PERSON) == 200  # read once: the answer to what is sent
-        page.wait_for_selector("body[data-run=ended]")
-        eventually(lambda: page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [] and not troubles)
-        expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve'), b:text-is('X')")).to_have_count(0)
-        context.close()
+    page = page_of(PERSON)
+    page.goto(f"{url}/book/run.xlsx/run")
+    listening(page)
+    page.wait_for_selector("#panels:not([aria-busy])")
+    act = """async ([action, body]) => { const r = await fetch(`/book/run.xlsx/run/${action}`, {method: "POST",
+      headers: {"Content-Type": "application/json", "X-RRP": "grid"}, body: JSON.stringify(body)}); return [r.status, await r.text()]; }"""
+    who = {"client": "c", "name": PERSON}
+    wish = {**who, "participant": said, "condition": said, "operator": said, "until": "stop", "mode": "simulated"}
+    begun = page.evaluate(act, ["start", wish])  # read once: the answer to what is sent
+    assert begun[0] == 200, begun
+    page.wait_for_selector("body[data-run=running]")
+    for action, more in (
+        ("mark", {"note": CELL}), ("send", {"stream": "Red ball", "text": CELL}), ("press", {"label": said}),
+        ("scene", {"thing": CELL[:90], "verb": said, "value": CELL[:190]}), ("put", {"thing": said, "x": 1, "y": 0, "z": 0}),
+        ("switch", {"behaviour": said, "on": False}),
+    ):  # fmt: skip
+        # read once: it is the answer to what is sent
+        assert page.evaluate(act, [action, {**who, **more}])[0] in (200, 400), action
+    page.wait_for_function(
+        "t => document.getElementById('log').textContent.includes(t)", arg="<script>alert(1)</script>"
+    )
+    page.wait_for_function("t => document.getElementById('log').textContent.includes(t)", arg=said)
+    stop = """async (name) => (await fetch(`/run/stop?${new URLSearchParams({ name })}`,
+      {method: "POST", headers: {"X-RRP": "grid"}})).status"""
+    assert page.evaluate(stop, PERSON) == 200  # read once: the answer to what is sent
+    page.wait_for_selector("body[data-run=ended]")
+    eventually(lambda: page.evaluate("window.seen") == [] and page.evaluate(STRANGERS) == [] and not troubles)
+    expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve'), b:text-is('X')")).to_have_count(0)

@@ -70,6 +70,37 @@ def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
         server.task_dispatcher.shutdown(timeout=1)
 
 
+class OneServer:
+    """A server on one port, for one folder after the other: what a browser keeps of its addresses stays good."""
+
+    def __init__(self) -> None:
+        self._app: Any = None
+        self._server = make_server(self._answer, bind(["127.0.0.1"], None))  # type: ignore[arg-type]
+        self.url = f"http://127.0.0.1:{self._server.effective_port}"
+        threading.Thread(target=self._server.run, daemon=True).start()
+
+    def _answer(self, environ: Any, start_response: Any) -> Any:
+        if self._app is None:
+            start_response("503 Service Unavailable", [("Content-Length", "0")])
+            return [b""]
+        return self._app(environ, start_response)
+
+    @contextmanager
+    def serving(self, folder: Path) -> Iterator[str]:
+        """Serve a folder; gives the address, which is always the same."""
+        app = create_app(folder, TOKEN)
+        self._app = _late(app.wsgi_app) if LATEST_ANSWER else app
+        try:
+            yield self.url
+        finally:
+            self._app = None
+            app.extensions["services"].open_workbooks.close()
+
+    def close(self) -> None:
+        self._server.close()
+        self._server.task_dispatcher.shutdown(timeout=1)
+
+
 class Browsers:
     """Browsers that are started when they are wanted, one for each set of flags, and used again.
 
@@ -126,11 +157,99 @@ def browsing() -> Iterator[Any]:
         browsers.close()
 
 
+class Pages:
+    """Pages of the worker's server that are used again: a new one takes longer than most of what is done in it.
+
+    Whoever has done with a page puts it back: as if it were new, but that its browser has the server's scripts already.
+    """
+
+    def __init__(self) -> None:
+        self.url = ""  # of the worker's server: no other stays
+        self._free: dict[str, list[Any]] = {}
+        self._made: dict[Any, str] = {}
+
+    def take(self, browser: Any, url: str, name: str = "", **options: Any) -> Any:
+        """A page of somebody's who is let in; `problems` are the errors of its scripts."""
+        options = {"viewport": {"width": 1280, "height": 800}} | options
+        kind = repr((id(browser), url, name, sorted(options.items())))
+        if free := self._free.get(kind):
+            page = free.pop()
+            page.set_viewport_size(options["viewport"])
+            _give_cookie(page.context, url)
+        else:
+            context = browser.new_context(**options)
+            let_in(context, url, name)
+            page = context.new_page()
+            page.on("pageerror", lambda error: page.problems.append(str(error)))
+            if url == self.url:
+                self._made[page] = kind
+        page.problems = []
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        return page
+
+    def put_back(self, page: Any) -> None:
+        """Let another use the page, or close it when it is not as it was when it was made."""
+        kind = self._made.get(page)
+        if kind is None:
+            page.context.close()
+            return
+        for other in page.context.pages:
+            if other is not page:
+                other.close()
+        leave(page, self.url)
+        page.context.clear_cookies()
+        page.context.clear_permissions()
+        self._free.setdefault(kind, []).append(page)
+
+    def spoil(self, page: Any) -> None:
+        """Let a page not be used again: something was done to it that cannot be undone."""
+        self._made.pop(page, None)
+
+    def are_kept(self, context: Any) -> bool:
+        """True for a context whose page was put back."""
+        return any(page.context is context for pages in self._free.values() for page in pages)
+
+
+PAGES = Pages()
+
+
+def leave(page: Any, url: str) -> None:
+    """Let a page forget what it keeps and what is done with its requests; nothing runs in it then."""
+    page.unroute_all()
+    page.goto(f"{url}/static/login.css")
+    page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
+
+
+def set_clock(page: Any, **begin: Any) -> None:
+    """Give a page a clock that is set by hand; nobody else uses that page."""
+    PAGES.spoil(page)
+    page.clock.install(**begin)
+
+
+@contextmanager
+def requests_of(page: Any) -> Iterator[list[str]]:
+    """Addresses that a page asks for meanwhile."""
+    asked: list[str] = []
+
+    def note(request: Any) -> None:
+        asked.append(request.url)
+
+    page.on("request", note)
+    try:
+        yield asked
+    finally:
+        page.remove_listener("request", note)
+
+
+def _give_cookie(context: Any, url: str) -> None:
+    cookie, value = COOKIE.split("=")
+    context.add_cookies([{"name": cookie, "value": value, "url": url, "httpOnly": True, "sameSite": "Strict"}])
+
+
 def let_in(context: Any, url: str, name: str = "") -> None:
     """Give a browser the cookie that it would get with a link, its user a name, and its pages long time limits."""
     context.set_default_timeout(LONGEST_WAIT * 1000)
-    cookie, value = COOKIE.split("=")
-    context.add_cookies([{"name": cookie, "value": value, "url": url, "httpOnly": True, "sameSite": "Strict"}])
+    _give_cookie(context, url)
     if name:
         script = "if (location.protocol === 'http:') localStorage.getItem('name') ?? localStorage.setItem('name', %s)"
         context.add_init_script(script % json.dumps(name))
@@ -160,9 +279,27 @@ def violations(page: Any) -> list[str]:
     if not page.evaluate("() => 'axe' in window"):
         assert axe(), "npm could not fetch axe-core: what it would find is not known"
         page.evaluate(axe())
-    script = """async () => (await axe.run(document, { resultTypes: ['violations'], preload: false })).violations
+    script = """async () => (await axe.run(document, { resultTypes: ['violations'], preload: false, selectors: false })).violations
       .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 120)}`))"""
     found: list[str] = page.evaluate(script)
+    return found
+
+
+LOOKS = [("light", 1280), ("dark", 400)]  # each colour and each width; crossed by `make soak`
+
+
+def violations_by_look(page: Any, looks: Sequence[tuple[str, int]] = LOOKS) -> dict[str, list[str]]:
+    """Violations that axe-core finds on a page in some colours and widths, by the look; the page is wide then."""
+    found = {}
+    for scheme, width in looks:
+        page.set_viewport_size({"width": width, "height": 900})
+        page.emulate_media(color_scheme=scheme)
+        page.wait_for_function(
+            "() => !document.getAnimations().some((a) => a instanceof CSSTransition && a.playState === 'running')"
+        )
+        if wrong := violations(page):
+            found[f"{scheme} {width}"] = wrong
+    page.set_viewport_size({"width": 1280, "height": 900})
     return found
 
 
@@ -201,8 +338,10 @@ def some(read: Callable[[], Any]) -> Any:
 def _waited(read: Callable[[], Any], wanted: Callable[[Any], bool], seconds: float) -> Any:
     """Read again and again until the value is as wanted or the time is over; return the last value."""
     deadline = time.monotonic() + seconds
+    pause = 0.02
     while not wanted(now := read()) and time.monotonic() < deadline:
-        time.sleep(0.02)  # another process is waited for
+        time.sleep(pause)  # another process is waited for, and each look takes it time
+        pause = min(1.3 * pause, 0.2)
     return now
 
 
@@ -233,14 +372,11 @@ class GridPage:
         recorder: Any = None,
         **context: Any,
     ) -> None:
-        self.context = browser.new_context(viewport={"width": 1280, "height": 800}, **context)
+        self.page = PAGES.take(browser, url, name, **context)
+        self.context, self.errors = self.page.context, self.page.problems
         if recorder:
+            PAGES.spoil(self.page)
             recorder.watch(self.context)
-        self.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        self.page = self.context.new_page()
-        self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
-        let_in(self.context, url, name)
         self.page.goto(f"{url}/book/{book}" + (f"/sheet/{sheet}" if sheet else ""))
         listening(self.page)
 
@@ -249,8 +385,17 @@ class GridPage:
             self.page.keyboard.press(key)
 
     def type(self, text: str, then: str = "Enter") -> None:
+        """Type a text key by key."""
         self.page.keyboard.type(text)
         self.page.keyboard.press(then)
+
+    def write(self, text: str, then: str = "Enter") -> None:
+        """Begin a text with a key; the rest comes at once: a browser draws a picture for each key."""
+        self.page.keyboard.type(text[:1])
+        if text[1:]:
+            self.page.keyboard.insert_text(text[1:])
+        if then:
+            self.page.keyboard.press(then)
 
     def cell(self, address: str) -> Any:
         """A cell by its address, such as C4."""
@@ -289,4 +434,4 @@ class GridPage:
 
     def close(self) -> None:
         assert not self.errors, self.errors
-        self.context.close()
+        PAGES.put_back(self.page)

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from chromium import GridPage, let_in, listening, violations
+from chromium import PAGES, GridPage, listening, violations
 from playwright.sync_api import Error
 
 from rrp_sheets.workbook import read
@@ -28,8 +28,8 @@ EMPTY: Sheets = {"T": [HEADER, [""] * 6]}
 class Shared(GridPage):
     """A grid in a page that is used again; `path` is the workbook's file."""
 
-    def __init__(self, page: Any, errors: list[str], path: Path) -> None:
-        self.page, self.context, self.errors, self.path = page, page.context, errors, path
+    def __init__(self, page: Any, path: Path) -> None:
+        self.page, self.context, self.errors, self.path = page, page.context, page.problems, path
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """The rows of the first behaviour as the file has them."""
@@ -61,7 +61,7 @@ class Shared(GridPage):
     def offered(self, address: str, typed: str = "") -> list[str]:
         """Suggestions in a cell when a text is typed, or its editor is opened; the cell stays as it is."""
         self.go(address)
-        self.page.keyboard.type(typed) if typed else self.press("F2")
+        self.write(typed, then="") if typed else self.press("F2")
         found = [str(t) for t in self.page.locator("[role=option] .name").all_inner_texts()]
         while self.page.locator(".editor textarea").count():
             self.press("Escape")
@@ -74,17 +74,11 @@ class Books:
     def __init__(self, folder: Path, url: str, browser: Any) -> None:
         self.folder, self.url, self.browser = folder, url, browser
         self.made: dict[str, Path] = {}
-        self.errors: list[str] = []
         self.page = self._page()
         self._pages = {"": self.page}
 
     def _page(self, name: str = "") -> Any:
-        context = self.browser.new_context(viewport={"width": 1280, "height": 800})
-        context.grant_permissions(["clipboard-read", "clipboard-write"])
-        let_in(context, self.url, name)
-        page = context.new_page()
-        page.on("pageerror", lambda error: self.errors.append(str(error)))
-        return page
+        return PAGES.take(self.browser, self.url, name)
 
     def file(self, sheets: Sheets = TRACKING) -> Path:
         """A new file with a workbook; the same workbook is made only once."""
@@ -107,7 +101,7 @@ class Books:
             page = self._pages[name] = self._page(name)
         _go(page, f"{self.url}/book/{path.name}" + (f"/sheet/{sheet}" if sheet else ""))
         listening(page)
-        return Shared(page, self.errors, path)
+        return Shared(page, path)
 
     def two(self) -> tuple[Shared, Shared]:
         """Aya and Mika at the same workbook."""
@@ -116,9 +110,10 @@ class Books:
 
     def close(self) -> None:
         """Close the pages; they have had no fault."""
+        problems = [problem for page in self._pages.values() for problem in page.problems]
         for page in self._pages.values():
-            page.context.close()
-        assert not self.errors, self.errors
+            PAGES.put_back(page)
+        assert not problems, problems
 
 
 def _go(page: Any, address: str) -> None:

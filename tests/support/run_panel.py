@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import cv2
-from chromium import let_in
+from chromium import PAGES
 
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.robots import load_robot
@@ -71,11 +71,8 @@ class Panel:
 
     def __init__(self, browser: Any, url: str) -> None:
         self.real = real = real_moment()
-        self.context = browser.new_context(viewport={"width": 1280, "height": 900})
-        let_in(self.context, url)
-        self.page = self.context.new_page()
-        self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.page = PAGES.take(browser, url, viewport={"width": 1280, "height": 900})
+        self.context, self.errors = self.page.context, self.page.problems
         self.page.route("**/run/eye.jpg*", lambda route: route.fulfill(body=real.jpeg, content_type="image/jpeg"))
         self.page.goto(f"{url}/book/b.xlsx/run/T")
         self.page.wait_for_selector("#diagram svg")
