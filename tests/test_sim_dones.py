@@ -11,6 +11,7 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
 from play import rows
+from processes import end_simulator
 from test_sim_run import RED, ROBOT, scene_of
 
 from rrp_sheets import api
@@ -61,7 +62,7 @@ class Play:
                         self.dones.append(got)
             self.state = world.state()
         finally:
-            world.kill()
+            end_simulator(world)
 
     @property
     def short(self) -> list[tuple[str, Any, bool]]:

@@ -6,6 +6,7 @@ import math
 import wave
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import numpy as np
 from PIL import Image
+from processes import end_simulator
 
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
@@ -81,7 +83,7 @@ def play(
         if before_stop is not None:
             before_stop(world)
     finally:
-        (world.stop if out else world.kill)()  # only the files want the robot at its rest
+        (world.stop if out else partial(end_simulator, world))()  # only the files want the robot at its rest
     return played
 
 
@@ -270,7 +272,7 @@ def test_larger_priority_wins() -> None:
     second = [Command("joint", -1, "A!4"), Command("alarm", "Stop!", "A!5", (), 2.0), Command("say", "No", "A!6")]
     told += world.advance(1_500_000, second).notices
     yaw = world.state().joints["HeadYaw"]
-    world.stop()
+    end_simulator(world)
     assert yaw > 0.2
     assert [(h.kind, h.row) for h in told] == [("say", "A!3"), ("error", "A!4"), ("say", "A!5"), ("error", "A!6")]
 
