@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import pytest
 from click.testing import CliRunner
 
@@ -62,5 +62,5 @@ def test_a_folder_that_cannot_be_made_is_told_with_a_remedy(tmp_path: Path) -> N
 
 def test_formulas_from_a_closed_input_are_none() -> None:
     code = "import sys; sys.stdin = None; from rrp_sheets.cli.main import main; main()"
-    ran = subprocess.run([sys.executable, "-c", code, "formula", "--json"], capture_output=True, text=True, timeout=300)
+    ran = forked.run([sys.executable, "-c", code, "formula", "--json"], capture_output=True, text=True, timeout=300)
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")

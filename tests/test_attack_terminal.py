@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
+import forked
 import pytest
 
 from rrp_sheets.cli.terminal import plain_text
@@ -42,9 +41,8 @@ WORKBOOK = f"""## {BAD}
 def test_nothing_steers_the_terminal(command: list[str], tmp_path: Path) -> None:
     file = tmp_path / "w.md"
     file.write_text(WORKBOOK, encoding="utf-8")
-    code = "from rrp_sheets.cli.main import main; main()"
-    ran = subprocess.run(
-        [sys.executable, "-c", code, *command, str(file)],
+    ran = forked.run(
+        [*forked.COMMAND, *command, str(file)],
         capture_output=True,
         cwd=tmp_path,
         encoding="utf-8",

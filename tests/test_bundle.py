@@ -9,12 +9,12 @@ import io
 import json
 import os
 import shutil
-import subprocess
 import sys
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+import forked
 import pytest
 from browser import get, post, visit
 from bundles import SONG, files, relisted, remade, run, sound
@@ -28,7 +28,6 @@ from rrp_sheets.services.bundle_packing import pack
 from rrp_sheets.services.bundles import unpack
 
 DAY = date(2026, 1, 2)
-PROGRAM = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +142,8 @@ def test_it_runs_in_a_folder_of_its_own_and_the_run_replays(place: Path, tmp_pat
     (tmp_path / "far").mkdir()
     bundle = Path(shutil.copy(place / "song.zip", tmp_path / "far" / "歌.zip"))
     bundle.chmod(0o444)
-    done = subprocess.run(
-        [*PROGRAM, "run", str(bundle), "--fast", "--for", "1.5s", "--json"], cwd=tmp_path, capture_output=True,
+    done = forked.run(
+        [*forked.COMMAND, "run", str(bundle), "--fast", "--for", "1.5s", "--json"], cwd=tmp_path, capture_output=True,
         text=True, check=False, env={**os.environ, "HOME": str(tmp_path), "TMPDIR": str(tmp_path)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import pytest
 from click.testing import CliRunner
 from test_diff import BASE, ROW_5, edited
@@ -96,11 +97,8 @@ def test_json(pair):
 @pytest.mark.parametrize("json_too", [False, True])
 def test_a_missing_file_is_unreadable(pair, json_too):
     before, _ = pair(BASE)
-    code = "import sys; from rrp_sheets.cli.main import main; main()"
     flags = ["--json"] if json_too else []
-    done = subprocess.run(
-        [sys.executable, "-c", code, "diff", before, "no.xlsx", *flags], capture_output=True, text=True
-    )
+    done = forked.run([*forked.COMMAND, "diff", before, "no.xlsx", *flags], capture_output=True, text=True)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     if json_too:
         assert json.loads(done.stdout)["error"]["code"] == "FILE001"

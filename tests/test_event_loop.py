@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 import threading
 import time
 
+import forked
 import pytest
 from busy import crowded
 from play import Played, check, rows
@@ -166,7 +164,7 @@ def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
         sender.join()
     deadline = time.monotonic() + 20
     while len(seen["Both"]) < 800 and time.monotonic() < deadline:
-        os.sched_yield()
+        threading.Event().wait(0.01)
     observer.over.set()
     thread.join(5)
     assert not thread.is_alive()
@@ -303,15 +301,15 @@ def test_a_workbook_that_asks_for_the_event_loop_runs_in_it(tmp_path):
         "| Red ball | subscribe | | Head tracker |",
         "## Protocol\n| Field | Value |\n|---|---|\n| Engine | Event loop |\n",
     ))  # fmt: skip
-    command = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()", "run", str(book)]
-    done = subprocess.run([*command, "--for", "1.5s", "--out", str(tmp_path / "o")], capture_output=True, text=True,
-                          timeout=300)  # fmt: skip
+    command = [*forked.COMMAND, "run", str(book)]
+    done = forked.run([*command, "--for", "1.5s", "--out", str(tmp_path / "o")], capture_output=True, text=True,
+                      timeout=300)  # fmt: skip
     assert done.returncode == 0, done.stderr
     lines = [json.loads(line) for line in (tmp_path / "o" / "trace.jsonl").read_text().splitlines()]
     assert lines[0]["engine"] == "event loop" and lines[-1]["ended"] == "time"
     ticks = [line["t"] for line in lines if line.get("stream") == "T!S"]
     assert ticks == sorted(set(ticks)) and len(ticks) >= 2  # a busy machine may give nothing new for a tick
     assert all(tick == pytest.approx(0.3 * round(tick / 0.3)) for tick in ticks)
-    fast = subprocess.run([*command, "--fast", "--out", str(tmp_path / "p")], capture_output=True, text=True,
-                          timeout=300)  # fmt: skip
+    fast = forked.run([*command, "--fast", "--out", str(tmp_path / "p")], capture_output=True, text=True,
+                      timeout=300)  # fmt: skip
     assert fast.returncode == 2 and "frame" in fast.stderr and not (tmp_path / "p").exists()

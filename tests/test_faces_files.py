@@ -14,6 +14,7 @@ import numpy as np
 from click.testing import CliRunner
 from PIL import Image
 from portraits import FACE, photographs
+from processes import end_simulator
 
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
@@ -135,7 +136,7 @@ def test_a_photograph_with_a_name_is_known(tmp_path: Path) -> None:
     try:
         face = world.start().events[0][1]
     finally:
-        world.stop()
+        end_simulator(world)
     assert face.get("name") == "Eileen" and face.get("recognised") is True
 
 
@@ -166,7 +167,7 @@ def test_the_process_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch, tmp_
     ball = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
     world = SimulatedWorld(load_robot(), (ball,), ())
     world.start()  # whoever looks at no faces does not miss it
-    world.stop()
+    end_simulator(world)
 
 
 def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> None:

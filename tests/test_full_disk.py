@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import random
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import forked
 import pytest
 from chromium import becomes, listening, some
 from test_killed_server import HEADER, NOTES, Served
@@ -94,7 +94,7 @@ def test_what_cannot_be_kept_of_a_run_is_told_and_the_rest_is_whole(tmp_path: Pa
     small = FULL.replace(
         str(LIMIT), "62_000"
     )  # less than the pictures of 12 s, more than each other file (robot.toml: 58 kB)
-    done = subprocess.run([sys.executable, "-c", small, *command], capture_output=True, text=True, timeout=300)
+    done = forked.run([sys.executable, "-c", small, *command], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     notes = [e.text for e in TraceReader(out) if isinstance(e, RecordedNotice) and e.kind == "note"]
     assert [note.split(" cannot be kept (")[0] for note in notes] == ["What the camera sees", "The film"]

@@ -18,6 +18,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import forked
 import openpyxl
 import pytest
 from chromium import becomes
@@ -33,11 +34,9 @@ NOTES = 6
 class Served:
     """A server in a process of its own, and a client of it."""
 
-    def __init__(
-        self, folder: Path, program: str = "from rrp_sheets.cli.main import main; main()", options: Sequence[str] = ()
-    ) -> None:
+    def __init__(self, folder: Path, program: str = forked.PROGRAM, options: Sequence[str] = ()) -> None:
         command = [sys.executable, "-c", program, "serve", str(folder), "--no-browser", *options]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.process = forked.Forked(command, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout
         line = next(line for line in self.process.stdout if "http://" in line).strip()
         self.address, self.home = line, line.split("/?")[0]

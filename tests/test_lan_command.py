@@ -12,6 +12,7 @@ import urllib.parse
 from collections.abc import Iterator
 from pathlib import Path
 
+import forked
 import pytest
 from browser import GOOD
 from click.testing import CliRunner
@@ -66,7 +67,7 @@ def started(folder: Path) -> Iterator[object]:
     ) -> subprocess.Popen[str]:
         command = [sys.executable, "-c", PROGRAM, "serve", str(folder), "--no-browser", *options]
         both = {"stdin": stdin, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "start_new_session": terminal}
-        running.append(subprocess.Popen(command, text=True, env={**os.environ, **environ}, **both))
+        running.append(forked.Forked(command, text=True, env={**os.environ, **environ}, **both))
         return running[-1]
 
     yield start

@@ -1,30 +1,41 @@
-"""`rrp-sheets run` and the other commands, as a person uses them: real processes, real files, real signals."""
+"""`rrp-sheets run` and the other commands, as a person uses them: real processes, real files, real signals.
+
+Most processes are forked from one that has the program imported (`support/forked.py`), some are started.
+"""
 
 from __future__ import annotations
 
 import json
 import os
+import select
 import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
+import forked
 import pytest
+from processes import workers
 
 from rrp_sheets.resources import bundled
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
-COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
+COMMAND = forked.COMMAND
 ENV = {**os.environ, "PYTHONIOENCODING": "utf-8"}
 
 
-def rrp(*arguments, cwd=None, env=None):
-    done = subprocess.run([*COMMAND, *map(str, arguments)], cwd=cwd, env=env or ENV, capture_output=True, text=True,
-                          encoding="utf-8", timeout=300)  # fmt: skip
+def rrp(*arguments, cwd=None, env=None, process=forked.run):
+    done = process([*COMMAND, *map(str, arguments)], cwd=cwd, env=env or ENV, capture_output=True, text=True,
+                   encoding="utf-8", timeout=300)  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr
     return done
+
+
+def started(*arguments):
+    """The same by an interpreter of its own, as a shell does it."""
+    return rrp(*arguments, process=subprocess.run)
 
 
 def events(folder: Path) -> list[str]:
@@ -33,31 +44,36 @@ def events(folder: Path) -> list[str]:
 
 
 @contextmanager
-def both_cores_busy():
-    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+def one_core():
+    """Let the processes that are started meanwhile share one core; forked ones are put onto it."""
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(cores)})
     try:
-        yield
+        yield {max(cores)}
     finally:
-        for process in busy:
-            process.kill()
-            process.wait()
+        os.sched_setaffinity(0, cores)
 
 
 @pytest.mark.parametrize("seconds", [1, pytest.param(4, marks=pytest.mark.soak)])
 def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path, seconds):
-    quiet, busy = tmp_path / "a", tmp_path / "b"
-    book = bundled("workbooks", "complex-tracking.xlsx")
-    assert rrp("run", book, "--fast", "--for", f"{seconds}s", "--out", quiet).returncode == 0
-    with both_cores_busy():
-        assert rrp("run", book, "--fast", "--for", f"{seconds}s", "--out", busy).returncode == 0
-    assert events(quiet) == events(busy) and len(events(quiet)) > 30 * seconds
+    """One is forked, one is started, and each keeps the other waiting."""
+    one, other = tmp_path / "a", tmp_path / "b"
+    command = [*COMMAND, "run", str(bundled("workbooks", "complex-tracking.xlsx")), "--fast", "--for", f"{seconds}s"]
+    with (
+        one_core() as core,
+        subprocess.Popen([*command, "--out", str(one)], env=ENV, stdout=subprocess.DEVNULL) as started,
+        forked.Forked([*command, "--out", str(other)], env=ENV, stdout=subprocess.DEVNULL) as quicker,
+    ):
+        os.sched_setaffinity(quicker.pid, core)
+    assert (started.returncode, quicker.returncode) == (0, 0)
+    assert events(one) == events(other) and len(events(one)) > 30 * seconds
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     """A run of five seconds: what was printed, and its folder."""
     out = tmp_path_factory.mktemp("ran") / "o"
-    return rrp(
+    return started(
         "run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", out, "--json"
     ), out
 
@@ -85,8 +101,8 @@ def test_a_path_with_spaces_and_japanese_letters_and_the_default_folder(tmp_path
 
 def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
     out = tmp_path / "o"
-    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True, encoding="utf-8", start_new_session=True)  # fmt: skip
+    process = forked.Forked([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, encoding="utf-8", start_new_session=True)  # fmt: skip
     assert process.stdout is not None
     for line in process.stdout:
         if "Head tracker" in line:
@@ -101,13 +117,14 @@ def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
 
 def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     out = tmp_path / "o"
-    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
-                               stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    process = forked.Forked([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
+                            stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
     assert process.stdout is not None
     for line in process.stdout:
         if "Head tracker" in line:
             break
-    os.kill(child_of(process.pid, "rrp_sheets.sim.server"), signal.SIGKILL)
+    (simulator,) = workers(process.pid, "server")
+    os.kill(simulator, signal.SIGKILL)
     _, errors = process.communicate(timeout=300)
     assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
@@ -135,13 +152,6 @@ def child_of(pid: int, module: str) -> int:
     return found
 
 
-def runs(pid: int) -> bool:
-    """True while a process runs; one that has ended may still be listed."""
-    with suppress(OSError):
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    return False
-
-
 @pytest.mark.parametrize("who", ["program", "engine"])
 def test_no_process_is_left_behind(who, tmp_path):
     out = tmp_path / "o"
@@ -154,11 +164,14 @@ def test_no_process_is_left_behind(who, tmp_path):
     engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_process", "sim.server"))
     left = {engine, simulator, *children(engine), *children(simulator)}
     assert len(left) == 4, "each has a guard"
+    ends = {os.pidfd_open(pid) for pid in left}
     os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # it dies without a word: the others notice
-    deadline = time.monotonic() + 40
-    while any(runs(pid) for pid in left) and time.monotonic() < deadline:
-        os.sched_yield()
-    assert not [pid for pid in left if runs(pid)]
+    deadline = time.monotonic() + 300
+    while ends and (ended := select.select(ends, [], [], max(0, deadline - time.monotonic()))[0]):
+        ends -= set(ended)
+        for end in ended:
+            os.close(end)
+    assert not ends
     process.communicate(timeout=300)
     assert process.returncode == (-signal.SIGKILL if who == "program" else 3)
     assert (out / "film.gif").is_file() and (out / "run.xlsx").is_file()  # the robot has come to its rest
@@ -167,8 +180,8 @@ def test_no_process_is_left_behind(who, tmp_path):
 
 def test_a_reader_that_goes_away_does_not_take_the_run_with_it(tmp_path):
     out = tmp_path / "o"
-    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--fast", "--for", "3s", "--out", str(out)], env=ENV,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    process = forked.Forked([*COMMAND, "run", str(BOOK), "--fast", "--for", "1s", "--out", str(out)], env=ENV,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
     assert process.stdout is not None and process.stderr is not None
     process.stdout.readline()
     process.stdout.close()
@@ -215,8 +228,9 @@ def test_a_wrong_duration_says_how_to_write_one(wrong):
 
 
 def test_check_json_and_its_exit_codes(tmp_path):
-    fine = rrp("check", BOOK, "--json")
+    fine = started("check", BOOK, "--json")
     assert fine.returncode == 0 and json.loads(fine.stdout)["findings"] == []
+    assert fine.stdout == rrp("check", BOOK, "--json").stdout
     gone = rrp("check", tmp_path / "gone.xlsx", "--json")
     assert gone.returncode == 2 and json.loads(gone.stdout)["findings"][0]["code"] == "FILE001"
     (tmp_path / "wrong.md").write_text(
@@ -296,8 +310,8 @@ def test_what_a_stranger_writes_cannot_steer_the_terminal(tmp_path):
 
 def test_a_full_disk_under_the_output_is_told():
     with open("/dev/full", "w") as full:
-        done = subprocess.run([*COMMAND, "help", "devices"], env=ENV, stdout=full, stderr=subprocess.PIPE, text=True,
-                              timeout=300)  # fmt: skip
+        done = forked.run([*COMMAND, "help", "devices"], env=ENV, stdout=full, stderr=subprocess.PIPE, text=True,
+                          timeout=300)  # fmt: skip
     assert done.returncode == 2 and "Traceback" not in done.stderr and "full" in done.stderr
 
 
@@ -309,7 +323,7 @@ def test_a_device_is_never_replaced_by_a_file():
 def test_a_file_name_that_is_no_proper_text(tmp_path):
     book = os.fsencode(tmp_path) + b"/n\xf6.xlsx"
     Path(os.fsdecode(book)).write_bytes(BOOK.read_bytes())
-    done = subprocess.run([*COMMAND, "run", book, "--fast", "--for", "1s", "--out", str(tmp_path / "o")], env=ENV,
-                          capture_output=True, timeout=300)  # fmt: skip
+    done = forked.run([*COMMAND, "run", book, "--fast", "--for", "1s", "--out", str(tmp_path / "o")], env=ENV,
+                      capture_output=True, timeout=300)  # fmt: skip
     assert done.returncode == 0 and b"Traceback" not in done.stderr
     assert json.loads((tmp_path / "o" / "trace.jsonl").read_text().splitlines()[0])["type"] == "header"

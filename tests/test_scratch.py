@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import forked
 import pytest
 
 from rrp_sheets.web.serving import own_temp_folder
@@ -24,7 +24,7 @@ with own_temp_folder() as folder:
 
 
 def test_the_next_server_removes_what_a_killed_one_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    subprocess.run([sys.executable, "-c", KILLED], env={**os.environ, "TMPDIR": str(tmp_path)}, timeout=300)
+    forked.run([sys.executable, "-c", KILLED], env={**os.environ, "TMPDIR": str(tmp_path)}, timeout=300)
     (left,) = tmp_path.iterdir()
     assert (left / "table.csv").is_file()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

@@ -6,6 +6,7 @@ import math
 import wave
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import numpy as np
 from PIL import Image
+from processes import end_simulator
 
 from rrp_sheets.diagnostics.report import Report
 from rrp_sheets.drivers.simulated import SimulatedWorld
@@ -81,7 +83,7 @@ def play(
         if before_stop is not None:
             before_stop(world)
     finally:
-        (world.stop if out else world.kill)()  # only the files want the robot at its rest
+        (world.stop if out else partial(end_simulator, world))()  # only the files want the robot at its rest
     return played
 
 
@@ -95,7 +97,7 @@ def follow(stream: str, value: Any) -> list[tuple[str, Any]]:
 
 def test_it_stands_still() -> None:
     joint = DeviceUse("knee", "Knee", "JointPosition", {"joint": "LKneePitch"})
-    played = play((), {}, 5, sensors=(joint,))
+    played = play((), {}, 5, sensors=(joint,), scene="")
     first, last = played.states[1].base, played.states[5].base
     assert np.allclose(first, last, atol=5e-4)
     assert abs(last[3]) < 0.01
@@ -164,7 +166,7 @@ def test_eyes_shine_in_the_picture() -> None:
     )
     pictures: list[Any] = []
     commands = {0.1: [("eyes", "green")], 0.5: [("dim", 0.25), ("eyes", 7)], 1: [("dim", 3)], 1.5: [("fixed", 1)]}
-    played = play(eyes, commands, 2, before_stop=lambda w: pictures.append(w.watch()))
+    played = play(eyes, commands, 2, sensors=(), scene="", before_stop=lambda w: pictures.append(w.watch()))
     assert played.states[1].eyes == (0.0, 0.25, 0.0)
     assert played.states[2].eyes == (0.0, 0.0, 1.0)
     red, green, blue = (pictures[0][:, :, c].astype(int) for c in range(3))
@@ -181,7 +183,7 @@ def test_speech_is_audio_and_queues_one(tmp_path: Path) -> None:
         0.1: [("say", "Hello, I am a robot.")], 0.2: [("say", "never heard"), ("other", 1)], 3: [("say", 42)],
         4: [("say", True)], 5: [("say", "A long sentence that is stopped before its end.")], 5.5: [("say", None)],
     }  # fmt: skip
-    played = play((say, other), commands, 6, out=tmp_path)
+    played = play((say, other), commands, 6, sensors=(), scene="", out=tmp_path)
     assert played.said("say") == [
         "Hello, I am a robot.", "Good bye", "42", "A long sentence that is stopped before its end.",
     ]  # fmt: skip
@@ -204,7 +206,7 @@ def test_joints_move_and_limits_are_told() -> None:
         0.1: [("HeadYaw", 1.5)], 0.5: [("HeadPitch", 0.5)], 1: [("LArm", (0.5, 0.8, -1, -0.5, 0, 1))],
         1.5: [("LArm", 1), ("HeadYaw", "left")], 2: [("LKneePitch", 5)],
     }  # fmt: skip
-    played = play(devices, commands, 4)
+    played = play(devices, commands, 4, sensors=(), scene="")
     last = played.states[4]
     assert last.joints["HeadYaw"] == pytest.approx(1.5, abs=0.01)
     assert last.joints["HeadPitch"] == pytest.approx(0.206, abs=0.02)  # less than 0.515: the head is turned
@@ -270,7 +272,7 @@ def test_larger_priority_wins() -> None:
     second = [Command("joint", -1, "A!4"), Command("alarm", "Stop!", "A!5", (), 2.0), Command("say", "No", "A!6")]
     told += world.advance(1_500_000, second).notices
     yaw = world.state().joints["HeadYaw"]
-    world.stop()
+    end_simulator(world)
     assert yaw > 0.2
     assert [(h.kind, h.row) for h in told] == [("say", "A!3"), ("error", "A!4"), ("say", "A!5"), ("error", "A!6")]
 

@@ -10,6 +10,7 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 
 from play import findings, rows
+from processes import end_simulator
 from test_sim_run import RATE, RED, ROBOT, play, scene_of
 
 from rrp_sheets.drivers.simulated import SimulatedWorld
@@ -124,4 +125,4 @@ def test_what_people_do_by_hand_is_noticed_like_the_scene():
         assert after.state.things["Red ball"] == (1.0, 0.3, 0.4) and after.picture != before.picture
         assert before.picture.startswith(b"\xff\xd8") and world.show(False).picture == b""
     finally:
-        world.stop()
+        end_simulator(world)

@@ -16,6 +16,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ import pytest
 
 pytest.importorskip("pybullet")
 
+import forked
 from busy import crowded
 from motion import use
 from PIL import Image
@@ -83,6 +85,8 @@ def begun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (about / "entry_points.txt").write_text("[rrp_sheets.connectors]\nslow = slowly:provide\n")
     monkeypatch.setenv("PYTHONPATH", str(place))
     monkeypatch.setenv("BEGUN", str(tmp_path / "begun"))
+    start = partial(forked.start_worker, forked.Forked)  # the fork server of all tests does not know this environment
+    monkeypatch.setattr("rrp_sheets.workers.worker_process._start_process", start)
     return tmp_path / "begun"
 
 
@@ -295,16 +299,13 @@ def test_a_simulator_that_is_killed_leaves_its_film(tmp_path: Path) -> None:
         film.load()
 
 
-COMMAND = "from rrp_sheets.cli.main import main; main()"
-
-
 @contextmanager
 def command(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A run of the command line that has gone on for two seconds."""
     book, out = tmp_path / "b.md", tmp_path / "out"
     book.write_text(rows(FAST, CIRCLING))
-    arguments = [sys.executable, "-c", COMMAND, "run", str(book), "--for", "60", "--out", str(out)]
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
+    arguments = [*forked.COMMAND, "run", str(book), "--for", "60", "--out", str(out)]
+    with forked.Forked(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as running:
         wait_until(lambda: (out / "trace.jsonl").is_file() and '"t":2' in (out / "trace.jsonl").read_text())
         yield running
 

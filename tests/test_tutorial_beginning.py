@@ -11,6 +11,7 @@ import sys
 import urllib.request
 from pathlib import Path
 
+import forked
 import pytest
 from browser import get, post, visit
 from click.testing import CliRunner
@@ -58,15 +59,8 @@ def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
 def test_the_command_makes_it_and_serves_it(tmp_path: Path) -> None:
     folder = tmp_path / "<日本 語>"
     folder.mkdir()
-    command = [
-        sys.executable,
-        "-c",
-        "from rrp_sheets.cli.main import main; main()",
-        "tutorial",
-        str(folder),
-        "--no-browser",
-    ]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    command = [*forked.COMMAND, "tutorial", str(folder), "--no-browser"]
+    process = forked.Forked(command, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         assert process.stdout.readline().startswith("Made ")

@@ -6,7 +6,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import textwrap
 import time
 from pathlib import Path
@@ -15,6 +14,7 @@ import pytest
 
 pytest.importorskip("pybullet")
 
+import forked
 from busy import crowded
 from PIL import Image
 from play import rows
@@ -28,7 +28,7 @@ from rrp_sheets.runs.run_process import (
     Watchdog,
 )
 
-COMMAND = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
+COMMAND = forked.COMMAND
 
 CONNECTORS = """
 import os
@@ -90,8 +90,8 @@ def run_book(connector, tmp_path, environment, *arguments, engine="frame"):
                          "| X | map | 1 | Y |\n| Y | subscribe | | Print |",
                          *([EVENT_LOOP] if engine != "frame" else [])))  # fmt: skip
     out = tmp_path / f"out-{connector}"
-    done = subprocess.run([*COMMAND, "run", str(book), "--out", str(out), "--json", *arguments], text=True,
-                          env=environment, capture_output=True, encoding="utf-8", timeout=300)  # fmt: skip
+    done = forked.run([*COMMAND, "run", str(book), "--out", str(out), "--json", *arguments], text=True,
+                      env=environment, capture_output=True, encoding="utf-8", timeout=300)  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr
     return done, out
 
@@ -141,13 +141,13 @@ def test_a_row_that_takes_the_engine_down_is_named(connector, tmp_path, environm
 def test_ctrl_c_need_not_wait_for_a_check_that_never_ends(tmp_path, environment):
     site = Path(environment["PYTHONPATH"])
     begun = tmp_path / "begun"
+    os.mkfifo(begun)
     (site / "wicked.py").write_text(f"open({str(begun)!r}, 'w').close()\nwhile True:\n    pass\n")
     book = tmp_path / "b.md"
     book.write_text(rows("| Red ball | subscribe | | Head tracker |"))
-    process = subprocess.Popen([*COMMAND, "run", str(book), "--out", str(tmp_path / "o")], env=environment,
-                               stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
-    while not begun.exists():
-        os.sched_yield()
+    process = forked.Forked([*COMMAND, "run", str(book), "--out", str(tmp_path / "o")], env=environment,
+                            stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
+    begun.open().close()  # until the check opens it, too
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=300)
     assert process.returncode == 130 and errors == "" and not (tmp_path / "o").exists()

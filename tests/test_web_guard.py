@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import forked
 import pytest
 from browser import GOOD, HOME, TOKEN, book, get, visit
 from click.testing import CliRunner
@@ -352,9 +353,8 @@ def test_enter_prints_another_link(folder: Path) -> None:
     import pty
 
     ours, theirs = pty.openpty()
-    program = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
-    command = [*program, "serve", str(folder), "--no-browser"]
-    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
+    command = [*forked.COMMAND, "serve", str(folder), "--no-browser"]
+    process = forked.Forked(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True)
     direct = urllib.request.ProxyHandler({})
 
     def next_link() -> str:

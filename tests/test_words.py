@@ -12,6 +12,7 @@ pytest.importorskip("pocketsphinx")
 pytest.importorskip("soxr")
 
 from play import findings, rows
+from processes import end_simulator
 
 from rrp_sheets.drivers.simulated import SimulatedWorld
 from rrp_sheets.model.exchange import Command, DeviceUse, SceneAction
@@ -101,7 +102,7 @@ def apart(seed: int) -> list[tuple]:
             found += [(frame, *v.as_dict().values()) for _, v in world.advance(frame * 1_000_000 // 30, ()).events]
         return found
     finally:
-        world.stop()
+        end_simulator(world)
 
 
 def test_what_is_heard_depends_on_nothing_but_workbook_and_seed():

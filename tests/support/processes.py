@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from rrp_sheets.drivers.simulated import SimulatedWorld
+
 
 def descendants(pid: int) -> Iterator[int]:
     """The processes that a process has started, and those that these have started."""
@@ -31,3 +33,10 @@ def killed(pid: int) -> None:
     os.kill(pid, signal.SIGKILL)
     assert select.select([end], [], [], 60)[0]
     os.close(end)
+
+
+def end_simulator(world: SimulatedWorld) -> None:
+    """End the simulator of a world without its robot's rest, which would take longer than most tests."""
+    if world.pid is not None:
+        os.kill(world.pid, signal.SIGKILL)
+    world.kill()
