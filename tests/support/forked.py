@@ -58,7 +58,7 @@ class Forked(subprocess.Popen[Any]):
         self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)  # type: ignore[attr-defined]
 
     def _fork(self, request: dict[str, Any], files: Sequence[int]) -> int:
-        return nursery().fork({**request, "folder": os.path.abspath(request["folder"])}, files)
+        return fork_server().fork({**request, "folder": os.path.abspath(request["folder"])}, files)
 
 
 class Worker(Forked):
@@ -94,7 +94,7 @@ def run(command: Sequence[Any], *, timeout: float = 120, check: bool = False, **
     return done
 
 
-class Nursery:
+class ForkServer:
     """The process with everything imported."""
 
     def __init__(self) -> None:
@@ -124,9 +124,9 @@ class Nursery:
 
 
 @functools.cache
-def nursery() -> Nursery:
+def fork_server() -> ForkServer:
     """The process of these tests."""
-    found = Nursery()
+    found = ForkServer()
     atexit.register(found.close)
     return found
 
