@@ -36,11 +36,11 @@ _SCENE_ROW = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE
 OF_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
 """Codes that depend on the things in the room, which are not known while rows of the scene have errors."""
 _WRONG_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_AS_WRONG = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # warnings, but what is meant is another row
 _OF_WRONG_ROWS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
 """As long as rows are wrong, streams that tests name may be missing, and how rows act together is not known."""
-_OF_AS_WRONG = ("TEST011", "SCENE006", "DEV009", "LINT")
-"""No error is among these: a warning must not let a workbook with an error pass for one without."""
+_OF_WARNINGS = {"DEV007": ("SCENE006",), "GRAPH014": ("TEST011",)}
+"""By a warning: what is meant is another row. No error is among these, lest a workbook with one passes for one without.
+The lints of such rows are left out in `checks/lints`, which knows the rows that depend on them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,8 +285,7 @@ class _Causes:
         for d in found:
             if d.severity is Severity.ERROR and d.code.startswith(_WRONG_ROWS):
                 self.anywhere.update(_OF_WRONG_ROWS)
-            elif d.code in _AS_WRONG:
-                self.anywhere.update(_OF_AS_WRONG)
+            self.anywhere.update(_OF_WARNINGS.get(d.code, ()))
             if d.address is not None:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":
