@@ -361,7 +361,7 @@ def test_many_rows_that_wait_for_themselves_are_found_at_once():
 
 
 SPEAKS_ALWAYS = "| Red ball | map | redBall.distance | D | |\n| D | subscribe | | Say | |\n"
-WAITS = "| Say done | map | \"a\" | Q | |\n| Q | subscribe | | Say | |\n"
+WAITS = '| Say done | map | "a" | Q | |\n| Q | subscribe | | Say | |\n'
 OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
 
 
@@ -397,5 +397,7 @@ def test_a_wrong_setting_hides_only_the_lints_of_its_device():
     speaks = SPEAKS_ALWAYS + "| Start | map | 3 | Three | |\n| Three | subscribe | | Pose | |"
     found = findings(rows(speaks, DEVICES.replace("Name", "Nmae"), header=HEADER))
     assert [f for f in found if f[0].startswith("LINT")] == [("LINT002", "B3"), ("LINT012", "A5")]
-    found = findings(rows(speaks, DEVICES.replace("| Pose | Posture | | | | |", "| Pose | Posture | | 2 s | | |"), header=HEADER))
+    found = findings(
+        rows(speaks, DEVICES.replace("| Pose | Posture | | | | |", "| Pose | Posture | | 2 s | | |"), header=HEADER)
+    )
     assert [f for f in found if f[0].startswith("LINT")] == [("LINT002", "B3")]
