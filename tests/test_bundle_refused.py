@@ -72,15 +72,15 @@ def listed(**changes: Any) -> Change:
 
 
 REFUSED: dict[str, tuple[Change, str]] = {
-    "out of the folder": (lambda c: relisted({**c, "../evil": EVIL}), "outside of its folder"),
+    "out of the folder": (lambda c: relisted({**c, "../evil": EVIL}), "“../evil” has a name that is not taken, or would be written outside of its folder"),
     "from the root": (lambda c: relisted({**c, "/tmp/evil": EVIL}), "outside of its folder"),
     "another drive": (lambda c: relisted({**c, "C:\\evil": EVIL}), "outside of its folder"),
-    "a name with a line break": (lambda c: relisted({**c, "a\nevil": EVIL}), "a name that is not taken"),
-    "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "two of its files have one name"),
+    "a name with a line break": (lambda c: relisted({**c, "a\nevil": EVIL}), "“a�evil” has a name that is not taken"),
+    "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "two of its files have the name “song.md”"),
     "many files": (lambda c: {**c, **{f"runs/{n}": b"" for n in range(2_001)}}, "2,000 are possible"),
     "a bomb": (lambda c: {**c, "runs/big": bytes(20_000_000)}, "compressed as no file of a bundle is"),
     "zeros in many files": (lambda c: {**c, **{f"runs/{n}": bytes(9_000_000) for n in range(7)}}, "compressed as no files of a bundle are"),
-    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), "a name that is not taken")
+    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), f"“{name}” has a name that is not taken")
        for name in ("NUL", "nul.txt", "runs/CON/evil", "COM1.csv", "COM¹", "aux .txt", "evil.", "evil ", "evil:stream", "a./evil", "CONOUT$")},
     "no list": (lambda c: {n: d for n, d in c.items() if n != "versions.json"}, "there is no versions.json"),
     "another list": (lambda c: {**c, "versions.json": b"[1]"}, "another program's"),
@@ -113,7 +113,7 @@ def test_links_encryption_and_damage(place: Path, tmp_path: Path) -> None:
         for match in re.finditer(re.escape(mark), whole):
             locked[match.start() + at] |= 1
     for data, said in (
-        (bytes(locked), "password"), (whole[: len(whole) // 2], "damaged"), (b"hello", "damaged"), (b"", "damaged"),
+        (bytes(locked), "“README.txt” is protected by a password"), (whole[: len(whole) // 2], "damaged"), (b"hello", "damaged"), (b"", "damaged"),
     ):  # fmt: skip
         (tmp_path / "x.zip").write_bytes(data)
         assert said in refusal(tmp_path / "x.zip", tmp_path), said
@@ -252,17 +252,33 @@ def test_a_catalogue_may_narrow_limits_and_change_texts_and_motions(tmp_path: Pa
     assert robot is not None and (robot.joints["headyaw"].upper, robot.joints["headyaw"].max_velocity) == (1.5, 2)
 
 
-def test_a_robot_of_another_name_has_joints_that_a_robot_can_have(tmp_path: Path) -> None:
+def test_a_robot_of_another_name_keeps_to_the_limits_of_its_own_shape(tmp_path: Path) -> None:
     folder = catalogue(tmp_path)
-    folder.rename(folder.parent / "mine")
-    table = tmp_path / "robots" / "mine" / "robot.toml"
-    text = table.read_text(encoding="utf-8")
-    table.write_text(text.replace("upper = 2.08567", "upper = 3", 1), encoding="utf-8")
+    folder = folder.rename(folder.parent / "mine")
+    table, shape = (
+        (folder / "robot.toml").read_text(encoding="utf-8"),
+        (folder / "nao.urdf").read_text(encoding="utf-8"),
+    )
+
+    def refused(old: str, new: str) -> str:
+        assert old in table
+        (folder / "robot.toml").write_text(table.replace(old, new, 1), encoding="utf-8")
+        with pytest.raises(UnreadableFile) as told:
+            own_robot(tmp_path, "mine")
+        return told.value.message
+
+    said = "the limits of the joint in its shape allow "
+    assert f"joint HeadYaw has upper 3 rad; {said}-2.08567 to 2.18567 rad" in refused("upper = 2.08567", "upper = 3")
+    assert f"joint HeadYaw has lower -3 rad; {said}-2.18567 to 2.18567 rad" in refused("lower = -2.08567", "lower = -3")
+    assert f"has max_velocity 9 rad/s; {said}0.001 to 8.26797 rad/s" in refused(
+        "max_velocity = 8.26797", "max_velocity = 9"
+    )
+    (folder / "nao.urdf").write_text(shape.replace('upper="2.18567"', 'upper="3.2"'), encoding="utf-8")
+    (folder / "robot.toml").write_text(table.replace("upper = 2.08567", "upper = 3", 1), encoding="utf-8")
     mine = own_robot(tmp_path, "mine")
     assert mine is not None and mine.joints["headyaw"].upper == 3
-    table.write_text(text.replace("upper = 2.08567", "upper = 100", 1), encoding="utf-8")
-    with pytest.raises(UnreadableFile, match="joint HeadYaw has upper 100"):
-        own_robot(tmp_path, "mine")
+    (folder / "nao.urdf").write_text(shape.replace('upper="2.18567"', 'upper="100"'), encoding="utf-8")
+    assert "joint HeadYaw has limit upper 100" in refused("upper = 2.08567", "upper = 100")
 
 
 @pytest.mark.parametrize(

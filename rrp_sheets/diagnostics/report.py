@@ -36,11 +36,11 @@ _WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007",
 AFTER_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
 """Hidden by wrong rows of the Scene, as they depend on the things in the room, which are not known then."""
 _ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_WARNINGS_OF_ROWS = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # another row is meant than stands there
 _AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
 """Hidden by errors of rows: streams that tests name may be missing, and how rows act together is not known."""
-_AFTER_WARNINGS = ("TEST011", "SCENE006", "DEV009", "LINT")
-"""Hidden by warnings of rows. No error is among these: a warning must not hide that a workbook has errors."""
+_AFTER_WARNINGS = {"DEV007": ("SCENE006",), "GRAPH014": ("TEST011",)}
+"""Hidden by a warning, as another row is meant; never an error: a warning must not hide that a workbook has errors.
+The lints of such rows are left out in `checks/lints`, which knows the rows that depend on them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,17 +272,20 @@ class _Causes:
         self.input_rows: set[tuple[str, int]] = set()
         self.sheets: set[str] = set()
         self.names: set[tuple[str, str]] = set()  # keys of streams that are missing in a sheet
+        self.lost: dict[str, set[int]] = {}  # by sheet: rows that give nothing under a name of their own
+        self.wanted: dict[str, set[str]] = {}  # by sheet: keys of missing streams that are not just misspelt
         self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
             if d.severity is Severity.ERROR and d.code.startswith(_ERRORS_OF_ROWS):
                 self.anywhere.update(_AFTER_ERRORS)
-            elif d.code in _WARNINGS_OF_ROWS:
-                self.anywhere.update(_AFTER_WARNINGS)
+            self.anywhere.update(_AFTER_WARNINGS.get(d.code, ()))
             if d.address is not None:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":
                     self.names.add((d.address.sheet, key(str(d.details["name"]))))
+                    if not _is_misspelt(d):
+                        self.wanted.setdefault(d.address.sheet, set()).add(key(str(d.details["name"])))
 
     def _add(self, code: str, at: Address) -> None:
         if code in HIDE_CELL:
@@ -293,6 +296,7 @@ class _Causes:
             self.input_rows.add((at.sheet, at.row))
         if code in _LOST_OUTPUT or code in HIDE_CELL:
             self.sheets.add(at.sheet)
+            self.lost.setdefault(at.sheet, set()).add(at.row)
         if code == "SHEET004" or code in HIDE_CELL:
             self.anywhere.update(_UNREAD_SHEETS.get(key(at.sheet), ()))
         if code == "SHEET004":
@@ -313,7 +317,21 @@ class _Causes:
             d.address in self.cells
             or row in self.rows
             or (row in self.input_rows and d.code.startswith("FORM"))
-            or (d.address.sheet in self.sheets and d.code in _MISSING)
+            or (d.address.sheet in self.sheets and d.code in _MISSING and not self._stands_alone(d, d.address))
             or (d.code == "FORM004" and (d.address.sheet, key(str(d.details["name"]))) in self.names)
             or (d.code == "GRAPH011" and d.address.sheet in self.formulas)
         )
+
+    def _stands_alone(self, d: Diagnostic, at: Address) -> bool:
+        """Return whether a missing input does not follow from rows that give nothing.
+
+        It follows when it stands below one of those, is no misspelt name, and each of those explains one name at most.
+        """
+        above = sum(row < at.row for row in self.lost[at.sheet])
+        alone = not above or _is_misspelt(d) or len(self.wanted[at.sheet]) > len(self.lost[at.sheet])
+        return d.code == "GRAPH001" and alone
+
+
+def _is_misspelt(d: Diagnostic) -> bool:
+    name, guess = d.details.get("name"), d.details.get("guess")
+    return isinstance(name, str) and isinstance(guess, str) and surely(name, guess)
