@@ -160,6 +160,19 @@ def test_a_menu_that_waits_for_an_undo_ends_the_edit_before_it(shelf: Books) -> 
     assert texts(grid.path)[1][2:4] == ("map", "x")
 
 
+def test_what_waits_for_an_undo_also_waits_for_a_dialog_to_be_closed(shelf: Books) -> None:
+    grid = noted(shelf, "far")
+    with SlowAnswers(grid.page) as slow:
+        grid.press("Control+z")
+        grid.type("very close")
+        grid.page.evaluate("document.body.appendChild(document.createElement('dialog')).showModal()")
+        slow.release()
+    grid.expect("F3", "near")
+    grid.page.evaluate("document.querySelector('dialog:modal').close()")
+    grid.expect("F3", "very close")
+    becomes(lambda: grid.here, "F4")
+
+
 def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> None:
     grid = noted(shelf, "far")
     with SlowAnswers(grid.page) as slow:
@@ -399,11 +412,11 @@ def test_what_waits_behind_an_undo_is_among_what_is_not_saved_and_offered_after_
     dialog = grid.page.get_by_label("Changes that are not saved")
     expect(dialog.locator("textarea")).to_have_value("Undo\nimportant\ntwo lines\npasted")
     dialog.get_by_role("button", name="Close").click()
-    grid.page.unroute("**/undo")
     grid.page.reload()
     expect(grid.page.locator(f"{DIALOG} textarea")).to_have_value("important\ntwo lines\npasted")
     expect(grid.page.locator(DIALOG)).to_contain_text("it is not saved. Copy your text")
     grid.page.locator(DIALOG).get_by_role("button", name="Close").click()
+    grid.page.unroute("**/undo")
     grid.expect("F3", "near")
     grid.saved()
     grid.page.reload()

@@ -24,6 +24,7 @@ export class Held {
     for (const kind of ["keydown", "paste", "copy", "cut", "pointerdown", "dblclick", "contextmenu", "click"]) {
       document.addEventListener(kind, (event) => this.event(event), true);
     }
+    document.addEventListener("close", () => this.replay(), true); // of a dialog
     addEventListener("beforeunload", (event) => this.actions.length && event.preventDefault());
   }
 
@@ -95,7 +96,7 @@ export class Held {
 
   /** Hold an action of a menu or a button while a job is under way; true if so. It then first ends an edit, as a click does. */
   takes(action) {
-    if (!this.jobs || this.playing) return false;
+    if (!this.waits || this.playing) return false;
     this.add(() => {
       if (this.grid.editor.isOpen) this.grid.editor.close(true, null);
       action();
@@ -103,9 +104,16 @@ export class Held {
     return true;
   }
 
+  /** True while a job is under way, or what was held waits for a dialog to be closed: below it nothing takes the focus. */
+  get waits() {
+    if (!this.jobs && this.actions.length) this.replay();
+    return this.jobs > 0 || this.actions.length > 0;
+  }
+
   replay() {
+    if (this.playing) return;
     const waited = this.actions.length > 0;
-    while (this.actions.length && !this.jobs) {
+    while (this.actions.length && !this.jobs && !document.querySelector("dialog:modal")) {
       const { run } = this.actions.shift();
       this.playing = true;
       try {
@@ -120,9 +128,10 @@ export class Held {
 
   // Only what is meant for the grid: Stop, say, never waits.
   event(event) {
-    if (!this.jobs || this.playing) return;
+    if (this.playing) return;
     const { target } = event;
     if (!this.grid.scroll.contains(target) && !(event.type === "keydown" && target.closest?.(BUTTONS))) return;
+    if (!this.waits) return;
     const action = this[event.type](event);
     if (!action) return;
     event.preventDefault();
