@@ -358,3 +358,46 @@ def test_a_value_and_the_limit_that_it_passes_look_different():
 def test_many_rows_that_wait_for_themselves_are_found_at_once():
     text = '| Ask done | subscribe | "Hi" | Ask | |\n' * 1500  # looking behind each of them anew took minutes
     assert [f for f in lints(text) if f[0] == "LINT017"] == [("LINT017", "A2")]
+
+
+SPEAKS_ALWAYS = "| Red ball | map | redBall.distance | D | |\n| D | subscribe | | Say | |\n"
+WAITS = '| Say done | map | "a" | Q | |\n| Q | subscribe | | Say | |\n'
+OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "expected"),
+    [
+        # an unused row, in another sheet or in the same one
+        (SPEAKS_ALWAYS, ["## Other", OTHER], [("LINT002", "B3"), ("GRAPH011", "D2")]),
+        (SPEAKS_ALWAYS + "| Chest button | map | 1 | Left over | |", [], [("LINT002", "B3"), ("GRAPH011", "D4")]),
+        (SPEAKS_ALWAYS, ["## Other", OTHER, "## Protocol\n| Run | T |\n"], [("LINT002", "B3"), ("GRAPH011", "D2")]),
+        (WAITS + '| Say done | map | "a" | Q2 | |', [], [("LINT017", "A2"), ("GRAPH011", "D4")]),
+        # what is said of the unused row itself waits until it is used
+        ("| Red ball | filter | 1 | X | |", [], [("GRAPH011", "D2")]),
+        # a period that was meant in seconds: other rows, and those after it
+        (SPEAKS_ALWAYS + "| Red ball | sample | 3 | X | |\n| X | subscribe | | Print | |", [],
+         [("LINT002", "B3"), ("CONN010", "C4")]),
+        ("| Red ball | throttle | 10 | X | |\n| X | map | \"a\" | Y | |\n| Y | subscribe | | Say | |", [], [("CONN010", "C2")]),
+        # a sheet whose rows are all off, and a row that waits for what it does
+        ("| Say done | map | \"a\" | Q | |\n| Q | subscribe | | Print | |\n" + SPEAKS_ALWAYS.replace("Say", "Ask"),
+         [DEVICES, "## Off\n| On " + HEADER.replace("\n|", "\n|---|") + "| no | Red ball | subscribe | \"a\" | Say | |"],
+         [("LINT002", "B5"), ("GRAPH014", "B1")]),
+        # a helper that hides a function: other rows, and those that call it
+        (SPEAKS_ALWAYS + "| Red ball | filter | ABS(redBall) | X | |\n| X | subscribe | | Print | |",
+         ['## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Abs | x | "text" |'],
+         [("LINT002", "B3"), ("FORM012", "A2")]),
+    ],
+)  # fmt: skip
+def test_a_warning_hides_only_the_lints_of_what_depends_on_its_row(text, more, expected):
+    assert findings(rows(text, *more, header=HEADER)) == expected
+
+
+def test_a_wrong_setting_hides_only_the_lints_of_its_device():
+    speaks = SPEAKS_ALWAYS + "| Start | map | 3 | Three | |\n| Three | subscribe | | Pose | |"
+    found = findings(rows(speaks, DEVICES.replace("Name", "Nmae"), header=HEADER))
+    assert [f for f in found if f[0].startswith("LINT")] == [("LINT002", "B3"), ("LINT012", "A5")]
+    found = findings(
+        rows(speaks, DEVICES.replace("| Pose | Posture | | | | |", "| Pose | Posture | | 2 s | | |"), header=HEADER)
+    )
+    assert [f for f in found if f[0].startswith("LINT")] == [("LINT002", "B3")]

@@ -36,11 +36,11 @@ _WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007",
 AFTER_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
 """Hidden by wrong rows of the Scene, as they depend on the things in the room, which are not known then."""
 _ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_WARNINGS_OF_ROWS = ("CONN010", "DEV007", "GRAPH011", "GRAPH014", "FORM012")  # another row is meant than stands there
 _AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
 """Hidden by errors of rows: streams that tests name may be missing, and how rows act together is not known."""
-_AFTER_WARNINGS = ("TEST011", "SCENE006", "DEV009", "LINT")
-"""Hidden by warnings of rows. No error is among these: a warning must not hide that a workbook has errors."""
+_AFTER_WARNINGS = {"DEV007": ("SCENE006",), "GRAPH014": ("TEST011",)}
+"""Hidden by warnings. No error is among these: a warning must not hide that a workbook has errors. The lints of rows that
+depend on a warning are left out in `checks/lints`, which knows those rows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,8 +277,7 @@ class _Causes:
         for d in found:
             if d.severity is Severity.ERROR and d.code.startswith(_ERRORS_OF_ROWS):
                 self.anywhere.update(_AFTER_ERRORS)
-            elif d.code in _WARNINGS_OF_ROWS:
-                self.anywhere.update(_AFTER_WARNINGS)
+            self.anywhere.update(_AFTER_WARNINGS.get(d.code, ()))
             if d.address is not None:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":

@@ -1,9 +1,12 @@
 """Lints: warnings about rows that work, but probably not as they are meant.
 
-A lint must report nothing on workbooks that are in order, so it reports only what is certain.
+A lint must report nothing on workbooks that are in order, so it reports only what is certain. Nor does it report rows
+that a warning shows to be meant otherwise, nor rows that depend on those: that may only follow.
 """
 
 from __future__ import annotations
+
+import ast
 
 from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
@@ -18,8 +21,9 @@ from rrp_sheets.checks.lints.unmatched import lint_unmatched
 from rrp_sheets.checks.lints.unreachable import lint_unreachable
 from rrp_sheets.checks.lints.unused_helpers import lint_unused_helpers
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.graph import Graph
-from rrp_sheets.model.workbook import Workbook
+from rrp_sheets.graph import Graph, Step
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address, Workbook
 from rrp_sheets.robots import Robot
 
 __all__ = ["lint"]
@@ -30,9 +34,54 @@ def lint(
 ) -> None:
     """Report everything that the lints find; `running`: keys of the behaviours that run, or can be switched on."""
     routes = Paths(graph, compiled.formulas, compiled.facts)
-    context = LintContext(workbook, robot, graph, compiled, running, routes, report)
+    context = LintContext(workbook, robot, graph, compiled, running, routes, Report(report))
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_unreachable, lint_failing_formulas, lint_input_specs,
         lint_unused_helpers, lint_unmatched, lint_deadlock,
     ):  # fmt: skip
         each(context)
+    unclear = _unclear_rows(context)
+    for d in context.report:
+        if not (d.code.startswith("LINT") and d.address and _row(d.address) in unclear):
+            report.extend([d])
+
+
+_Row = tuple[str, int]
+"""The key of a sheet and the number of a row."""
+
+
+def _row(address: Address) -> _Row:
+    return key(address.sheet), address.row
+
+
+def _unclear_rows(context: LintContext) -> set[_Row]:
+    """Return the rows that are not yet what is meant, because of a warning there or at what they depend on."""
+    unclear: set[_Row] = set()
+    streams: set[str] = set()  # whose values are not what is meant
+    for d in context.report:
+        if d.address is None:
+            continue
+        if d.code in ("CONN010", "FORM012", "GRAPH011"):
+            unclear.add(_row(d.address))
+        if d.code == "DEV007":  # of a column, it stands at the first of the devices that use it
+            setting = key(str(d.details["setting"]))
+            streams.update(key(row.stream.text) for row in context.workbook.devices if row.settings.get(setting))
+        elif d.code == "GRAPH014":
+            off = (s for b in context.graph.behaviours if b.name == d.address.sheet for s in b.steps)
+            driven = {s.output for s in off if s.connector.is_sink}
+            streams.update(s.id for s in context.graph.streams.values() if s.done_of in driven)
+    hiding = {key(str(d.details["name"])) for d in context.report if d.code == "FORM012"}
+    for step in context.steps():  # in the order in which they settle
+        row = _row(step.row.output.address)
+        if streams.intersection((*step.inputs, step.output)) or (hiding and hiding & _helpers(step, context)):
+            unclear.add(row)
+        if row in unclear and not step.connector.is_sink:
+            streams.add(step.output)
+    return unclear
+
+
+def _helpers(step: Step, context: LintContext) -> set[str]:
+    """Return the keys of the helpers that a row's formula calls."""
+    formula = context.compiled.formulas.get(step.ref)
+    called = (getattr(node, "helper", None) for node in ast.walk(formula.tree)) if formula else ()
+    return {key(helper.shown) for helper in called if helper}
