@@ -30,6 +30,7 @@ from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS
+from rrp_sheets.workbook.schema import FIELDS
 
 WIDEST = 100
 FILES = Path(help.__file__).parent
@@ -62,6 +63,19 @@ def test_codes_stand_under_what_they_are_about():
 @pytest.mark.parametrize("topic", ["", "formulas", "tests", "sample", "CLAMP", "FORM007", "scene"])
 def test_pages_as_people_see_them(topic, golden):
     golden(f"help-{topic or 'overview'}.txt", help_on(topic))
+
+
+@pytest.mark.parametrize(
+    "field", [field for field in FIELDS.values() if field.closed and field.choices], ids=lambda f: f.name
+)
+def test_the_help_of_the_protocol_names_the_words_that_a_field_takes(field):
+    lines = (FILES / "protocol.md").read_text(encoding="utf-8").splitlines()
+    (line,) = [line for line in lines if line.startswith(f"* {field.name} | ")]
+    named = line.partition(" | ")[2].partition(";")[0].rpartition(": ")[2]
+    assert all(word in named for word in field.words)
+    for word in re.split(",? or ", re.sub(r" \(.*\)", "", named)):
+        table = f"## Protocol\n| Field | Value |\n|---|---|\n| {field.name} | {word} |"
+        assert not check(rows("| Red ball | subscribe | | Print |", table)).report.errors, word
 
 
 def test_the_readme_names_topics_that_there_are():
