@@ -13,7 +13,8 @@ from test_killed_server import HEADER
 
 from rrp_sheets import api
 from rrp_sheets.documents.document import Journal
-from rrp_sheets.perception.face_memory import FaceMemory, read_memory, write_memory
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.perception.face_memory import FaceMemory, kept, read_memory, write_memory
 from rrp_sheets.workbook.files import make_workbook
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="modes of Unix")
@@ -106,3 +107,17 @@ def test_faces_are_never_readable_by_others_not_for_a_moment(tmp_path: Path, mon
     write_memory(path, memory)
     assert seen == [0o600] and path.stat().st_mode & 0o777 == 0o600
     assert [person.name for person in read_memory(path).persons] == ["Kim"]
+
+
+def test_faces_of_an_earlier_version_are_closed_to_others_when_they_are_read(tmp_path: Path) -> None:
+    memory = FaceMemory()
+    memory.add(1, "Kim", [[0.0] * 127 + [1.0]])  # type: ignore[list-item]
+    path = tmp_path / "runs" / "faces.json"
+    write_memory(path, memory)
+    path.chmod(0o644)
+    assert kept(tmp_path) == ["Kim"] and path.stat().st_mode & 0o777 == 0o600
+    path.chmod(0o644)
+    path.write_text("broken", encoding="utf-8")
+    with pytest.raises(SheetsError):
+        kept(tmp_path)
+    assert path.stat().st_mode & 0o777 == 0o600

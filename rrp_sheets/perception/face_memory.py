@@ -14,7 +14,7 @@ import numpy as np
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import faces_file
-from rrp_sheets.private import folder_above, opener
+from rrp_sheets.private import close_to_others, folder_above, opener
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
@@ -80,7 +80,11 @@ class FaceMemory:
 
 
 def read_memory(path: Path) -> FaceMemory:
-    """Read the faces that earlier runs have kept, none when there is no file; raises SheetsError when it is broken."""
+    """Read the faces that earlier runs have kept, none when there is no file; raises SheetsError when it is broken.
+
+    Others may not read the file from then on, even if an earlier version of the program has left it open to them.
+    """
+    close_to_others(path)
     try:
         if path.stat().st_size > MOST_BYTES:
             raise ValueError
