@@ -252,17 +252,33 @@ def test_a_catalogue_may_narrow_limits_and_change_texts_and_motions(tmp_path: Pa
     assert robot is not None and (robot.joints["headyaw"].upper, robot.joints["headyaw"].max_velocity) == (1.5, 2)
 
 
-def test_a_robot_of_another_name_has_joints_that_a_robot_can_have(tmp_path: Path) -> None:
+def test_a_robot_of_another_name_keeps_to_the_limits_of_its_own_shape(tmp_path: Path) -> None:
     folder = catalogue(tmp_path)
-    folder.rename(folder.parent / "mine")
-    table = tmp_path / "robots" / "mine" / "robot.toml"
-    text = table.read_text(encoding="utf-8")
-    table.write_text(text.replace("upper = 2.08567", "upper = 3", 1), encoding="utf-8")
+    folder = folder.rename(folder.parent / "mine")
+    table, shape = (
+        (folder / "robot.toml").read_text(encoding="utf-8"),
+        (folder / "nao.urdf").read_text(encoding="utf-8"),
+    )
+
+    def refused(old: str, new: str) -> str:
+        assert old in table
+        (folder / "robot.toml").write_text(table.replace(old, new, 1), encoding="utf-8")
+        with pytest.raises(UnreadableFile) as told:
+            own_robot(tmp_path, "mine")
+        return told.value.message
+
+    said = "the limits of the joint in its shape allow "
+    assert f"joint HeadYaw has upper 3 rad; {said}-2.08567 to 2.18567 rad" in refused("upper = 2.08567", "upper = 3")
+    assert f"joint HeadYaw has lower -3 rad; {said}-2.18567 to 2.18567 rad" in refused("lower = -2.08567", "lower = -3")
+    assert f"has max_velocity 9 rad/s; {said}0.001 to 8.26797 rad/s" in refused(
+        "max_velocity = 8.26797", "max_velocity = 9"
+    )
+    (folder / "nao.urdf").write_text(shape.replace('upper="2.18567"', 'upper="3.2"'), encoding="utf-8")
+    (folder / "robot.toml").write_text(table.replace("upper = 2.08567", "upper = 3", 1), encoding="utf-8")
     mine = own_robot(tmp_path, "mine")
     assert mine is not None and mine.joints["headyaw"].upper == 3
-    table.write_text(text.replace("upper = 2.08567", "upper = 100", 1), encoding="utf-8")
-    with pytest.raises(UnreadableFile, match="joint HeadYaw has upper 100"):
-        own_robot(tmp_path, "mine")
+    (folder / "nao.urdf").write_text(shape.replace('upper="2.18567"', 'upper="100"'), encoding="utf-8")
+    assert "joint HeadYaw has limit upper 100" in refused("upper = 2.08567", "upper = 100")
 
 
 @pytest.mark.parametrize(

@@ -171,19 +171,25 @@ _HEIGHT = (0.1, 3.0)  # m
 def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -> None:
     """Raise CatalogueError unless a robot stays within the limits of `model`, a robot of the program.
 
-    Of a model with another name only the parts count, not the limits.
+    A robot of another name has limits of its own: those of the joints in its shape, which no table may exceed.
     """
     known = robot.name == model.name
+    limits = {joint.name: joint.limits for joint in shape.joints}
     for joint in model.joints.values():
         own = robot.joints[key(joint.name)]
         if (own.chain, own.unit) != (joint.chain, joint.unit):
             raise CatalogueError("joint {joint} has another chain or unit than in the program", joint=own.name)
-        low, high = (joint.lower, joint.upper) if known else (-_WIDEST, _WIDEST)
         unit = f" {joint.unit}" if joint.unit else ""
-        _within(own.name, "lower", own.lower, low, high, unit)
-        _within(own.name, "upper", own.upper, own.lower, high, unit)
-        fastest = joint.max_velocity if known else _FASTEST
-        _within(own.name, "max_velocity", own.max_velocity, 1e-3, fastest, f"{unit}/s")
+        if known:
+            low, high, fastest = joint.lower, joint.upper, joint.max_velocity
+        else:
+            mine = limits.get(joint.name, {})
+            low, high = mine.get("lower", -_WIDEST), mine.get("upper", _WIDEST)
+            fastest = min(mine.get("velocity", _FASTEST), _FASTEST)
+        within = _within if known else _within_shape
+        within(own.name, "lower", own.lower, low, high, unit)
+        within(own.name, "upper", own.upper, own.lower, high, unit)
+        within(own.name, "max_velocity", own.max_velocity, 1e-3, fastest, f"{unit}/s")
     _judge_shape(shape, model_shape, known=known)
     _judge_head(robot, model, known=known)
     if robot.data["chains"] != model.data["chains"]:
@@ -212,6 +218,14 @@ def _within(joint: str, what: str, value: float, low: float, high: float, unit: 
         )  # fmt: skip
 
 
+def _within_shape(joint: str, what: str, value: float, low: float, high: float, unit: str = "") -> None:
+    if not low <= value <= high:
+        raise CatalogueError(
+            "joint {joint} has {name} {value}{unit}; the limits of the joint in its shape allow {low} to {high}{unit}",
+            joint=joint, name=what, value=f"{value:g}", unit=unit, low=f"{low:g}", high=f"{high:g}",
+        )  # fmt: skip
+
+
 def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
     own = {joint.name: joint for joint in shape.joints}
     for joint in model.joints:
@@ -225,7 +239,7 @@ def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
             _within(joint.name, name, mine.limits[name], low, high)
         lower, upper = (mine.limits.get(end, 0.0) for end in ("lower", "upper"))
         if lower > upper:  # the simulator takes that for no limits at all
-            _within(joint.name, "upper", upper, lower, _WIDEST)
+            _within_shape(joint.name, "upper", upper, lower, _WIDEST, " rad")
     if own:
         raise CatalogueError("joint {joint} of its shape cannot be simulated here", joint=next(iter(own)))
     if missing := set(model.links) - set(shape.links):
