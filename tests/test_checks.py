@@ -97,6 +97,25 @@ def test_everything_is_reported_at_once():
     assert [code for code, _ in findings(rows(text))] == ["GRAPH001", "CONN002", "GRAPH006"]
 
 
+LOST = "| Red ball | map | 1 | Say |\n"  # nothing is given under a name of its own
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("| Green | map | 1 | Say |", [("GRAPH001", "A2"), ("GRAPH007", "D2")]),
+        ("| Green | map | 1 | X |\n" + OUT + "\n" + LOST, [("GRAPH001", "A2"), ("GRAPH007", "D4")]),
+        (LOST + "| Red bal | map | 1 | X |\n" + OUT, [("GRAPH007", "D2"), ("GRAPH001", "A3")]),
+        (LOST + "| Green, Grey | merge | | X |\n" + OUT, [("GRAPH007", "D2"), ("GRAPH001", "A3"), ("GRAPH001", "A3")]),
+        # what was meant to be given there
+        (LOST + "| Side | subscribe | | Print |", [("GRAPH007", "D2")]),
+        (LOST + "| Side | map | 2 | X |\n" + OUT + "\n| Side | subscribe | | Print |", [("GRAPH007", "D2")]),
+    ],
+)
+def test_an_unknown_input_is_told_beside_a_wrong_output_unless_it_follows_from_it(text, expected):
+    assert findings(rows(text)) == expected
+
+
 def test_a_circle_prints_its_whole_path_with_cells():
     report = check(rows("| C | map | c | A |\n| A | map | a | B |\n| B | map | b | C |")).report
     (finding,) = report.errors

@@ -272,6 +272,8 @@ class _Causes:
         self.input_rows: set[tuple[str, int]] = set()
         self.sheets: set[str] = set()
         self.names: set[tuple[str, str]] = set()  # keys of streams that are missing in a sheet
+        self.lost: dict[str, set[int]] = {}  # by sheet: rows that give nothing under a name of their own
+        self.wanted: dict[str, set[str]] = {}  # by sheet: keys of missing streams that are not just misspelt
         self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
@@ -282,6 +284,8 @@ class _Causes:
                 self._add(d.code, d.address)
                 if d.code == "GRAPH001":
                     self.names.add((d.address.sheet, key(str(d.details["name"]))))
+                    if not _is_misspelt(d):
+                        self.wanted.setdefault(d.address.sheet, set()).add(key(str(d.details["name"])))
 
     def _add(self, code: str, at: Address) -> None:
         if code in HIDE_CELL:
@@ -292,6 +296,7 @@ class _Causes:
             self.input_rows.add((at.sheet, at.row))
         if code in _LOST_OUTPUT or code in HIDE_CELL:
             self.sheets.add(at.sheet)
+            self.lost.setdefault(at.sheet, set()).add(at.row)
         if code == "SHEET004" or code in HIDE_CELL:
             self.anywhere.update(_UNREAD_SHEETS.get(key(at.sheet), ()))
         if code == "SHEET004":
@@ -312,7 +317,21 @@ class _Causes:
             d.address in self.cells
             or row in self.rows
             or (row in self.input_rows and d.code.startswith("FORM"))
-            or (d.address.sheet in self.sheets and d.code in _MISSING)
+            or (d.address.sheet in self.sheets and d.code in _MISSING and not self._stands_alone(d, d.address))
             or (d.code == "FORM004" and (d.address.sheet, key(str(d.details["name"]))) in self.names)
             or (d.code == "GRAPH011" and d.address.sheet in self.formulas)
         )
+
+    def _stands_alone(self, d: Diagnostic, at: Address) -> bool:
+        """Return whether a missing input does not follow from rows that give nothing.
+
+        It follows when it stands below one of those, is no misspelt name, and each of those explains one name at most.
+        """
+        above = sum(row < at.row for row in self.lost[at.sheet])
+        alone = not above or _is_misspelt(d) or len(self.wanted[at.sheet]) > len(self.lost[at.sheet])
+        return d.code == "GRAPH001" and alone
+
+
+def _is_misspelt(d: Diagnostic) -> bool:
+    name, guess = d.details.get("name"), d.details.get("guess")
+    return isinstance(name, str) and isinstance(guess, str) and surely(name, guess)
