@@ -340,7 +340,10 @@ def test_runs_in_folders_below_are_told_and_stay(study: Path) -> None:
     assert told.exit_code == 0 and "To be deleted: 1 run of P-07" in told.output
     assert f"1 run in group B: rrp-sheets runs delete '{study}/group B' --participant P-07" in told.output
     assert "group 'C'/タロウ: rrp" in told.output and "All of them go with --below." in told.output
-    assert "9-x" not in told.output and "also stands in, which stays as it is: runs/2-b/inside" in told.output
+    assert (
+        "9-x" not in told.output
+        and "also stands in these files, which stay as they are:\n  runs/2-b/inside/" in told.output
+    )
     assert told.output.endswith("Deleted: 1 run, 0 remembered faces.\n")
     assert (study / "group B" / "runs" / "1-a").is_dir() and not (study / "runs" / "1-a").exists()
     with pytest.raises(SheetsError, match="are in folders below: group 'C'/タロウ, group B"):

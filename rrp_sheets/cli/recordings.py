@@ -174,7 +174,8 @@ def _words(planned: Deletion, parts: Sequence[Deletion]) -> list[str]:
         if len(planned.below) > 1:
             stays.append("  All of them go with --below.")
     if planned.elsewhere:
-        stays.append(f"“{planned.participant}” also stands in, which stays as it is: {_listed(planned.elsewhere)}")
+        stays.append(f"“{planned.participant}” also stands in these files, which stay as they are:")
+        stays += _indented(planned.elsewhere)
     if planned.unsearched:
         stays.append(f"These files were not searched for “{planned.participant}”. Open them and look yourself:")
         stays += [f"  {unsearched}" for unsearched in planned.unsearched]
@@ -205,7 +206,7 @@ def _stays(planned: Deletion) -> list[str]:
         stays.append(planned.unread)
     stays += [f"There are runs of “{code}” too, which stay." for code in planned.like]
     if planned.unknown:
-        stays.append(f"Whose these runs are cannot be read; they stay: {_listed(planned.unknown)}")
+        stays += ["Whose these runs are cannot be read; they stay:", *_indented(planned.unknown)]
     return stays
 
 
@@ -216,6 +217,11 @@ def _command(planned: Deletion) -> str:
 def _listed(things: Sequence[str]) -> str:
     more = f" and {len(things) - _MOST_NAMED} more" if len(things) > _MOST_NAMED else ""
     return ", ".join(things[:_MOST_NAMED]) + more
+
+
+def _indented(things: Sequence[str]) -> list[str]:
+    more = [f"  … and {len(things) - _MOST_NAMED} more"] if len(things) > _MOST_NAMED else []
+    return [*(f"  {thing}" for thing in things[:_MOST_NAMED]), *more]
 
 
 class _ExportOption(click.Option):
