@@ -72,15 +72,15 @@ def listed(**changes: Any) -> Change:
 
 
 REFUSED: dict[str, tuple[Change, str]] = {
-    "out of the folder": (lambda c: relisted({**c, "../evil": EVIL}), "outside of its folder"),
+    "out of the folder": (lambda c: relisted({**c, "../evil": EVIL}), "“../evil” has a name that is not taken, or would be written outside of its folder"),
     "from the root": (lambda c: relisted({**c, "/tmp/evil": EVIL}), "outside of its folder"),
     "another drive": (lambda c: relisted({**c, "C:\\evil": EVIL}), "outside of its folder"),
-    "a name with a line break": (lambda c: relisted({**c, "a\nevil": EVIL}), "a name that is not taken"),
-    "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "two of its files have one name"),
+    "a name with a line break": (lambda c: relisted({**c, "a\nevil": EVIL}), "“a�evil” has a name that is not taken"),
+    "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "two of its files have the name “song.md”"),
     "many files": (lambda c: {**c, **{f"runs/{n}": b"" for n in range(2_001)}}, "2,000 are possible"),
     "a bomb": (lambda c: {**c, "runs/big": bytes(20_000_000)}, "compressed as no file of a bundle is"),
     "zeros in many files": (lambda c: {**c, **{f"runs/{n}": bytes(9_000_000) for n in range(7)}}, "compressed as no files of a bundle are"),
-    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), "a name that is not taken")
+    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), f"“{name}” has a name that is not taken")
        for name in ("NUL", "nul.txt", "runs/CON/evil", "COM1.csv", "COM¹", "aux .txt", "evil.", "evil ", "evil:stream", "a./evil", "CONOUT$")},
     "no list": (lambda c: {n: d for n, d in c.items() if n != "versions.json"}, "there is no versions.json"),
     "another list": (lambda c: {**c, "versions.json": b"[1]"}, "another program's"),
@@ -113,7 +113,7 @@ def test_links_encryption_and_damage(place: Path, tmp_path: Path) -> None:
         for match in re.finditer(re.escape(mark), whole):
             locked[match.start() + at] |= 1
     for data, said in (
-        (bytes(locked), "password"), (whole[: len(whole) // 2], "damaged"), (b"hello", "damaged"), (b"", "damaged"),
+        (bytes(locked), "“README.txt” is protected by a password"), (whole[: len(whole) // 2], "damaged"), (b"hello", "damaged"), (b"", "damaged"),
     ):  # fmt: skip
         (tmp_path / "x.zip").write_bytes(data)
         assert said in refusal(tmp_path / "x.zip", tmp_path), said

@@ -14,6 +14,7 @@ import stat
 import tempfile
 import unicodedata
 import zipfile
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -151,6 +152,7 @@ _MOST_LIST = 2_000_000  # bytes of the list
 _RATIO, _RATIO_FROM = 400, 10_000_000  # the trace of a value that never changes packs well
 _WHOLE_RATIO, _WHOLE_FROM = 150, 50_000_000  # of all files together; many traces are packed to a twentieth
 _PIECE = 1 << 20
+_LONGEST_SHOWN = 80  # letters of a refused file's name
 _ENCRYPTED = 0x1
 
 
@@ -236,13 +238,15 @@ def _unpack(path: Path, folder: Path, most_bytes: int) -> Bundle:
 def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     """Return the files of a zip; raise _Refused when names, number or sizes may do harm."""
     entries = archive.infolist()
-    names = {e.filename.casefold() for e in entries}
+    counts = Counter(e.filename.casefold() for e in entries)
+    names = counts.keys()
     if "[content_types].xml" in names:
         raise _Refused(N_("it is a workbook of Excel under another name: let its name end with .xlsx"))
     if VERSIONS_FILE not in names:
         raise _Refused(N_("there is no {file} in it", file=VERSIONS_FILE))
     if len(names) != len(entries):
-        raise _Refused(N_("two of its files have one name"))
+        twice = next(_shown(e) for e in entries if counts[e.filename.casefold()] > 1)
+        raise _Refused(N_("two of its files have the name “{name}”", name=twice))
     if len(entries) > MOST_FILES:
         raise _Refused(N_("it has {n:,} files; {most:,} are possible", n=len(entries), most=MOST_FILES))
     unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
@@ -252,9 +256,10 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
         raise _Refused(N_("its files are compressed as no files of a bundle are"))
     for e in entries:
         if not is_safe(e.filename.removesuffix("/")):
-            raise _Refused(N_("a file in it has a name that is not taken, or would be written outside of its folder"))
+            words = N_("“{name}” has a name that is not taken, or would be written outside of its folder")
+            raise _Refused(N_(words, name=_shown(e)))
         if e.flag_bits & _ENCRYPTED:
-            raise _Refused(N_("it is protected by a password"))
+            raise _Refused(N_("“{name}” is protected by a password", name=_shown(e)))
         if stat.S_IFMT(e.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
             raise _Refused(N_("“{name}” is a link and no file", name=e.filename))
         if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
@@ -262,6 +267,12 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
         if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
             raise _Refused(N_("“{name}” is compressed as no file of a bundle is", name=e.filename))
     return [e for e in entries if not e.is_dir()]
+
+
+def _shown(entry: zipfile.ZipInfo) -> str:
+    """Return a file's name as it can be shown, whatever is in it; a long one is shortened."""
+    text = "".join(c if c.isprintable() else "�" for c in entry.filename)
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}…"
 
 
 def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> tuple[dict[str, Any], dict[str, str]]:
