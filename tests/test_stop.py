@@ -179,6 +179,16 @@ def test_stop_does_not_wait_for_a_frozen_engine(tmp_path: Path) -> None:
     assert set(result.files) >= FILES and result.summary.simulated > 0.4
 
 
+def test_a_run_whose_engine_is_ended_is_as_long_as_it_was_not_as_its_last_value(tmp_path: Path) -> None:
+    running = Running(tmp_path, "| Chest button | subscribe | | Print |")  # nobody presses it: there are no values
+    wait_until(lambda: running.panel.us > 500_000)
+    os.kill(running.run.pid, signal.SIGSTOP)
+    running.stop()
+    result = running.ended[0].result
+    assert result is not None and result.summary.simulated == running.panel.us / 1e6
+    assert running.summary()["simulated_seconds"] == result.summary.simulated
+
+
 @pytest.mark.parametrize("engine", ["frame", "event loop"])
 def test_of_a_frozen_simulator_no_rest_is_claimed(engine: str, tmp_path: Path) -> None:
     running = Running(tmp_path, FAST, *([EVENT_LOOP] if engine == "event loop" else []))

@@ -101,6 +101,7 @@ class RunProcess:
         self._started: RunStart | None = None
         self._starting = False
         self._finishing = self._told_finishing = False
+        self._reached_us = 0  # of the run's clock, as far as the engine has told
         self._began = time.monotonic()
 
     @property
@@ -251,6 +252,7 @@ class RunProcess:
             return None
         if isinstance(event, StartEvent):
             self._started, self._began = event.start, time.monotonic()
+        self._reached_us = max(self._reached_us, getattr(event, "us", 0))
         view.handle(event)
         return None
 
@@ -277,7 +279,7 @@ class RunProcess:
             notices = (*notices, Notice("note", _sentence(N_(words, seconds=ROWS_END_WITHIN), row)))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
-        summary = close_trace(start, row, error, notices, by)
+        summary = close_trace(start, row, error, notices, by, self._reached_us)
         for notice in notices:
             view.handle(NoticeEvent(round(summary.simulated * 1e6), notice))
         summary.wall = wall
@@ -317,7 +319,12 @@ def _sentence(words: str, row: str = "") -> str:
 
 
 def close_trace(
-    start: RunStart, row: str, error: RunBroken | None, notices: Sequence[Notice] = (), by: str = ""
+    start: RunStart,
+    row: str,
+    error: RunBroken | None,
+    notices: Sequence[Notice] = (),
+    by: str = "",
+    reached_us: int = 0,
 ) -> Summary:
     """Complete a trace: cut off an unfinished line, add a summary if there is none, and return the summary.
 
@@ -327,10 +334,11 @@ def close_trace(
         error: why the run broke off; None when it was stopped.
         notices: to be added before the summary.
         by: who stopped it, if somebody did and it is known.
+        reached_us: how far the run had come, which may be later than its last event.
     """
     events: Counter[str] = Counter(dict.fromkeys(start.streams.values(), 0))
     errors: Counter[str] = Counter()
-    last = 0.0
+    last = reached_us / 1e6
     reader = TraceReader(start.folder)
     whole = reader.begins
     for place, line, value in reader.skim():
