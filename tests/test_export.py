@@ -21,10 +21,10 @@ from click.testing import CliRunner
 from PIL import Image
 from recorded import END, EVENT, HEADER, HOSTILE, write_run
 
-from rrp_sheets import api
+from rrp_sheets import api, help
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.model.run_files import Stamp
+from rrp_sheets.model.run_files import ORPHANED, Stamp
 from rrp_sheets.recording import exporting
 from rrp_sheets.recording.deleting import search_code
 from rrp_sheets.recording.exporting import ExportKind
@@ -243,6 +243,30 @@ def test_every_table_says_how_its_runs_ended(odd: list[Path], tmp_path: Path) ->
     api.export([odd[1]], tmp_path / "one.xlsx")
     header, line = openpyxl.load_workbook(tmp_path / "one.xlsx")["run"].iter_rows(values_only=True)
     assert line[header.index("ended")] == "broken" and line[header.index("complete")] is False
+
+
+def test_a_table_tells_the_end_of_the_program_from_a_person_who_stopped_the_run(tmp_path: Path) -> None:
+    stopped = {
+        "type": "summary",
+        "ended": "stopped",
+        "simulated_seconds": 8.0,
+        "events": {},
+        "errors": {},
+        "actuator_commands": {},
+    }
+    places = [
+        write_run(tmp_path, name, HEADER, {"t": 0.1, "stream": "Red ball", "row": "", "value": 1}, {**stopped, **by})
+        for name, by in (("one", {"stopped_by": "Aya"}), ("two", {"stopped_by": ORPHANED}), ("three", {}))
+    ]
+    api.export(places, tmp_path / "t.csv")
+    ended = {r["run"]: (r["ended"], r["complete"]) for r in rows_of(tmp_path / "t.csv")}
+    assert ended == {"one": ("stopped", "TRUE"), "two": ("killed", "FALSE"), "three": ("stopped", "TRUE")}
+    shown = CliRunner().invoke(group, ["runs", str(tmp_path)]).output
+    assert "stopped by Aya" in shown and "stopped by the end of the program that had started it" in shown
+    help_text = (Path(help.__file__).parent / "records.md").read_text(encoding="utf-8")
+    assert (
+        "* killed | " in help_text and "complete is FALSE" in help_text.partition("* killed | ")[2].partition("\n")[0]
+    )
 
 
 def test_what_is_printed_stands_there_once(tmp_path: Path) -> None:

@@ -119,6 +119,8 @@ _NAMES = {
     "seed": "Seed", "participant": "Participant", "condition": "Condition", "operator": "Operator", "began": "Began",
     "ended": "Ended",
 }  # fmt: skip
+ORPHANED = "the end of the program that had started it"
+"""Name under which a record says that no person stopped the run, but the end of its program; it then is `killed`."""
 _WHOLE = ("time", "stopped", "end run")
 """Ends of a run that are not failures."""
 
@@ -136,7 +138,9 @@ class Stamp:
     condition: str = ""
     operator: str = ""
     began: str = ""  # the wall clock at time 0 by ISO 8601, `2026-11-21T20:54:55.120+00:00`
-    ended: str = ""  # how the run ended, as its record says: `time`, `stopped`, `end run`, `broken`, `cut`, `going`
+    ended: str = (
+        ""  # how the run ended, as its record says: `time`, `stopped`, `end run`, `killed`, `broken`, `cut`, `going`
+    )
     run: str = ""  # the name of the run's folder; blank for an export of a workbook that has not run
     language: str = "en"  # of the words of a picture; it is no part of the stamp
 

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.run_files import RUNS, TRACE, Stamp
+from rrp_sheets.model.run_files import ORPHANED, RUNS, TRACE, Stamp
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
 from rrp_sheets.texts import N_, known_language
 
@@ -32,7 +32,8 @@ class RunMetadata:
     """Metadata of a recorded run.
 
     Attributes:
-        ended: `time`, `stopped`, `end run`, `broken`, `going`, `cut` (its record has no end), `unreadable`.
+        ended: `time`, `stopped`, `end run`, `killed` (its program ended), `broken`, `going`,
+            `cut` (its record has no end), `unreadable`.
     """
 
     run: str  # the name of its folder
@@ -103,6 +104,8 @@ def metadata_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
         return RunMetadata(run, why=why, remedy=remedy)
     if summary is not None:
         ended = summary.text("ended") or "cut"
+        if ended == "stopped" and summary.text("stopped_by") == ORPHANED:
+            ended = "killed"
     else:
         summary = TraceSummary()
         fresh = 0 <= time.time() - about.st_mtime < STILL_WRITTEN
@@ -238,6 +241,8 @@ def ended(metadata: RunMetadata) -> str:
             return N_("ended by the row {row}", row=by) if by else N_("ended by a row")
         case "stopped":
             return N_("stopped by {name}", name=by) if by else N_("stopped by hand")
+        case "killed":
+            return N_("stopped by the end of the program that had started it")
         case "broken":
             return N_("broke off at the row {row}", row=by) if by else N_("broke off")
         case "going":

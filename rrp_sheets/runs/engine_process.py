@@ -18,6 +18,7 @@ from rrp_sheets.engine.ports import PLACES
 from rrp_sheets.engine.run_events import CommandQueue, NoticeEvent, OperatorCommand, RunEvent, RunObserver
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.exchange import Notice
+from rrp_sheets.model.run_files import ORPHANED
 from rrp_sheets.private import only_for_this_user
 from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.runs.run_data import FinishingEvent, RestedEvent, RunSettings
@@ -33,8 +34,6 @@ ENGINE = Task(f"{__name__}.serve", ALONE_WITHIN, ALONE_STILL_WITHIN)
 MOST_WAITING = 4_000_000  # bytes of events that a watcher may be behind; what is more is not shown, but in the trace
 LIGHT = 200_000  # bytes: less than that is little
 ENDING_TOLD_WITHIN = 2.0  # s, for the program to say why the simulator has ended
-ORPHANED = N_("the end of the program that had started it")
-"""Name under which the record says that a run was stopped by the end of its program."""
 
 
 class RunEventSender(RunObserver):
