@@ -39,7 +39,7 @@ _ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
 """Hidden by errors of rows: streams that tests name may be missing, and how rows act together is not known."""
 _AFTER_WARNINGS = {"DEV007": ("SCENE006",), "GRAPH014": ("TEST011",)}
-"""Hidden by warnings. No error is among these: a warning must not hide that a workbook has errors. The lints of rows that
+"""Hidden by warnings. No error is among these: a warning must not hide that a workbook has errors. Lints of rows that
 depend on a warning are left out in `checks/lints`, which knows those rows."""
 
 
