@@ -39,8 +39,8 @@ _ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
 _AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
 """Hidden by errors of rows: streams that tests name may be missing, and how rows act together is not known."""
 _AFTER_WARNINGS = {"DEV007": ("SCENE006",), "GRAPH014": ("TEST011",)}
-"""Hidden by a warning, as another row is meant; never an error: a warning must not hide that a workbook has errors.
-The lints of such rows are left out in `checks/lints`, which knows the rows that depend on them."""
+"""Hidden by warnings. No error is among these: a warning must not hide that a workbook has errors. Lints of rows that
+depend on a warning are left out in `checks/lints`, which knows those rows."""
 
 
 @dataclass(frozen=True, slots=True)
