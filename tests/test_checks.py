@@ -32,6 +32,7 @@ WRONG = [
     ("| Red ball | subscribe | | Tell |", [("GRAPH006", "D2")]),
     ("| Red ball | subscribe | | Blue ball |", [("GRAPH006", "D2")]),
     ("| Red ball | map | 1 | Say |", [("GRAPH007", "D2")]),
+    ("| Red ball | map | 1 | Say |\n| Red ball | subscribe | | Near |", [("GRAPH007", "D2")]),
     ("| Say | subscribe | | Print |", [("GRAPH009", "A2")]),
     ("| Red ball | map | 1 | X |\n| Ball | map | 2 | X |\n" + OUT, [("GRAPH002", "D3")]),
     ("| B | map | b | A |\n| A | map | a | B |\n| A | subscribe | | Print |", [("GRAPH010", "D2")]),

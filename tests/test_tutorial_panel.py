@@ -130,7 +130,7 @@ def test_what_came_is_shown_as_text(page: Callable[..., Page]) -> None:
     here = page(rows, A=HOLDS)
     here.run()
     renderer = RowRenderer(here.document.grids["A"])
-    renderer._marks = here.tests.marks("A")
+    renderer._verdicts = here.tests.marks("A")
     html = str(renderer.rows(0, 10))
     assert "failed;" in html and "&lt;script&gt;" in html and "<script>" not in html
 

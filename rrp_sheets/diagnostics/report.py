@@ -327,9 +327,9 @@ class _Causes:
 
         It follows when it stands below one of those, is no misspelt name, and each of those explains one name at most.
         """
-        above = sum(row < at.row for row in self.lost[at.sheet])
-        alone = not above or _is_misspelt(d) or len(self.wanted[at.sheet]) > len(self.lost[at.sheet])
-        return d.code == "GRAPH001" and alone
+        lost = self.lost[at.sheet]
+        below = any(row < at.row for row in lost)
+        return d.code == "GRAPH001" and (not below or _is_misspelt(d) or len(self.wanted[at.sheet]) > len(lost))
 
 
 def _is_misspelt(d: Diagnostic) -> bool:
