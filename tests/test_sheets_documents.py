@@ -200,7 +200,7 @@ def test_undo_on_a_deleted_sheet_is_refused_and_kept(document: Document) -> None
     assert deleted is not None
     document.sheets.delete("Cem", "Parts")
     for _ in range(2):
-        with pytest.raises(Refused, match="no sheet “Parts”"):
+        with pytest.raises(Refused, match="It waits until somebody brings the sheet back"):
             document.undo("Aya")
     document.undo("Cem")
     document.undo("Aya")
@@ -210,6 +210,27 @@ def test_undo_on_a_deleted_sheet_is_refused_and_kept(document: Document) -> None
         document.undo("Ben")
     with pytest.raises(Refused, match="no sheet “Nowhere”"):
         document.sheets.move("Aya", "Nowhere", "")
+
+
+def test_steps_on_a_deleted_sheet_do_not_keep_the_earlier_ones_from_being_undone(document: Document) -> None:
+    look, switch = document.grids["Look"], document.grids["Switch"]
+    was = look.text(look.rows[0], 6)
+    document.set_cells("Aya", "Look", [CellText(look.rows[0], 6, "kept", was)])
+    for text in "one", "two":
+        row = switch.rows[0]
+        document.set_cells("Aya", "Switch", [CellText(row, 6, text, switch.text(row, 6))])
+    document.sheets.delete("Cem", "Switch")
+    for _ in range(2):
+        with pytest.raises(Refused, match="no sheet “Switch”"):
+            document.undo("Aya")
+    document.undo("Aya")
+    assert document.grids["Look"].text(look.rows[0], 6) == was
+    document.undo("Cem")
+    for text in "one", "":
+        document.undo("Aya")
+        switch = document.grids["Switch"]
+        assert switch.text(switch.rows[0], 6) == text
+    assert document.undo("Aya") is None
 
 
 def test_undo_of_a_move_finds_the_neighbour_by_its_new_name(document: Document) -> None:

@@ -33,6 +33,7 @@ from rrp_sheets.documents.grid import (
     RemoveRows,
     RowStep,
     SheetChange,
+    SheetMissing,
     blocks,
     bring,
     cell_edits,
@@ -74,6 +75,10 @@ class Steps:
         pile = (self._redo if redo else self._back).setdefault(author, [])
         pile.append(step)
         del pile[:-MOST_BACK]
+
+    def put_last(self, author: str, step: Step, *, redo: bool) -> None:
+        """Put back a step that cannot be made now below all others, which are not to wait for it."""
+        (self._redo if redo else self._back).setdefault(author, []).insert(0, step)
 
     def take(self, author: str, *, redo: bool) -> Step | None:
         """Remove and return the newest step to undo, or to make again; None when there is none."""
@@ -180,10 +185,16 @@ class Document:
             step = self._steps.take(author, redo=redo)
             if step is None:
                 return None
+            version = self.version
             try:
                 changed, inverse = self._make(author, step)
-            except Exception:  # it can be tried again when the reason is gone
-                self._steps.put(author, step, redo=redo)
+            except SheetMissing as missing:
+                self._steps.put_last(author, step, redo=redo)
+                remedy = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
+                raise Refused(missing.message, remedy) from missing
+            except Exception as error:  # it can be tried again when the reason is gone
+                if isinstance(error, Refused) or self.version == version:  # else it is in the file already
+                    self._steps.put(author, step, redo=redo)
                 raise
             self._steps.put(author, inverse, redo=not redo)
             return changed
@@ -372,7 +383,7 @@ class Document:
     def _grid(self, sheet: str) -> Grid:
         grid = self.grids.get(self.current(sheet))
         if grid is None:
-            raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=sheet), N_("Reload the page."))
+            raise SheetMissing(sheet)
         return grid
 
 

@@ -90,6 +90,13 @@ class Refused(SheetsError):
         self.clashes = clashes
 
 
+class SheetMissing(Refused):
+    """An edit of a sheet that is not there any more."""
+
+    def __init__(self, sheet: str) -> None:
+        super().__init__(N_("There is no sheet “{sheet}” any more.", sheet=sheet), N_("Reload the page."))
+
+
 BLANK_ROWS = 20  # at least, below the last filled row, so that there is always room to go on
 
 

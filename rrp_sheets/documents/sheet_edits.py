@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rrp_sheets.checks.tests import quoted_sheet
-from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange, Store
+from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange, SheetMissing, Store
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token, tokenize
@@ -189,7 +189,7 @@ class Sheets:
         """Return the name that a sheet has now; raise Refused when it is gone."""
         found = self.current(sheet)
         if found not in self.reading.workbook.sheets:
-            raise Refused(N_("There is no sheet “{sheet}” any more.", sheet=found), N_("Reload the page."))
+            raise SheetMissing(found)
         return found
 
     def text(self, at: Address) -> str:
