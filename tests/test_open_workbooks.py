@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from queue import SimpleQueue
 
 import pytest
 
@@ -179,5 +180,24 @@ def test_pages_are_told_when_what_was_wrong_with_the_file_is_over(
     (trouble,) = told(whole[: len(whole) // 2])
     assert "is damaged" in trouble["message"]
     assert told(whole[: len(whole) // 2]) == []
+    late = session.join("late.1", "Cem")
+    assert [m for m in late.messages if trouble["message"] in m], "a page that comes later is told, too"
     assert told(whole) == [{"message": "", "over": trouble["message"]}]
     assert checks  # what was checked and tested meanwhile was not the whole file
+
+
+def test_pages_are_told_of_each_check_that_fails(
+    open_workbooks: OpenWorkbooks, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_workbooks.session(open_workbooks.folder / "b.xlsx")
+    page = session.join("mine.1", "Aya")
+    told: SimpleQueue[int] = SimpleQueue()
+
+    def fails(*_: object) -> None:
+        told.put(sum("event: trouble" in m and "process has ended" in m for m in list(page.messages)))
+        raise SheetsError("The check's process has ended.")
+
+    monkeypatch.setattr(workbook_session, "analyse", fails)
+    for before in range(3):
+        session.check_soon()
+        assert told.get(timeout=300) == before

@@ -474,7 +474,7 @@ class WorkbookSession(Broadcaster):
             try:
                 analysis = analyse(self.document.path, self.document.reading, self._worker)
             except SheetsError as error:
-                self._trouble("check", error_text(error))
+                self._trouble("check", error_text(error), again=True)  # what was edited since is unchecked, too
                 with self._lock:
                     self._analysis = replace(self._analysis, checked=True)
                 continue
@@ -522,6 +522,8 @@ class WorkbookSession(Broadcaster):
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         self._enter(listener, had)
+        for trouble in filter(None, self._troubles.values()):
+            listener.tell(message("trouble", {"message": trouble, "over": ""}))
         if run := self.about_run():
             listener.tell(run)
         self.tell_people()
@@ -572,11 +574,14 @@ class WorkbookSession(Broadcaster):
             self.check_soon()  # what was checked and tested meanwhile was not the whole file
         self._tell_changes(changes)
 
-    def _trouble(self, about: str, now: str) -> bool:
-        """Tell the pages what is wrong, or that it is over when `now` is empty; return whether that is new."""
+    def _trouble(self, about: str, now: str, *, again: bool = False) -> bool:
+        """Tell the pages what is wrong, or that it is over when `now` is empty; return whether that is new.
+
+        With `again` they are told even if they were told before.
+        """
         with self._lock:
             before, self._troubles[about] = self._troubles.get(about, ""), now
-        if now != before:
+        if now != before or again:
             self.tell("trouble", {"message": now, "over": before})
         return now != before
 
