@@ -72,15 +72,15 @@ def listed(**changes: Any) -> Change:
 
 
 REFUSED: dict[str, tuple[Change, str]] = {
-    "out of the folder": (lambda c: relisted({**c, "../evil": EVIL}), "“../evil” has a name that is not taken, or would be written outside of its folder"),
-    "from the root": (lambda c: relisted({**c, "/tmp/evil": EVIL}), "outside of its folder"),
-    "another drive": (lambda c: relisted({**c, "C:\\evil": EVIL}), "outside of its folder"),
-    "a name with a line break": (lambda c: relisted({**c, "a\nevil": EVIL}), "“a�evil” has a name that is not taken"),
-    "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "two of its files have the name “song.md”"),
+    "out of the folder": (lambda c: relisted({**c, "../evil": EVIL}), "“../evil” has a name that cannot be used, or that leads out of the folder"),
+    "from the root": (lambda c: relisted({**c, "/tmp/evil": EVIL}), "leads out of the folder"),
+    "another drive": (lambda c: relisted({**c, "C:\\evil": EVIL}), "leads out of the folder"),
+    "a name with a line break": (lambda c: relisted({**c, "a\nevil": EVIL}), "“a�evil” has a name that cannot be used"),
+    "two names": (lambda c: relisted({**c, "SONG.md": EVIL}), "“song.md” and “SONG.md” would be one file"),
     "many files": (lambda c: {**c, **{f"runs/{n}": b"" for n in range(2_001)}}, "2,000 are possible"),
     "a bomb": (lambda c: {**c, "runs/big": bytes(20_000_000)}, "compressed as no file of a bundle is"),
     "zeros in many files": (lambda c: {**c, **{f"runs/{n}": bytes(9_000_000) for n in range(7)}}, "compressed as no files of a bundle are"),
-    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), f"“{name}” has a name that is not taken")
+    **{f"the name {name}": (lambda c, name=name: relisted({**c, name: EVIL}), f"“{name}” has a name that cannot be used")
        for name in ("NUL", "nul.txt", "runs/CON/evil", "COM1.csv", "COM¹", "aux .txt", "evil.", "evil ", "evil:stream", "a./evil", "CONOUT$")},
     "no list": (lambda c: {n: d for n, d in c.items() if n != "versions.json"}, "there is no versions.json"),
     "another list": (lambda c: {**c, "versions.json": b"[1]"}, "another program's"),

@@ -245,8 +245,8 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
     if VERSIONS_FILE not in names:
         raise _Refused(N_("there is no {file} in it", file=VERSIONS_FILE))
     if len(names) != len(entries):
-        twice = next(_shown(e) for e in entries if counts[e.filename.casefold()] > 1)
-        raise _Refused(N_("two of its files have the name “{name}”", name=twice))
+        first, second, *_ = (_shown(e) for e in entries if e.filename.casefold() == counts.most_common(1)[0][0])
+        raise _Refused(N_("“{first}” and “{second}” would be one file on some computers", first=first, second=second))
     if len(entries) > MOST_FILES:
         raise _Refused(N_("it has {n:,} files; {most:,} are possible", n=len(entries), most=MOST_FILES))
     unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)
@@ -256,16 +256,16 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
         raise _Refused(N_("its files are compressed as no files of a bundle are"))
     for e in entries:
         if not is_safe(e.filename.removesuffix("/")):
-            words = N_("“{name}” has a name that is not taken, or would be written outside of its folder")
+            words = N_("“{name}” has a name that cannot be used, or that leads out of the folder")
             raise _Refused(N_(words, name=_shown(e)))
         if e.flag_bits & _ENCRYPTED:
             raise _Refused(N_("“{name}” is protected by a password", name=_shown(e)))
         if stat.S_IFMT(e.external_attr >> 16) not in (0, stat.S_IFREG, stat.S_IFDIR):
-            raise _Refused(N_("“{name}” is a link and no file", name=e.filename))
+            raise _Refused(N_("“{name}” is a link and no file", name=_shown(e)))
         if e.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-            raise _Refused(N_("“{name}” is compressed in an unusual way", name=e.filename))
+            raise _Refused(N_("“{name}” is compressed in an unusual way", name=_shown(e)))
         if e.file_size > _RATIO_FROM and e.file_size > _RATIO * max(e.compress_size, 1):
-            raise _Refused(N_("“{name}” is compressed as no file of a bundle is", name=e.filename))
+            raise _Refused(N_("“{name}” is compressed as no file of a bundle is", name=_shown(e)))
     return [e for e in entries if not e.is_dir()]
 
 
