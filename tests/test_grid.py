@@ -106,6 +106,15 @@ def test_a_blank_cell_that_is_copied_empties_where_it_is_pasted(grid) -> None:
     assert [r[3] for r in grid.rows()] == ["", "Close ball", "Head tracker"]
 
 
+def test_a_cell_of_another_program_is_pasted_into_an_editor_without_its_line_break(grid) -> None:
+    for copied, becomes_text in ("near\r\n", "is near"), ("\n", "is "), ("a\nb", "is a\nb"):
+        grid.page.evaluate("text => navigator.clipboard.writeText(text)", copied)
+        grid.go("F9")
+        grid.page.keyboard.type("is ")
+        grid.press("Control+v", "Control+Enter")
+        becomes(lambda: grid.text("F9"), becomes_text)
+
+
 def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> None:
     """Quotes, line breaks of all kinds, tabs within quotes, a formula that begins with a quote, a last line break."""
     cells = [["a\tb", 'q"q', "l1\nl2"], ['"near" & x', "", "é日本"], ["", "", ""]]
@@ -171,6 +180,9 @@ def test_keys_that_select_fill_and_break_lines(grid) -> None:
     grid.expect("C2", "map")
 
 
+SCROLLED = "document.getElementById('grid-scroll').scrollTop"
+
+
 def test_the_cursor_stays_when_rows_columns_or_all_are_selected_and_deleted(grid) -> None:
     selected = grid.page.locator("td[aria-selected]")
     every = grid.page.locator("tbody tr").count() * 6
@@ -181,12 +193,16 @@ def test_the_cursor_stays_when_rows_columns_or_all_are_selected_and_deleted(grid
         for keys, count in steps:
             grid.press(keys)
             expect(selected).to_have_count(count)
-            becomes(lambda: grid.here, "C3")
+            becomes(lambda: (grid.here, grid.page.evaluate(SCROLLED)), ("C3", 0))
     grid.press("Control+-")
     becomes(lambda: (grid.here, grid.text("C3")), ("C3", ""))
     assert grid.rows() == []
     grid.press("Control+z")
     grid.expect("C3", "filter")
+    for row, count, *keys in ("3", 6), ("5", 18, "Shift"), ("2", 12, "Shift"):
+        grid.page.locator(f"th.number:text-is('{row}')").click(modifiers=keys)
+        expect(selected).to_have_count(count)
+        becomes(lambda: grid.here, "A3")
     grid.go("D2")
     grid.press("Shift+ArrowDown", "Control+-")
     becomes(lambda: (grid.here, grid.text("C2")), ("D3", "subscribe"))

@@ -165,12 +165,35 @@ def test_what_waits_for_an_undo_also_waits_for_a_dialog_to_be_closed(shelf: Book
     with SlowAnswers(grid.page) as slow:
         grid.press("Control+z")
         grid.type("very close")
-        grid.page.evaluate("document.body.appendChild(document.createElement('dialog')).showModal()")
-        slow.release()
+        grid.page.keyboard.type("and")
+        grid.page.evaluate("import('/static/grid/dialog.js').then(({ open }) => open('Question', []))")
+        until(grid.page, lambda: slow.asked)
     grid.expect("F3", "near")
-    grid.page.evaluate("document.querySelector('dialog:modal').close()")
+    expect(grid.page.locator("#saved")).to_have_text("Saving …")
+    grid.press("Escape")
     grid.expect("F3", "very close")
-    becomes(lambda: grid.here, "F4")
+    expect(grid.page.locator(EDITOR)).to_have_value("and")
+    grid.press("Enter")
+    becomes(lambda: grid.here, "F5")
+    expect(grid.page.locator("#saved")).to_have_text("Saved")
+
+
+def test_no_draft_stays_of_what_waited_while_the_sheet_was_given_another_name(shelf: Books) -> None:
+    grid, mika = shelf.two()
+    grid.go("F3")
+    grid.type("far")
+    grid.saved()
+    with SlowAnswers(grid.page) as slow:
+        grid.press("Control+z")
+        grid.type("very close")
+        mika.page.dblclick("#tabs a[aria-current]")
+        mika.page.locator("dialog[open] input").fill("Other")
+        mika.press("Enter")
+        expect(grid.page.locator("#tabs a[aria-current]")).to_have_text("Other")
+        slow.release()
+    grid.expect("F3", "very close")
+    grid.saved()
+    becomes(lambda: grid.page.evaluate("Object.keys(sessionStorage).filter(k => k.startsWith('drafts:'))"), [])
 
 
 def test_what_is_not_for_the_grid_does_not_wait_for_an_undo(shelf: Books) -> None:

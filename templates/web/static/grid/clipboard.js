@@ -20,9 +20,11 @@ export class Clipboard {
       grid.say(cut(n));
     });
     document.addEventListener("paste", (event) => {
-      if (!mine()) return;
+      const text = event.clipboardData.getData("text/plain");
+      if (event.target === grid.editor.field && ONE_LINE.test(text)) insert(text);
+      else if (mine()) this.pasted(text);
+      else return;
       event.preventDefault();
-      this.pasted(event.clipboardData.getData("text/plain"));
     });
   }
 
@@ -85,6 +87,13 @@ export class Clipboard {
     selection.spread(box.top, left, Math.min(box.top + all.length, table.rows.length) - 1,
       Math.min(left + wide, table.width) - 1);
   }
+}
+
+const ONE_LINE = /^[^\n]*\n$/; // programs end a single cell with a line break, which is none of its text
+
+/** Put a text into the cell's editor as if it were pasted there. */
+export function insert(text) {
+  document.execCommand("insertText", false, ONE_LINE.test(text) ? text.replace(/\r?\n$/, "") : text);
 }
 
 const countOf = (box) => (box.bottom - box.top + 1) * (box.right - box.left + 1);

@@ -247,7 +247,7 @@ class Unsent {
   /** The header says whether everything is saved. */
   show() {
     const line = document.getElementById("saved");
-    const unsent = this.entries.length > 0;
+    const unsent = this.entries.length > 0 || this.held.texts.length > 0;
     if (line) line.textContent = !unsent ? t("Saved") : this.box ? t("Not saved") : t("Saving …");
     line?.classList.toggle("is-warning", unsent && Boolean(this.box));
     document.body.toggleAttribute("data-saving", unsent);
@@ -353,11 +353,12 @@ export class Drafts {
 
   /** Keep texts that wait for the server, and for which no cell is known yet; none when nothing waits any more. */
   wait(texts) {
-    const draft = { owner: this.page.id, sheet: this.grid.server.sheet, row: this.page.client, column: -1, text: texts.join("\n") };
+    this.waiting ??= { owner: this.page.id, sheet: this.grid.server.sheet, row: this.page.client, column: -1 };
     const drafts = this.read();
-    if (texts.length) drafts[keyOf(draft)] = draft;
-    else delete drafts[keyOf(draft)];
+    if (texts.length) drafts[keyOf(this.waiting)] = { ...this.waiting, text: texts.join("\n") };
+    else delete drafts[keyOf(this.waiting)];
     this.write(drafts);
+    if (!texts.length) this.waiting = null; // the sheet may have another name when texts wait again
   }
 
   /** Nothing is being typed any more. */

@@ -2,6 +2,7 @@
 // is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
 import { t } from "../texts.js";
+import { insert } from "./clipboard.js";
 
 const TOLD_AFTER_MS = 1000; // of waiting, after which a message says that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
@@ -154,7 +155,7 @@ export class Held {
     return () => {
       const { editor, clipboard } = this.grid;
       const now = copies ? this.copied : text;
-      if (editor.isOpen) document.execCommand("insertText", false, now);
+      if (editor.isOpen) insert(now);
       else clipboard.pasted(now);
     };
   }
@@ -184,7 +185,7 @@ export class Held {
     return () => {
       if (editor.isOpen) editor.close(true, null);
       if (k >= 0) selection.go(table.row(row), k, shiftKey);
-      else if (table.row(row)) selection.spread(table.at(table.row(row)), 0, table.at(table.row(row)), table.width - 1);
+      else selection.wholeRow(table.row(row), shiftKey);
     };
   }
 

@@ -58,8 +58,9 @@ export class Selection {
   go(row, k, extend = false, focus = true) {
     if (!row) return;
     if (extend && this.far) {
+      const { far } = this;
       this.far = { row: row.id, k };
-      this.reveal(this.table.cell(row, k));
+      this.reveal(this.table.cell(row, k), { down: far.row !== row.id, right: far.k !== k });
       this.paint();
       this.onChange(this);
       return;
@@ -143,15 +144,26 @@ export class Selection {
     this.onChange(this);
   }
 
-  reveal(cell) {
+  /** Select a whole row, and put the cursor into its first cell; `extend` selects all rows from the anchor's to it. */
+  wholeRow(row, extend) {
+    if (!row) return;
+    const at = this.table.at(row);
+    const from = extend && this.head ? this.table.at(this.table.row(this.anchor.row)) : at;
+    if (!extend || !this.head) this.go(row, 0);
+    this.surround(from, 0, at, this.table.width - 1);
+  }
+
+  /** Scroll a cell into sight, `down` and to the `right` or in one direction alone. */
+  reveal(cell, { down = true, right = true } = {}) {
     const frame = this.scroll.getBoundingClientRect();
     const box = cell.getBoundingClientRect();
     const top = frame.top + this.table.grid.tHead.offsetHeight;
     const left = frame.left + this.table.rows[0].cells[0].offsetWidth;
-    if (box.top < top) this.scroll.scrollTop -= top - box.top;
-    else if (box.bottom > frame.top + this.scroll.clientHeight) {
+    if (down && box.top < top) this.scroll.scrollTop -= top - box.top;
+    else if (down && box.bottom > frame.top + this.scroll.clientHeight) {
       this.scroll.scrollTop += Math.min(box.bottom - frame.top - this.scroll.clientHeight, box.top - top);
     }
+    if (!right) return;
     if (box.left < left + 8 && this.scroll.scrollLeft && this.scroll.scrollLeft < 48 + left - box.left) this.scroll.scrollLeft = 0; // no narrow column stays hidden
     else if (box.left < left) this.scroll.scrollLeft -= left - box.left;
     else if (box.right > frame.left + this.scroll.clientWidth) {
@@ -216,7 +228,7 @@ export function pointer(grid) {
     }
     if (header) {
       event.preventDefault();
-      wholeRow(header.parentElement, event.shiftKey);
+      selection.wholeRow(header.parentElement, event.shiftKey);
       return;
     }
     if (!cell || table.column(cell) < 0) return;
@@ -246,11 +258,6 @@ export function pointer(grid) {
     const cell = soonAfter(event) ? table.cell(table.row(pressed.row), pressed.k) : event.target.closest("[role=gridcell]");
     if (cell && table.column(cell) >= 0) grid.editor.open(cell);
   });
-
-  function wholeRow(row, extend) {
-    const top = extend && selection.head ? selection.box().top : table.at(row);
-    selection.spread(Math.min(top, table.at(row)), 0, Math.max(top, table.at(row)), table.width - 1);
-  }
 
   // a tap selects; a tap on the selected cell edits it; a finger that moves scrolls
   function tap(event, cell) {
