@@ -268,8 +268,12 @@ def test_a_robot_of_another_name_keeps_to_the_limits_of_its_own_shape(tmp_path: 
         return told.value.message
 
     said = "the limits of the joint in its shape allow "
-    assert f"joint HeadYaw has upper 3 rad; {said}-2.08567 to 2.18567 rad" in refused("upper = 2.08567", "upper = 3")
-    assert f"joint HeadYaw has lower -3 rad; {said}-2.18567 to 2.18567 rad" in refused("lower = -2.08567", "lower = -3")
+    assert f"joint HeadYaw has upper 3 rad; {said}-2.08567 to 2.08567 rad" in refused("upper = 2.08567", "upper = 3")
+    assert f"joint HeadYaw has lower -3 rad; {said}-2.08567 to 2.08567 rad" in refused("lower = -2.08567", "lower = -3")
+    assert f"has lower -2.1 rad; {said}-2.08567" in refused("lower = -2.08567", "lower = -2.1")
+    assert "joint HeadYaw has upper -3 rad below lower -2.08567 rad in “robot.toml”" in refused(
+        "upper = 2.08567", "upper = -3"
+    )
     assert f"has max_velocity 9 rad/s; {said}0.001 to 8.26797 rad/s" in refused(
         "max_velocity = 8.26797", "max_velocity = 9"
     )
@@ -279,6 +283,27 @@ def test_a_robot_of_another_name_keeps_to_the_limits_of_its_own_shape(tmp_path: 
     assert mine is not None and mine.joints["headyaw"].upper == 3
     (folder / "nao.urdf").write_text(shape.replace('upper="2.18567"', 'upper="100"'), encoding="utf-8")
     assert "joint HeadYaw has limit upper 100" in refused("upper = 2.08567", "upper = 100")
+
+
+def test_a_robot_of_another_name_has_limits_for_every_joint_that_moves(tmp_path: Path) -> None:
+    folder = catalogue(tmp_path)
+    folder = folder.rename(folder.parent / "mine")
+    shape = (folder / "nao.urdf").read_text(encoding="utf-8")
+    limit = '<limit lower="-2.18567" upper="2.18567" effort="1.547" velocity="8.26797"/>'
+    for new, said in (
+        ("", "joint HeadYaw has no limit “lower” in its shape"),
+        ('<limit effort="1.547"/>', "joint HeadYaw has no limit “lower” in its shape"),
+        (limit.replace(' velocity="8.26797"', ""), "joint HeadYaw has no limit “velocity” in its shape"),
+        (
+            limit.replace('upper="2', 'upper="-3'),
+            "joint HeadYaw has upper -3.18567 rad below lower -2.18567 rad in “nao.urdf”",
+        ),
+    ):
+        assert limit in shape
+        (folder / "nao.urdf").write_text(shape.replace(limit, new, 1), encoding="utf-8")
+        with pytest.raises(UnreadableFile) as told:
+            own_robot(tmp_path, "mine")
+        assert said in told.value.message
 
 
 @pytest.mark.parametrize(

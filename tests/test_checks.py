@@ -111,6 +111,24 @@ LOST = "| Red ball | map | 1 | Say |\n"  # nothing is given under a name of its 
         # what was meant to be given there
         (LOST + "| Side | subscribe | | Print |", [("GRAPH007", "D2")]),
         (LOST + "| Side | map | 2 | X |\n" + OUT + "\n| Side | subscribe | | Print |", [("GRAPH007", "D2")]),
+        # names that are alike on purpose
+        (
+            "| Red ball | map | 1 | Step 1 |\n| Step 1 | map | 2 | |\n| Step 2 | subscribe | | Print |",
+            [("GRAPH004", "D3")],
+        ),
+        (
+            "| Red ball | map | 1 | New visitor |\n| New visitor | map | 2 | , |\n| Known visitor | subscribe | | Print |",
+            [("GRAPH013", "D3")],
+        ),
+        (
+            "| Red ball | map | 1 | Ball x |\n| Ball x | map | 2 | |\n| Ball y | subscribe | | Print |",
+            [("GRAPH004", "D3")],
+        ),
+        # names above it, which it cannot be meant to give
+        (
+            "| Green | map | 1 | Ball |\n| Ball | map | 1 | Say |\n| Far ball | subscribe | | Print |",
+            [("GRAPH001", "A2"), ("GRAPH007", "D3")],
+        ),
     ],
 )
 def test_an_unknown_input_is_told_beside_a_wrong_output_unless_it_follows_from_it(text, expected):

@@ -98,6 +98,10 @@ def test_headers_and_devices(tmp_path):
         "| | Left hund | subscribe | | Print |",
         "| | Red ball | map | 1 | Score |\n| | Sce | subscribe | | Print |",
         "| | Red ball | map | SQTR(redBall.x) | X |" + PRINT,  # SQRT or STR
+        # what is alike on purpose, or may be what a row should have given
+        "| | Red ball | map | 1 | Step 1 |\n| | Step 2 | subscribe | | Print |",
+        "| | Red ball | map | 1 | Arm x |\n| | Arm y | subscribe | | Print |",
+        "| | Red ball | map | 1 | |\n| | Red bal | subscribe | | Print |",
     ],
 )
 def test_what_may_mean_two_things_is_left_to_the_user(text, tmp_path):

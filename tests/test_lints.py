@@ -387,6 +387,13 @@ OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
         (SPEAKS_ALWAYS + "| Red ball | filter | ABS(redBall) | X | |\n| X | subscribe | | Print | |",
          ['## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Abs | x | "text" |'],
          [("LINT002", "B3"), ("FORM012", "A2")]),
+        # a helper that calls it, and a row that would be in the way of one that depends on it
+        ("| Chest button | map | deep(1) | X | |\n| X | subscribe | | Head yaw | |\n"
+         "| Chest button | map | 0.5 | Y | |\n| Y | subscribe | | Head yaw | |",
+         ["## Devices\n| Stream | Device | Joint |\n|---|---|---|\n| Head yaw | SetJointPosition | HeadYaw |",
+          "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Deep | x | deeper(x) |\n"
+          "| Deeper | x | max(x) |\n| Max | x | x |"],
+         [("FORM012", "A4")]),
     ],
 )  # fmt: skip
 def test_a_warning_hides_only_the_lints_of_what_depends_on_its_row(text, more, expected):
@@ -401,3 +408,8 @@ def test_a_wrong_setting_hides_only_the_lints_of_its_device():
         rows(speaks, DEVICES.replace("| Pose | Posture | | | | |", "| Pose | Posture | | 2 s | | |"), header=HEADER)
     )
     assert [f for f in found if f[0].startswith("LINT")] == [("LINT002", "B3")]
+    speaks = SPEAKS_ALWAYS.replace("Say", "Talk") + "| Red ball | subscribe | | Follow | |"
+    devices = (
+        "## Devices\n| Stream | Device | Speed |\n|---|---|---|\n| Talk | Say | 120 |\n| Follow | Head tracker | 50 |"
+    )
+    assert findings(rows(speaks, devices, header=HEADER)) == [("LINT002", "B3"), ("DEV007", "C3")]

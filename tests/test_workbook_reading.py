@@ -152,11 +152,34 @@ def test_synonyms_of_headers(markdown, header: str) -> None:  # type: ignore[no-
         ("A", "Input streams|Connector|Formula|Output stream|From", [("SHEET005", "E1")]),
         ("A", "Input streams|Connector|Formula|Output stream|Mine|Mine", []),
         ("Devices", "Stream|Device|Joint|joint", [("SHEET001", ""), ("SHEET005", "D1")]),
+        # further columns for people
+        ("A", "入力|コネクタ|式|出力|メモ|備考", []),
+        ("A", "Input streams|Connector|Formula|Output stream|Comment|メモ", []),
+        ("Devices", "Stream|Device|Notes|備考", [("SHEET001", "")]),
+        # Japanese headers that tables of the user's own have too
+        ("表", "番号|入力|出力|式", [("SHEET001", "")]),
+        ("表", "入力|出力|数式|接続", [("SHEET001", "")]),
+        ("表", "ストリーム|送信|期待", [("SHEET001", "")]),
+        ("表", "名前|入力|式", [("SHEET001", "")]),
+        ("表", "名前|入力値|式", [("SHEET001", "")]),
+        ("表", "時刻（秒）|対象|動作|値", [("SHEET001", "")]),
+        ("A", "入力|コネクタ|式", [("SHEET004", "A1")]),
+        ("A", "入力|Connector|式|出力", []),
+        ("Helpers", "名前|入力|式", [("SHEET001", "")]),
     ],
 )
 def test_headers(markdown, sheet: str, header: str, found: list[tuple[str, str]]) -> None:  # type: ignore[no-untyped-def]
     reading = markdown(f"## {sheet}\n| {header} |\n|---|---|---|---|\n| x | map | 1 | Y | z | z |")
     assert [c for c in codes(reading) if c[0] != "SHEET017"] == found
+
+
+def test_a_second_column_for_people_is_no_setting(markdown) -> None:  # type: ignore[no-untyped-def]
+    reading = markdown(
+        "## Devices\n| Stream | Device | メモ | Joint | 備考 |\n|---|---|---|---|---|\n"
+        "| Neck | Joint position | a | HeadYaw | b |\n| | | | | c |"
+    )
+    (device,) = reading.workbook.devices
+    assert {k: cell.text for k, cell in device.settings.items()} == {"joint": "HeadYaw"}
 
 
 def test_header_row_may_stand_below_a_title(markdown) -> None:  # type: ignore[no-untyped-def]
@@ -195,8 +218,9 @@ def test_on_in_other_languages_and_spellings(markdown) -> None:  # type: ignore[
         "Ｎｏ",
         "'FALSE",
         "FAL\u200bSE",
+        *"×✕✗",
     ]
-    on = ["WAHR", "vrai", "はい", "オン", "ＴＲＵＥ", "１", "oui", "sí", "SÍ", "Si\u0301", "ДА", "是"]
+    on = [*"○〇◯✓", "WAHR", "vrai", "はい", "オン", "ＴＲＵＥ", "１", "oui", "sí", "SÍ", "Si\u0301", "ДА", "是"]
     rows = "".join(f"| x | map | 1 | Y{i} | {word} | | |\n" for i, word in enumerate([*off, *on]))
     reading = markdown(f"## A{HEAD}{rows}")
     assert [r.on for r in reading.workbook.behaviours[0].rows] == [False] * len(off) + [True] * len(on)

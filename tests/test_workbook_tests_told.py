@@ -76,6 +76,17 @@ def test_a_warning_elsewhere_hides_no_error_of_a_test():
     assert wrong("| 0 | Red bull | | |\n| 0 | Say | | any |", unused) == [("TEST002", "B2")]
 
 
+def test_an_actuator_that_no_row_drives_is_not_told_beside_a_row_that_leads_nowhere():
+    """The row that sent it there may have been deleted, which each row of the test would tell again."""
+    book = "| Red ball | map | 1 | Out |\n| Green ball | subscribe | | Print |"
+    found = play.findings(
+        play.rows(book) + sheet("| 0 | Say | | any |\n| 1 | Say | | any |\n| 1 | Blue ball | | any |")
+    )
+    assert found == [("GRAPH011", "D2"), ("TEST011", "B4")]
+    found = play.findings(play.rows(book.replace("Green ball", "Out")) + sheet("| 0 | Say | | any |"))
+    assert found == [("TEST011", "B2")]
+
+
 def test_every_message_has_a_remedy_that_says_what_to_do():
     checked = play.check(play.rows(TRACKING) + sheet("| 0 | Distance | hello | |\n| 0 | Say | hi | |"))
     remedies = [d.remedy for d in checked.report.errors]

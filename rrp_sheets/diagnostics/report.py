@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import blake2s
@@ -86,6 +87,8 @@ class Fix:
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
 """The detail that holds what is misspelt; of other codes it is `name`."""
 LONGEST = 60  # letters of a name that are compared
+_TELLING = re.compile(r"\d|(?<![^\W_])[^\W_](?![^\W_])")
+"""What tells names apart that are alike on purpose: `Step 1` and `Step 2`, `Ball x` and `Ball y`."""
 
 
 def meant(guess: str | None, otherwise: str, quoted: bool = False) -> dict[str, Any]:
@@ -113,11 +116,13 @@ def proposed(code: str, address: Address | None, details: Mapping[str, object]) 
 
 
 def surely(wrong: str, guess: str) -> bool:
-    """Return whether a guess is surely meant: at most one typing error, or one for every four letters.
+    """Return whether a guess is surely meant: at most one typing error, or one for every four letters, none a digit.
 
-    >>> surely("Red bal", "Red ball"), surely("Sce", "Score")
-    (True, False)
+    >>> surely("Red bal", "Red ball"), surely("Sce", "Score"), surely("Step 2", "Step 1")
+    (True, False, False)
     """
+    if _TELLING.findall(wrong.casefold()) != _TELLING.findall(guess.casefold()):
+        return False
     return count_typos(wrong, guess) <= max(1, len(key(wrong)) // 4)
 
 
@@ -236,9 +241,10 @@ class Report:
             self._found[replace(d, fixes=tuple(judge(d, fix) for fix in d.fixes))] = None
 
     def drop_followers(self) -> None:
-        """Drop the findings that only follow from another one."""
+        """Drop the findings that only follow from another one; no fix of one that may follow stays safe."""
         causes = _Causes(self._found)
         self._found = {d: None for d in self._found if not causes.explain(d)}
+        self.judge_fixes(lambda d, fix: replace(fix, safe=fix.safe and not causes.may_follow(d)))
 
     def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
         if d.address is None:
@@ -273,7 +279,7 @@ class _Causes:
         self.sheets: set[str] = set()
         self.names: set[tuple[str, str]] = set()  # keys of streams that are missing in a sheet
         self.lost: dict[str, set[int]] = {}  # by sheet: rows that give nothing under a name of their own
-        self.wanted: dict[str, set[str]] = {}  # by sheet: keys of missing streams that are not just misspelt
+        self.wanted: dict[str, list[int]] = {}  # by sheet: rows of missing streams that are not just misspelt
         self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
@@ -285,7 +291,12 @@ class _Causes:
                 if d.code == "GRAPH001":
                     self.names.add((d.address.sheet, key(str(d.details["name"]))))
                     if not _is_misspelt(d):
-                        self.wanted.setdefault(d.address.sheet, set()).add(key(str(d.details["name"])))
+                        self.wanted.setdefault(d.address.sheet, []).append(d.address.row)
+        self.first = {sheet: min(rows) for sheet, rows in self.lost.items()}
+        self.too_few = {  # sheets where more streams are missing than the lost rows can explain
+            sheet for sheet, first in self.first.items()
+            if sum(row > first for row in self.wanted.get(sheet, ())) > len(self.lost[sheet])
+        }  # fmt: skip
 
     def _add(self, code: str, at: Address) -> None:
         if code in HIDE_CELL:
@@ -327,11 +338,14 @@ class _Causes:
 
         It follows when it stands below one of those, is no misspelt name, and each of those explains one name at most.
         """
-        lost = self.lost[at.sheet]
-        below = any(row < at.row for row in lost)
-        return d.code == "GRAPH001" and (not below or _is_misspelt(d) or len(self.wanted[at.sheet]) > len(lost))
+        follows = at.row > self.first[at.sheet] and not _is_misspelt(d) and at.sheet not in self.too_few
+        return d.code == "GRAPH001" and not follows
+
+    def may_follow(self, d: Diagnostic) -> bool:
+        """Return whether a missing input may follow from a row that gives nothing, whose name is no guess."""
+        return d.code in _MISSING and d.address is not None and d.address.sheet in self.sheets
 
 
 def _is_misspelt(d: Diagnostic) -> bool:
     name, guess = d.details.get("name"), d.details.get("guess")
-    return isinstance(name, str) and isinstance(guess, str) and surely(name, guess)
+    return isinstance(name, str) and isinstance(guess, str) and surely(name, guess) and count_typos(name, guess) <= 1

@@ -208,11 +208,12 @@ class Cell:
 _INVISIBLE = re.compile("[\u00ad\u200b-\u200f\u2060\ufeff]")
 _TRUE = """
     true yes on 1 wahr ja ein an vrai oui verdadero sí si vero sì verdadeiro sim waar aan sant sann sand tosi kyllä
-    prawda tak pravda ano igaz igen doğru evet истина да αληθησ ναι はい オン 真 有効 是 开 開 예 참
+    prawda tak pravda ano igaz igen doğru evet истина да αληθησ ναι はい オン 真 有効 是 开 開 예 참 ○ 〇 ◯ ✓ ✔
 """
 _FALSE = """
     false no off 0 falsch nein aus faux non falso não nao onwaar nee uit falskt falsk nej nei usann epätosi ei fałsz nie
     nepravda ne hamis nem yanlış yanliş hayır hayir ложь нет ψευδησ όχι いいえ オフ 偽 無効 否 关 關 아니요 거짓
+    × ✕ ✖ ✗ ✘
 """
 
 

@@ -157,7 +157,7 @@ def _kind(value: Any) -> type:
 
 _SAME = ("engine", "knowledge", "perception", "resources", "resources_by", "unit", "names_of", "record")
 """The fields of a device that must equal those of the built-in robot: its resources and how it gets its values."""
-_WIDEST, _FASTEST = 2 * math.pi, 30.0  # rad and rad/s, of a joint of a robot that the program does not know
+_FASTEST = 30.0  # rad/s, of a joint of a robot that the program does not know
 _MOST_SHOWN = 10  # things that a scene has for one sensor
 _NEAR = 1e-3  # rad: our own postures are rounded to four places
 _LONGEST, _TEMPOS = 600.0, (20.0, 400.0)  # s or beats of a gesture; beats a minute
@@ -171,26 +171,26 @@ _HEIGHT = (0.1, 3.0)  # m
 def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -> None:
     """Raise CatalogueError unless a robot stays within the limits of `model`, a robot of the program.
 
-    A robot of another name has limits of its own: those of the joints in its shape, which no table may exceed.
+    A robot of another name has limits of its own: those of the joints in its shape, which no table may exceed. Where
+    these are as in the shape of `model`, its limits are those of `model`, whose shape has some more room.
     """
     known = robot.name == model.name
-    limits = {joint.name: joint.limits for joint in shape.joints}
+    _judge_shape(shape, model_shape, str(robot.data["robot"]["urdf"]), known=known)
+    limits, usual = ({joint.name: joint.limits for joint in s.joints} for s in (shape, model_shape))
     for joint in model.joints.values():
         own = robot.joints[key(joint.name)]
         if (own.chain, own.unit) != (joint.chain, joint.unit):
             raise CatalogueError("joint {joint} has another chain or unit than in the program", joint=own.name)
         unit = f" {joint.unit}" if joint.unit else ""
-        if known:
-            low, high, fastest = joint.lower, joint.upper, joint.max_velocity
-        else:
-            mine = limits.get(joint.name, {})
-            low, high = mine.get("lower", -_WIDEST), mine.get("upper", _WIDEST)
-            fastest = min(mine.get("velocity", _FASTEST), _FASTEST)
+        mine = {"lower": joint.lower, "upper": joint.upper, "velocity": joint.max_velocity}
+        if not known:
+            mine |= dict(limits[joint.name].items() - usual[joint.name].items())
+        low, high, fastest = mine["lower"], mine["upper"], min(mine["velocity"], _FASTEST)
         within = _within if known else _within_shape
+        _judge_order(own.name, own.lower, own.upper, unit, CATALOGUE)
         within(own.name, "lower", own.lower, low, high, unit)
-        within(own.name, "upper", own.upper, own.lower, high, unit)
+        within(own.name, "upper", own.upper, low, high, unit)
         within(own.name, "max_velocity", own.max_velocity, 1e-3, fastest, f"{unit}/s")
-    _judge_shape(shape, model_shape, known=known)
     _judge_head(robot, model, known=known)
     if robot.data["chains"] != model.data["chains"]:
         raise CatalogueError("its chains are other ones than those of {robot}", robot=model.title)
@@ -226,20 +226,25 @@ def _within_shape(joint: str, what: str, value: float, low: float, high: float, 
         )  # fmt: skip
 
 
-def _judge_shape(shape: Shape, model: Shape, *, known: bool) -> None:
+def _judge_order(joint: str, lower: float, upper: float, unit: str, file: str) -> None:
+    if lower > upper:  # the simulator takes that for no limits at all
+        raise CatalogueError("joint {joint} has upper {upper}{unit} below lower {lower}{unit} in “{file}”",
+                             joint=joint, upper=f"{upper:g}", lower=f"{lower:g}", unit=unit, file=file)  # fmt: skip
+
+
+def _judge_shape(shape: Shape, model: Shape, file: str, *, known: bool) -> None:
     own = {joint.name: joint for joint in shape.joints}
     for joint in model.joints:
         mine = own.pop(joint.name, None)
         if mine is None or mine.fixed != joint.fixed:
             raise CatalogueError("joint {joint} is missing in its shape, or is placed elsewhere", joint=joint.name)
-        for name, limit in joint.limits.items() if known else ():
+        for name, limit in joint.limits.items():
             if name not in mine.limits:
                 raise CatalogueError("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name)
             low, high = (joint.limits["lower"], joint.limits["upper"]) if name in ("lower", "upper") else (0.0, limit)
-            _within(joint.name, name, mine.limits[name], low, high)
-        lower, upper = (mine.limits.get(end, 0.0) for end in ("lower", "upper"))
-        if lower > upper:  # the simulator takes that for no limits at all
-            _within_shape(joint.name, "upper", upper, lower, _WIDEST, " rad")
+            if known:
+                _within(joint.name, name, mine.limits[name], low, high)
+        _judge_order(joint.name, mine.limits.get("lower", 0.0), mine.limits.get("upper", 0.0), " rad", file)
     if own:
         raise CatalogueError("joint {joint} of its shape cannot be simulated here", joint=next(iter(own)))
     if missing := set(model.links) - set(shape.links):

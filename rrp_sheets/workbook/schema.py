@@ -75,7 +75,7 @@ class Column:
         kind: a key of `CELLS`.
         width: in characters, in a new workbook.
         prompt: shown in the cells by spreadsheet programs.
-        synonyms: other accepted headers; Japanese ones too, but for sheets whose headers many other tables have.
+        synonyms: other accepted headers; Japanese ones too, except on sheets whose headers many other tables have.
         help: the topic that F1 shows.
         offers: title of the drop-down's list.
         choices: entries of that list, when they are always the same.
@@ -309,6 +309,8 @@ FIELDS = {
     )
 }  # fmt: skip
 """The fields of the Protocol sheet by key, in the order in which they are suggested."""
+_COMMON = frozenset(("入力", "出力", "式", "数式", "名前", "ストリーム", "送信", "期待", "対象", "動作", "値"))
+"""Synonyms that tables of the user's own have too: these alone make no sheet of ours."""
 _KINDS = sorted(SHEETS.values(), key=lambda kind: (-len(kind.required), not kind.any_name))
 """Those with more required headers first: a header row that fits several is of the first."""
 
@@ -348,7 +350,8 @@ def recognise(sheet: RawSheet) -> Recognised:
     for number, cells in rows.items():
         headers = {c: clean_name(cell.text) for c, cell in cells.items()}
         keys = {key(h) for h in headers.values()}
-        found = [kind for kind in _KINDS if all(_has(c, keys) for c in kind.required)]
+        found = [kind for kind in _KINDS if all(_has(c, keys) for c in kind.required)
+                 and (kind.name == key(sheet.name) or any(_has(c, keys, _COMMON) for c in kind.required))]  # fmt: skip
         if found:
             named = [kind for kind in found if kind.name == key(sheet.name)]
             return _match((named or found)[0], number, headers)
@@ -378,7 +381,9 @@ def _match(kind: SheetKind, row: int, headers: Mapping[int, str]) -> Recognised:
             name = key(header) if kind.other else ""
         elif name not in columns:
             columns[name] = column
-        if name in seen:
+        if name == _NOTES.name and name in seen:
+            others[column] = header  # for people as well
+        elif name in seen:
             twice[column] = seen[name]
         elif name:
             seen[name] = column
@@ -394,13 +399,18 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
         if len(missing) != 1:
             continue
         wanted = missing[0]
+        named = key(sheet) == kind.name
+        known = _COMMON.intersection(wanted.synonyms) or (named and not kind.any_name)  # by more than common headers
+        if not known and not all(_has(c, keys, _COMMON) for c in kind.required if c is not wanted):
+            continue
         free = [h for h in headers.values() if key(h) not in kind.spellings]
-        meant = next((n for s in (wanted.name, *wanted.synonyms) if (n := nearest(s, free))), None)
-        certain = kind.any_name or key(sheet) == kind.name
+        spellings = (wanted.name, *(s for s in wanted.synonyms if s not in _COMMON))
+        meant = next((n for s in spellings if (n := nearest(s, free))), None)
+        certain = kind.any_name or named
         if meant or certain:
             found.append(NearMiss(kind, wanted.name, row, keys[key(meant)] if meant else 0, meant or "", certain))
     return found
 
 
-def _has(column: Column, keys: Container[str]) -> bool:
-    return any(key(header) in keys for header in (column.name, *column.synonyms))
+def _has(column: Column, keys: Container[str], without: Container[str] = ()) -> bool:
+    return any(key(header) in keys for header in (column.name, *column.synonyms) if header not in without)

@@ -39,7 +39,9 @@ class OwnTable:
     def __init__(self, sheet: RawSheet, recognised: Recognised, kind: SheetKind, report: Report) -> None:
         self.sheet, self.report = sheet, report
         self.header_row, self.columns, self.others = recognised.row, recognised.columns, recognised.others
-        self.ours = {*self.columns.values(), *(self.others if kind.other else ())}
+        names = {c: k for c, header in self.others.items() if kind.other and (k := key(header)) not in kind.spellings}
+        self.header_keys = {c: k for c, k in names.items() if k}  # of the columns with headers of their own
+        self.ours = {*self.columns.values(), *names}
         self._optional = {self.columns.get(c.name, 0) for c in kind.optional}
         self._remarks = [c.name for c in kind.columns if not c.effect and c.name in self.columns]
         named = {**{column: name for name, column in self.columns.items()}, **self.others}
@@ -166,11 +168,6 @@ def is_error_value(text: str) -> bool:
     return text[:1] in ("#", "E") and (text.upper() in ERROR_VALUES or re.fullmatch(r"Err:\d{3}", text) is not None)
 
 
-def header_keys(table: OwnTable) -> dict[int, str]:
-    """The keys of the columns with headers of their own, by column."""
-    return {column: key(header) for column, header in table.others.items() if key(header)}
-
-
 def read_behaviour(table: OwnTable) -> model.Behaviour:
     """The behaviour that a sheet describes."""
     rows = [_behaviour_row(table, line) for line in table.lines()]
@@ -264,7 +261,7 @@ def read_helpers(table: OwnTable) -> tuple[model.Helper, ...]:
 
 def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     """The rows of a Devices sheet; a blank cell stands for a setting left out."""
-    keys = header_keys(table)
+    keys = table.header_keys
     headers = {k: table.others[c] for c, k in keys.items()}
     devices = []
     for line in table.shown_lines():
@@ -291,7 +288,7 @@ def read_test(table: OwnTable) -> model.TestSheet:
 
 def read_gestures(table: OwnTable) -> tuple[model.GestureRow, ...]:
     """The keyframes of a Gestures sheet; a blank joint is not among a keyframe's joints."""
-    keys = header_keys(table)
+    keys = table.header_keys
     headers = {keys[c]: table.others[c].strip() for c in sorted(keys)}
     rows = []
     for line in table.shown_lines():

@@ -11,7 +11,7 @@ import ast
 from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
 from rrp_sheets.checks.lints.conflicts import lint_conflicts
-from rrp_sheets.checks.lints.context import LintContext
+from rrp_sheets.checks.lints.context import LintContext, RowKey, row_key
 from rrp_sheets.checks.lints.deadlock import lint_deadlock
 from rrp_sheets.checks.lints.failing_formulas import lint_failing_formulas
 from rrp_sheets.checks.lints.flooded import lint_flooded
@@ -21,9 +21,9 @@ from rrp_sheets.checks.lints.unmatched import lint_unmatched
 from rrp_sheets.checks.lints.unreachable import lint_unreachable
 from rrp_sheets.checks.lints.unused_helpers import lint_unused_helpers
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.graph import Graph, Step
+from rrp_sheets.graph import Graph
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Address, Workbook
+from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.robots import Robot
 
 __all__ = ["lint"]
@@ -35,53 +35,61 @@ def lint(
     """Report everything that the lints find; `running`: keys of the behaviours that run, or can be switched on."""
     routes = Paths(graph, compiled.formulas, compiled.facts)
     context = LintContext(workbook, robot, graph, compiled, running, routes, Report(report))
+    context.unclear.update(_unclear_rows(context))
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_unreachable, lint_failing_formulas, lint_input_specs,
         lint_unused_helpers, lint_unmatched, lint_deadlock,
     ):  # fmt: skip
         each(context)
-    unclear = _unclear_rows(context)
     for d in context.report:
-        if not (d.code.startswith("LINT") and d.address and _row(d.address) in unclear):
+        if not (d.code.startswith("LINT") and d.address and row_key(d.address) in context.unclear):
             report.extend([d])
 
 
-_Row = tuple[str, int]
-"""The key of a sheet and the number of a row."""
-
-
-def _row(address: Address) -> _Row:
-    return key(address.sheet), address.row
-
-
-def _unclear_rows(context: LintContext) -> set[_Row]:
+def _unclear_rows(context: LintContext) -> set[RowKey]:
     """Return the rows that are not yet what is meant, because of a warning there or at what they depend on."""
-    unclear: set[_Row] = set()
+    unclear: set[RowKey] = set()
     streams: set[str] = set()  # whose values are not what is meant
     for d in context.report:
         if d.address is None:
             continue
         if d.code in ("CONN010", "FORM012", "GRAPH011"):
-            unclear.add(_row(d.address))
-        if d.code == "DEV007":  # of a column, it stands at the first of the devices that use it
+            unclear.add(row_key(d.address))
+        if d.code == "DEV007":  # of an unknown column, it stands at the first of the devices that use it
             setting = key(str(d.details["setting"]))
-            streams.update(key(row.stream.text) for row in context.workbook.devices if row.settings.get(setting))
+            known = any(setting in device.settings for device in context.robot.devices.values())
+            filled = (row.stream for row in context.workbook.devices if row.settings.get(setting))
+            streams.update(key(s.text) for s in filled if not known or s.address.row == d.address.row)
         elif d.code == "GRAPH014":
             off = (s for b in context.graph.behaviours if b.name == d.address.sheet for s in b.steps)
             driven = {s.output for s in off if s.connector.is_sink}
             streams.update(s.id for s in context.graph.streams.values() if s.done_of in driven)
-    hiding = {key(str(d.details["name"])) for d in context.report if d.code == "FORM012"}
+    hiding = _calling({key(str(d.details["name"])) for d in context.report if d.code == "FORM012"}, context)
     for step in context.steps():  # in the order in which they settle
-        row = _row(step.row.output.address)
-        if streams.intersection((*step.inputs, step.output)) or (hiding and hiding & _helpers(step, context)):
+        row, formula = row_key(step.row.output.address), context.compiled.formulas.get(step.ref)
+        calls = hiding and formula and hiding & _called(formula.tree)
+        if calls or streams.intersection((*step.inputs, step.output)):
             unclear.add(row)
         if row in unclear and not step.connector.is_sink:
             streams.add(step.output)
     return unclear
 
 
-def _helpers(step: Step, context: LintContext) -> set[str]:
-    """Return the keys of the helpers that a row's formula calls."""
-    formula = context.compiled.formulas.get(step.ref)
-    called = (getattr(node, "helper", None) for node in ast.walk(formula.tree)) if formula else ()
+def _calling(helpers: set[str], context: LintContext) -> set[str]:
+    """Return the keys of helpers and of all that call them, also through others."""
+    callers: dict[str, list[str]] = {}
+    for k, helper in context.compiled.helpers.by_key.items() if helpers else ():
+        for called in _called(helper.tree) if helper.tree is not None else ():
+            callers.setdefault(called, []).append(k)
+    found, waiting = set[str](), list(helpers)
+    while waiting:
+        if (k := waiting.pop()) not in found:
+            found.add(k)
+            waiting += callers.get(k, ())
+    return found
+
+
+def _called(tree: ast.expr) -> set[str]:
+    """Return the keys of the helpers that a formula calls."""
+    called = (getattr(node, "helper", None) for node in ast.walk(tree))
     return {key(helper.shown) for helper in called if helper}

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from rrp_sheets.checks.dataflow import Route
 from rrp_sheets.checks.facts import BLANK, CAMERA, CHANGE, TIMER, Fact
-from rrp_sheets.checks.lints.context import LintContext, row_of
+from rrp_sheets.checks.lints.context import LintContext, row_key, row_of
 from rrp_sheets.graph import Step
 from rrp_sheets.texts import N_
 
@@ -79,7 +79,8 @@ def _tell_conflict(driver: _Driver, other: _Driver, told: set[tuple[str, ...]], 
 def _drivers(context: LintContext) -> Iterator[_Driver]:
     for behaviour in context.behaviours():
         for step in behaviour.steps:
-            if not step.active or not step.connector.is_sink:
+            unclear = row_key(step.row.output.address) in context.unclear
+            if unclear or not step.active or not step.connector.is_sink:
                 continue
             fact = context.fact(step.ref)
             uses = _uses(step, fact, context)

@@ -16,6 +16,14 @@ from rrp_sheets.model.workbook import Address, Workbook
 from rrp_sheets.robots import Robot
 from rrp_sheets.texts import N_
 
+RowKey = tuple[str, int]
+"""The key of a sheet and the number of a row."""
+
+
+def row_key(address: Address) -> RowKey:
+    """Return the key of the row in which a cell stands."""
+    return key(address.sheet), address.row
+
 
 @dataclass(frozen=True)
 class LintContext:
@@ -29,6 +37,7 @@ class LintContext:
     routes: Paths
     report: Report
     readers: dict[str, list[Step]] = field(init=False, default_factory=dict)
+    unclear: set[RowKey] = field(init=False, default_factory=set)  # rows that a warning shows to be meant otherwise
 
     def __post_init__(self) -> None:
         for step in self.steps():
