@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
@@ -455,11 +455,25 @@ def refuse_workbook(target: Path, source: Path) -> None:
         message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
     elif suffix == ".jsonl":
         message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
-    elif suffix in (".xlsx", ".xlsm", ".csv", ".tsv"):
+    elif suffix in (".xlsx", ".xlsm", *SUFFIXES) or (suffix in KNOWN_SUFFIXES and _is_workbook(target)):
         message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
     else:
         return
     raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))
+
+
+def _is_workbook(path: Path) -> bool:
+    """Return whether the file, which has the suffix of a workbook, is there and no text: Markdown without sheets."""
+    there = os.path.isfile(path)  # False, not an error, for a name that is too long
+    if not there or format_of(path) is not MARKDOWN:
+        return there
+    try:
+        open_book(path)
+    except UnreadableFile as error:
+        return error.code not in ("FILE015", "FILE017")  # blank, or no sheets
+    except OSError:
+        return True
+    return True
 
 
 Stamp = tuple[int, int, int]
