@@ -500,25 +500,27 @@ def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
 def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged: Stamp | None = None) -> None:
     """Write to a temporary file beside `path`, have it stored, and give it the name; raises SheetsError if it cannot.
 
-    Without `replace` a file that is there is left, even one made a moment ago. `unchanged` is the stamp that the file
-    had when it was read; it is not replaced when it has another by now.
+    Without `replace` a file that is there is left, even one made a moment ago; with it a symbolic link is followed.
+    `unchanged` is the stamp that the file had when it was read; it is not replaced when it has another by now.
     """
     refuse_open_file(path)
+    if replace and os.path.islink(path):
+        path = Path(os.path.realpath(path))
     half = ""
     try:
         if path.is_dir() or (path.exists() and not path.is_file()):
             raise SheetsError(N_("“{file}” is not a file that can be replaced.", file=str(path)), N_("Name a file."))
         sweep(path)
-        mode = path.stat().st_mode & 0o777 if path.exists() else None  # a new file is as open as others of the process
+        about = path.stat() if path.exists() else None  # a new file is as open as others of the process
         name = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
-        handle, half = os.open(name, flags, 0o666 if mode is None else 0o600), name
+        handle, half = os.open(name, flags, 0o666 if about is None else 0o600), name
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
-        if mode is not None:
-            os.chmod(half, mode)
+        if about is not None:
+            _keep_rights(half, about)
         refuse_open_file(path)
         if unchanged is not None and stamp_of(path) != unchanged:
             raise SheetsError(
@@ -538,6 +540,15 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
         if half:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(half)
+
+
+def _keep_rights(half: str, about: os.stat_result) -> None:
+    """Give a temporary file owner, group and mode of the file that it replaces: others may do what they could."""
+    for owner in (about.st_uid, -1) if hasattr(os, "chown") else ():
+        with contextlib.suppress(OSError):  # only root may give a file away; its group may be another one of ours
+            os.chown(half, owner, about.st_gid)
+            break
+    os.chmod(half, about.st_mode & 0o777)
 
 
 def sweep(path: Path, older: float = _ABANDONED_S) -> None:
