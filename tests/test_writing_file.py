@@ -7,6 +7,7 @@ import os
 import stat
 import subprocess
 import sys
+import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,7 +18,7 @@ from lossless import SHEET, cell, make, parts, refused, repack
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.workbook import files, read
 from rrp_sheets.workbook.edits import InsertRows, SetCell
-from rrp_sheets.workbook.files import FileChanged, edit, read_sheets, write_atomically
+from rrp_sheets.workbook.files import FileChanged, clean_up, edit, read_sheets, write_atomically
 
 PART = "xl/worksheets/sheet1.xml"
 
@@ -106,6 +107,25 @@ def test_a_link_is_followed_but_not_when_its_name_must_be_free(tmp_path):
     write_atomically(link, b"new")
     assert link.is_symlink() and target.read_bytes() == b"new"
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["far", "link.txt", "real.txt"]
+
+
+def test_what_is_being_written_is_not_swept_away(path, monkeypatch):
+    """A workbook that somebody begins to look at may be one that another is making."""
+    real = files.os.fsync
+
+    def slow(handle):
+        left = path.parent / f".{path.name}.0.part"
+        left.write_bytes(b"left by a killed program")
+        for half in path.parent.glob(".*.part"):
+            os.utime(half, (time.time() - 10,) * 2)
+        clean_up(path)
+        assert not left.exists()
+        real(handle)
+
+    monkeypatch.setattr(files.os, "fsync", slow)
+    files.make_workbook({"T": [["made"]]}, path)
+    assert read_sheets(path)[0].cells[1, 1].text == "made"
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 def test_a_full_disk_leaves_the_file(path, monkeypatch):

@@ -231,11 +231,8 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
 
 
 def clean_up(path: Path) -> None:
-    """Delete what a killed program of ours has left half-written beside a workbook, where none of ours writes now."""
-    path = path.resolve()
-    with _alone(path.parent) as alone, contextlib.suppress(OSError):
-        if alone:
-            sweep(path, older=-1.0)
+    """Delete what a killed program of ours has left half-written beside a workbook; what is being written stays."""
+    _sweep(path.resolve(), older=_JUST_MADE_S)
 
 
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
@@ -282,26 +279,29 @@ def _refuse_read_only(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[bool]:
-    """Let no other edit of ours run in this folder meanwhile, in this process or another; False where that is not sure.
+def _alone(folder: Path) -> Iterator[None]:
+    """Let no other edit of ours run in this folder meanwhile, in this process or another, where the system can."""
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:  # Windows; a folder that cannot be read is told when the file is
+        yield
+        return
+    try:
+        _lock(handle)
+        yield
+    finally:
+        os.close(handle)
 
-    On Windows, and in a folder whose file system has no locks, it is not sure.
-    """
+
+def _lock(handle: int, wait: bool = True) -> bool:
+    """Lock an open file until it is closed; False where another has it, or the system or its disk has no locks."""
     try:
         import fcntl
 
-        handle = os.open(folder, os.O_RDONLY)
-    except (ImportError, OSError):  # a folder that cannot be read is told when the file is
-        yield False
-        return
-    try:
-        sure = False
-        with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
-            sure = True
-        yield sure
-    finally:
-        os.close(handle)
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except (ImportError, OSError):
+        return False
+    return True
 
 
 def write_folder(
@@ -421,6 +421,7 @@ def _refuse_large(data: bytes) -> None:
 
 
 _ABANDONED_S = 600
+_JUST_MADE_S = 0.1  # not locked yet
 _HALF = ".part"
 _MOST_BYTES = 200  # of 255 that a name may have
 
@@ -506,16 +507,18 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
     refuse_open_file(path)
     if replace and os.path.islink(path):
         path = Path(os.path.realpath(path))
-    half = ""
+    half, held = "", contextlib.ExitStack()
     try:
         if path.is_dir() or (path.exists() and not path.is_file()):
             raise SheetsError(N_("“{file}” is not a file that can be replaced.", file=str(path)), N_("Name a file."))
-        sweep(path)
+        _sweep(path)
         about = path.stat() if path.exists() else None  # a new file is as open as others of the process
         name = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
         handle, half = os.open(name, flags, 0o666 if about is None else 0o600), name
         with os.fdopen(handle, "wb") as file:
+            if _lock(handle, wait=False):
+                held.callback(os.close, os.dup(handle))  # until it has its name
             file.write(data)
             file.flush()
             os.fsync(file.fileno())
@@ -537,6 +540,7 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
     except OSError as error:
         raise unwritable(path, error, N_("Choose another folder, or free some space.")) from error
     finally:
+        held.close()
         if half:
             with contextlib.suppress(FileNotFoundError):
                 os.unlink(half)
@@ -551,13 +555,25 @@ def _keep_rights(half: str, about: os.stat_result) -> None:
     os.chmod(half, about.st_mode & 0o777)
 
 
-def sweep(path: Path, older: float = _ABANDONED_S) -> None:
-    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago; nobody writes for minutes."""
-    limit = time.time() - older
+def _sweep(path: Path, older: float = _ABANDONED_S) -> None:
+    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago.
+
+    Who writes it has it locked; where there are no locks, nobody writes for minutes.
+    """
     for left in path.parent.glob(f"{glob.escape(_half_name(path))}*{_HALF}"):
         with contextlib.suppress(OSError):
-            if left.stat().st_mtime < limit:
+            age = time.time() - left.stat().st_mtime
+            if age > _ABANDONED_S or (age > older and not _is_held(left)):
                 left.unlink()
+
+
+def _is_held(path: Path) -> bool:
+    """Return whether a program may be writing a temporary file."""
+    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    try:
+        return not _lock(handle, wait=False)
+    finally:
+        os.close(handle)
 
 
 def _half_name(path: Path) -> str:
