@@ -101,14 +101,14 @@ def test_half_a_workbook_is_not_left_in_a_folder(there: bool, tmp_path: Path, mo
     folder = tmp_path / "out"
     if there:
         folder.mkdir()
-    whole = write_atomically
+    real = os.link
 
-    def full(path: Path, data: bytes, *, replace: bool = True) -> None:
-        if path.name == "Scene.csv":
-            raise SheetsError("No space left.", "")
-        whole(path, data, replace=replace)
+    def full(half: str, path: Path) -> None:
+        if Path(path).name == "Scene.csv":
+            raise FileExistsError
+        real(half, path)
 
-    monkeypatch.setattr(files, "write_atomically", full)
+    monkeypatch.setattr(files.os, "link", full)
     ran = CliRunner().invoke(group, ["convert", str(WORKBOOK), str(folder)])
     assert isinstance(ran.exception, SheetsError)
     assert [p.name for p in tmp_path.rglob("*")] == (["out"] if there else [])
