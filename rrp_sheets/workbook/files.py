@@ -300,16 +300,18 @@ def _refuse_read_only(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Let no other edit of ours run in this folder meanwhile, in this process or another, where the system can."""
+def _alone(path: Path, wait: bool = True) -> Iterator[bool]:
+    """Let no other edit of ours run in this folder meanwhile, in this process or another; False where that is not sure.
+
+    On Windows, and in a folder whose file system has no locks, it is not sure.
+    """
     try:
-        handle = os.open(folder, os.O_RDONLY)
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     except OSError:  # Windows; a folder that cannot be read is told when the file is
-        yield
+        yield False
         return
     try:
-        _lock(handle)
-        yield
+        yield _lock(handle, wait)
     finally:
         os.close(handle)
 
@@ -376,17 +378,14 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         raise SheetsError(message, N_("Name another folder.")) from error
     if list(sheets) != sorted(sheets, key=natural):
         files[ORDER] = ("\n".join(sheets) + "\n").encode()
-    with contextlib.ExitStack() as undo:
-        if made:
-            undo.callback(_remove_empty, folder)
+    try:
         _write_all([_Change(folder / name, data, replace=False) for name, data in files.items()])
-        undo.pop_all()
+    except SheetsError:
+        with contextlib.suppress(OSError):
+            if made:
+                folder.rmdir()
+        raise
     return folder
-
-
-def _remove_empty(folder: Path) -> None:
-    with contextlib.suppress(OSError):
-        folder.rmdir()
 
 
 def _refuse_large(data: bytes) -> None:
@@ -485,7 +484,7 @@ def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged
 
 @dataclass(frozen=True)
 class _Change:
-    """What becomes of a file: other contents, or, where `data` is None, nothing; see `write_atomically`."""
+    """A file that gets other contents, or is deleted where `data` is None; the rest is as in `write_atomically`."""
 
     path: Path
     data: bytes | None
@@ -500,10 +499,14 @@ def _write_all(changes: Sequence[_Change]) -> None:
     """
     several = len(changes) > 1
     with contextlib.ExitStack() as made, contextlib.ExitStack() as undo:
-        for change, (target, half, back) in [(change, _prepare(change, several, made)) for change in changes]:
+        ready = [_prepare(change, several, made) for change in changes]
+        for change, (target, half, back) in zip(changes, ready, strict=True):
             with _told(change.path):
                 refuse_open_file(change.path)
-                _refuse_changed(change)
+                if change.unchanged and not (change.path.exists() and stamp_of(change.path) == change.unchanged):
+                    words = N_("“{name}” was changed by another program at this moment; it was left as it is.")
+                    remedy = N_("Look at it again, and then make your change.")
+                    raise SheetsError(N_(words, name=change.path.name), remedy)
                 if change.data is None:
                     os.replace(target, half)
                 elif change.replace:
@@ -511,9 +514,9 @@ def _write_all(changes: Sequence[_Change]) -> None:
                 else:
                     _take_name(half, target)
                 if several:
-                    undo.callback(_put_back, half if change.data is None else back, target)
+                    undo.callback(_restore, target, half if change.data is None else back)
         undo.pop_all()
-    for folder in {change.path.parent for change in changes}:
+    for folder in {target.parent for target, _, _ in ready}:
         _keep_folder(folder)
 
 
@@ -529,13 +532,13 @@ def _prepare(change: _Change, several: bool, made: contextlib.ExitStack) -> tupl
         _sweep(path)
         half, back = (str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}") for _ in range(2))
         about = path.stat() if change.replace and path.exists() else None
-        made.callback(_discard, half)
+        made.callback(_restore, half)
         if change.data is None:
             return path, half, ""
         _write_half(half, change.data, about, made)
         if not several or about is None:
             return path, half, ""
-        made.callback(_discard, back)
+        made.callback(_restore, back)
         try:
             os.link(path, back)
         except OSError:  # a file system without links
@@ -568,27 +571,10 @@ def _told(path: Path) -> Iterator[None]:
         raise unwritable(path, error, N_("Choose another folder, or free some space.")) from error
 
 
-def _refuse_changed(change: _Change) -> None:
-    if change.unchanged is None or (change.path.exists() and stamp_of(change.path) == change.unchanged):
-        return
-    raise SheetsError(
-        N_("“{name}” was changed by another program at this moment; it was left as it is.", name=change.path.name),
-        N_("Look at it again, and then make your change."),
-    )
-
-
-def _put_back(back: str, path: Path) -> None:
+def _restore(path: str | Path, back: str = "") -> None:
     """Give a file its old contents, or delete one that was not there."""
-    with contextlib.suppress(OSError):  # what could not be done has been told
-        if back:
-            os.replace(back, path)
-        else:
-            path.unlink()
-
-
-def _discard(half: str) -> None:
-    with contextlib.suppress(OSError):  # it has its name, or is swept away later
-        os.unlink(half)
+    with contextlib.suppress(OSError):  # what failed before is told; temporary files are swept away later
+        os.replace(back, path) if back else os.unlink(path)
 
 
 def _keep_rights(half: str, about: os.stat_result) -> None:
@@ -608,17 +594,10 @@ def _sweep(path: Path, older: float = _ABANDONED_S) -> None:
     for left in path.parent.glob(f"{glob.escape(_half_name(path))}*{_HALF}"):
         with contextlib.suppress(OSError):
             age = time.time() - left.stat().st_mtime
-            if age > _ABANDONED_S or (age > older and not _is_held(left)):
+            with _alone(left, wait=False) as alone:
+                limit = older if alone else _ABANDONED_S
+            if age > limit:
                 left.unlink()
-
-
-def _is_held(path: Path) -> bool:
-    """Return whether a program may be writing a temporary file."""
-    handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    try:
-        return not _lock(handle, wait=False)
-    finally:
-        os.close(handle)
 
 
 def _half_name(path: Path) -> str:
