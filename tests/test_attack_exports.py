@@ -101,14 +101,35 @@ def test_half_a_workbook_is_not_left_in_a_folder(there: bool, tmp_path: Path, mo
     folder = tmp_path / "out"
     if there:
         folder.mkdir()
-    whole = write_atomically
+    real = os.link
 
-    def full(path: Path, data: bytes, *, replace: bool = True) -> None:
-        if path.name == "Scene.csv":
-            raise SheetsError("No space left.", "")
-        whole(path, data, replace=replace)
+    def full(half: str, path: Path) -> None:
+        if Path(path).name == "Scene.csv":
+            raise FileExistsError
+        real(half, path)
 
-    monkeypatch.setattr(files, "write_atomically", full)
+    monkeypatch.setattr(files.os, "link", full)
     ran = CliRunner().invoke(group, ["convert", str(WORKBOOK), str(folder)])
     assert isinstance(ran.exception, SheetsError)
     assert [p.name for p in tmp_path.rglob("*")] == (["out"] if there else [])
+
+
+def test_no_text_takes_the_place_of_a_workbook(tmp_path: Path) -> None:
+    for name in ("t.md", "T.MARKDOWN", "old.xls", "mine.ods", "new.tsv", "macro.xltm"):
+        target = tmp_path / name
+        if name != "new.tsv":
+            target.write_text("## T\n\n| From | To |\n|---|---|\n", encoding="utf-8")
+        before = target.read_bytes() if target.exists() else None
+        ran = CliRunner().invoke(group, ["explain", str(WORKBOOK), "-o", str(target)])
+        assert isinstance(ran.exception, SheetsError) and "taken for a workbook" in ran.exception.message, name
+        assert (target.read_bytes() if target.exists() else None) == before
+
+
+@pytest.mark.parametrize("there", [None, "", "# Notes\n\n| no | sheet |\n"])
+def test_a_text_replaces_a_text_in_markdown(there: str | None, tmp_path: Path) -> None:
+    target = tmp_path / "told.md"
+    if there is not None:
+        target.write_text(there, encoding="utf-8")
+    for _ in range(2):  # the second time its own
+        ran = CliRunner().invoke(group, ["explain", str(WORKBOOK), "-o", str(target)])
+        assert ran.exit_code == 0 and "Written" in ran.output

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TextIO
 
 import forked
 import pytest
@@ -37,16 +38,23 @@ def test_another_workbook_is_not_overwritten(option: list[str], tmp_path: Path) 
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
-def test_a_trace_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_trace_that_cannot_be_written_is_told_and_not_left_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from rrp_sheets import api
+    from rrp_sheets.engine import trace
     from rrp_sheets.engine.plan import make_plan
     from rrp_sheets.engine.trace import TraceWriter
     from rrp_sheets.errors import RunBroken
 
+    opened: list[TextIO] = []
+    real = trace.private_text
+    monkeypatch.setattr(trace, "private_text", lambda path: opened.append(real(path)) or opened[-1])
     plan = make_plan(api.check(WORKBOOK))
     for path in (Path("/dev/full"), tmp_path / "no" / "folder"):
         with pytest.raises(RunBroken, match="cannot be written"):
             TraceWriter(path, plan, {})
+    assert [file.closed for file in opened] == [True]
 
 
 def test_a_folder_that_cannot_be_made_is_told_with_a_remedy(tmp_path: Path) -> None:

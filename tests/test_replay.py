@@ -11,13 +11,16 @@ from pathlib import Path
 import pytest
 from acting import Run, Script, wish
 from play import rows
+from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets import api
 from rrp_sheets.checks import check_workbook
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.help.connectors import ScriptedWorld
 from rrp_sheets.model.exchange import DONE
-from rrp_sheets.model.run_files import RecordedEvent
+from rrp_sheets.model.run_files import ORPHANED, RecordedEvent
+from rrp_sheets.recording.metadata import metadata_of
+from rrp_sheets.replay.record import read_record
 from rrp_sheets.replay.replaying import replay
 from rrp_sheets.replay.report import as_text
 from rrp_sheets.resources import bundled
@@ -368,3 +371,10 @@ def test_a_second_header_is_a_line_like_others(tmp_path: Path) -> None:
     )
     found = replay(session)
     assert found.same
+
+
+def test_a_record_of_a_run_that_was_killed_says_so(tmp_path):
+    """The same record is `killed` for the replay, the table and the list of runs."""
+    for by, ended in ((ORPHANED, "killed"), ("Aya", "stopped")):
+        place = write_run(tmp_path, by, HEADER, EVENT, END | {"ended": "stopped", "stopped_by": by})
+        assert read_record(place).ended == metadata_of(place).ended == ended

@@ -7,6 +7,7 @@ import os
 import stat
 import subprocess
 import sys
+import time
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -17,7 +18,7 @@ from lossless import SHEET, cell, make, parts, refused, repack
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.workbook import files, read
 from rrp_sheets.workbook.edits import InsertRows, SetCell
-from rrp_sheets.workbook.files import FileChanged, edit, read_sheets
+from rrp_sheets.workbook.files import FileChanged, clean_up, edit, read_sheets, write_atomically
 
 PART = "xl/worksheets/sheet1.xml"
 
@@ -70,6 +71,61 @@ def test_permissions_and_links_stay(path):
     assert stat.S_IMODE(path.stat().st_mode) == 0o640
     os.chmod(path, 0o440)
     assert "write-protected" in refused(path, SetCell(SHEET, 3, 3, "x")).message
+
+
+def test_owner_and_group_stay(path, monkeypatch):
+    """Colleagues may go on writing the file in a shared folder; where that is not allowed, it is written all the same."""
+    about, asked = path.stat(), []
+
+    def chown(file, owner, group):
+        asked.append((owner, group))
+        if owner != -1:
+            raise PermissionError
+
+    monkeypatch.setattr(files.os, "chown", chown)
+    os.chmod(path, 0o664)
+    edit(path, [SetCell(SHEET, 3, 3, "x")])
+    assert asked == [(about.st_uid, about.st_gid), (-1, about.st_gid)]
+    assert cell(path, 3, 3) == "x" and stat.S_IMODE(path.stat().st_mode) == 0o664
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives files away")
+def test_owner_and_group_stay_when_root_writes(path):
+    os.chown(path, 1234, 1234)
+    edit(path, [SetCell(SHEET, 3, 3, "x")])
+    assert (path.stat().st_uid, path.stat().st_gid) == (1234, 1234)
+
+
+def test_a_link_is_followed_but_not_when_its_name_must_be_free(tmp_path):
+    (tmp_path / "far").mkdir()
+    target, link = tmp_path / "far" / "real.txt", tmp_path / "link.txt"
+    link.symlink_to(Path("far") / "real.txt")
+    with pytest.raises(SheetsError, match="already a file"):
+        write_atomically(link, b"new", replace=False)
+    assert not target.exists()
+    target.write_bytes(b"old")
+    write_atomically(link, b"new")
+    assert link.is_symlink() and target.read_bytes() == b"new"
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["far", "link.txt", "real.txt"]
+
+
+def test_what_is_being_written_is_not_swept_away(path, monkeypatch):
+    """A workbook that somebody begins to look at may be one that another is making."""
+    real = files.os.fsync
+
+    def slow(handle):
+        left = path.parent / f".{path.name}.0.part"
+        left.write_bytes(b"left by a killed program")
+        for half in path.parent.glob(".*.part"):
+            os.utime(half, (time.time() - 10,) * 2)
+        clean_up(path)
+        assert not left.exists()
+        real(handle)
+
+    monkeypatch.setattr(files.os, "fsync", slow)
+    files.make_workbook({"T": [["made"]]}, path)
+    assert read_sheets(path)[0].cells[1, 1].text == "made"
+    assert [p.name for p in path.parent.iterdir()] == [path.name]
 
 
 def test_a_full_disk_leaves_the_file(path, monkeypatch):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import csv
 import functools
+import os
 import re
+import stat
 from pathlib import Path
 
 import pytest
@@ -15,7 +17,7 @@ from hypothesis import strategies as st
 from rrp_sheets import api
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.resources import bundled
-from rrp_sheets.workbook import read
+from rrp_sheets.workbook import files, read
 from rrp_sheets.workbook.edits import (
     AddSheet,
     BringSheet,
@@ -415,22 +417,146 @@ def test_conflicts_in_text_files(folder, markdown):
     edit(folder, [SetCell("Mine", 2, 1, "x")])  # only the other file is open
 
 
-def test_all_files_of_a_folder_or_none(folder, monkeypatch):
-    from rrp_sheets.workbook import files
+def contents(folder: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
 
-    before = {p.name: p.read_bytes() for p in folder.iterdir()}
-    real, calls = files.write_atomically, []
 
-    def second_fails(path, data, **options):
-        calls.append(path.name)
-        if len(calls) == 2:
-            raise SheetsError("full", "free some space")
-        real(path, data, **options)
+def when_stored(monkeypatch, act):
+    """Call `act` with the number of files that were stored before, whenever one is."""
+    real, count = files.os.fsync, []
 
-    monkeypatch.setattr(files, "write_atomically", second_fails)
-    with pytest.raises(SheetsError, match="full"):
-        edit(folder, [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")])
-    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before and len(calls) == 3
+    def fsync(handle):
+        if stat.S_ISREG(os.fstat(handle).st_mode):
+            act(len(count))
+            count.append(handle)
+        real(handle)
+
+    monkeypatch.setattr(files.os, "fsync", fsync)
+
+
+def refuse_once(monkeypatch, name):
+    """The system refuses once to rename or delete the file of that name, or to give it to another file."""
+    left = [name]
+    for function in ("replace", "rename", "unlink"):
+        real = getattr(os, function)
+
+        def refused(*paths, real=real, **options):
+            if left and any(Path(p).name == name for p in paths):
+                left.clear()
+                raise PermissionError(13, "Permission denied")
+            return real(*paths, **options)
+
+        monkeypatch.setattr(files.os, function, refused)
+
+
+BOTH = [SetCell("T", 2, 1, "x"), SetCell("Mine", 2, 1, "y")]
+
+
+def test_when_the_disk_is_full_all_files_of_a_folder_stay(folder, monkeypatch):
+    before = contents(folder)
+
+    def full(count):
+        if count:
+            raise OSError(28, "No space left on device")
+
+    when_stored(monkeypatch, full)
+    with pytest.raises(SheetsError, match="No space left"):
+        edit(folder, BOTH)
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("links", [True, False])
+@pytest.mark.parametrize("name", ["T.csv", "Mine.csv"])
+def test_when_a_file_cannot_be_replaced_the_others_stay(folder, monkeypatch, name, links):
+    def no_links(*paths, **options):
+        raise OSError(95, "Operation not supported")
+
+    if not links:
+        monkeypatch.setattr(files.os, "link", no_links)
+    before = contents(folder)
+    refuse_once(monkeypatch, name)
+    with pytest.raises(SheetsError, match="Permission denied"):
+        edit(folder, [*BOTH, AddSheet("New", [["a"]], before="Mine"), MoveSheet("T", "Mine")])
+    assert contents(folder) == before
+    edit(folder, [*BOTH, AddSheet("New", [["a"]], before="Mine"), MoveSheet("T", "Mine")])
+    assert sorted(contents(folder)) == ["Mine.csv", "New.csv", "T.csv", "order.txt"]
+
+
+def test_a_sheet_whose_file_cannot_be_deleted_stays(folder, monkeypatch):
+    before = contents(folder)
+    refuse_once(monkeypatch, "Mine.csv")
+    with pytest.raises(SheetsError, match="Permission denied"):
+        edit(folder, [RenameSheet("Mine", "Ours")])
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("Mine.csv", RenameSheet("Mine", "Ours")),
+        ("order.txt", MoveSheet("T", "Mine")),
+        ("Ours.csv", RenameSheet("Mine", "Ours")),
+    ],
+)
+@pytest.mark.parametrize("there", [True, False])
+def test_what_another_program_saves_meanwhile_stays(folder, monkeypatch, name, change, there):
+    if there and name != "Ours.csv":
+        (folder / name).write_text("Mine\nT\n")
+    before = contents(folder)
+    when_stored(monkeypatch, lambda count: (folder / name).write_text("theirs, theirs"))
+    with pytest.raises(SheetsError, match=r"at this moment|already a file"):
+        edit(folder, [change])
+    assert contents(folder) == before | {name: b"theirs, theirs"}
+
+
+def test_what_another_program_saves_while_a_folder_is_read_stays(folder, monkeypatch):
+    real, saved = files.file_bytes, []
+
+    def then_saved(path, *most):
+        data = real(path, *most)
+        if path.name == "T.csv" and not saved:
+            path.write_bytes(b"From;Operator;Parameter;To\r\ntheirs;map;;\r\n")
+            saved.append(path)
+        return data
+
+    monkeypatch.setattr(files, "file_bytes", then_saved)
+    for place in (folder, folder / "T.csv"):
+        saved.clear()
+        (folder / "T.csv").write_bytes(b"From;Operator;Parameter;To\r\nold;map;;\r\n")
+        with pytest.raises(SheetsError, match="at this moment"):
+            edit(place, [SetCell("T", 2, 1, "mine")])
+    assert b"theirs" in (folder / "T.csv").read_bytes()
+
+
+@pytest.mark.parametrize("read", [True, False])
+def test_a_file_that_goes_while_a_folder_is_read(folder, monkeypatch, read):
+    real = files.file_bytes
+
+    def gone(path, *most):
+        data = real(path, *most) if read else b""
+        path.unlink(missing_ok=True)
+        return data or real(path, *most)
+
+    monkeypatch.setattr(files, "file_bytes", gone)
+    with pytest.raises(SheetsError, match="was changed by"):
+        edit(folder, [SetCell("T", 2, 1, "mine")])
+
+
+def test_the_folder_is_read_as_it_was_edited_through_a_link(folder):
+    (folder / "T.csv").rename(folder.parent / "far.csv")
+    (folder / "T.csv").symlink_to(folder.parent / "far.csv")
+    edit(folder, BOTH)
+    assert (folder / "T.csv").is_symlink() and b"x" in (folder.parent / "far.csv").read_bytes()
+    edit(folder, [RenameSheet("T", "Ours")])
+    assert sorted(contents(folder)) == ["Mine.csv", "Ours.csv"] and (folder.parent / "far.csv").exists()
+
+
+def test_an_order_of_the_users_own_is_not_replaced(tmp_path):
+    (tmp_path / "order.txt").write_text("2 pizzas\n")
+    for sheets in ({"B": [["x"]], "A": [["y"]]}, {"A": [["x"]]}):
+        with pytest.raises(SheetsError, match=r"already a file “order\.txt”"):
+            write_csv(sheets, tmp_path)
+        assert contents(tmp_path) == {"order.txt": b"2 pizzas\n"}
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)

@@ -60,7 +60,12 @@ class TraceWriter:
             for s in plan.streams
         ]
         self._waiting = [_line({"type": "header", "format": FORMAT, **header, "streams": streams})]
-        self.flush()
+        try:
+            self.flush()
+        except RunBroken:
+            with suppress(OSError):  # closing writes once more
+                self._file.close()
+            raise
 
     def event(self, us: int, stream: str, row: str, value: Value, sent_by: str | None = None) -> None:
         """Write a value on a stream; `sent_by` whoever sent it by hand."""

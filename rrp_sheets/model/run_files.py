@@ -125,6 +125,11 @@ _WHOLE = ("time", "stopped", "end run")
 """Ends of a run that are not failures."""
 
 
+def kind_of_end(ended: str, stopped_by: str) -> str:
+    """Return how a run ended by the summary of its record, in which a run that was `killed` is `stopped`."""
+    return "killed" if ended == "stopped" and stopped_by == ORPHANED else ended
+
+
 @dataclass(frozen=True, slots=True)
 class Stamp:
     """Origin of an export; what is not known, or does not apply, is blank."""

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.model.run_files import ORPHANED, RUNS, TRACE, Stamp
+from rrp_sheets.model.run_files import RUNS, TRACE, Stamp, kind_of_end
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
 from rrp_sheets.texts import N_, known_language
 
@@ -103,9 +103,7 @@ def metadata_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
         remedy = N_("Copy the folder again from where it comes; it was perhaps cut off.")
         return RunMetadata(run, why=why, remedy=remedy)
     if summary is not None:
-        ended = summary.text("ended") or "cut"
-        if ended == "stopped" and summary.text("stopped_by") == ORPHANED:
-            ended = "killed"
+        ended = kind_of_end(summary.text("ended") or "cut", summary.text("stopped_by"))
     else:
         summary = TraceSummary()
         fresh = 0 <= time.time() - about.st_mtime < STILL_WRITTEN

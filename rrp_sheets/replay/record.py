@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
+from rrp_sheets.model.run_files import RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue, kind_of_end
 from rrp_sheets.recording.trace_reader import LONGEST_US, TraceHeader, TraceReader, TraceSummary
 
 
@@ -69,8 +69,10 @@ class Recorded:
 
     @property
     def ended(self) -> str:
-        """Kind of end: `time`, `stopped`, `end run`, `broken`, or `cut` when the record has no end."""
-        return "cut" if self.summary is None else self.summary.text("ended") or "time"
+        """Kind of end: `time`, `stopped`, `killed`, `end run`, `broken`, or `cut` when the record has no end."""
+        if self.summary is None:
+            return "cut"
+        return kind_of_end(self.summary.text("ended") or "time", self.summary.text("stopped_by"))
 
     @property
     def played(self) -> Events:

@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rrp_sheets.errors import SheetsError
+from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
@@ -99,8 +99,9 @@ def open_book(path: Path, suffix: str = "") -> tuple[Book, str]:
         hint = N_("Did you mean “{guess}”?", guess=longer) if there else N_("Check the spelling and the folder.")
         raise unreadable("FILE001", name=path.name or str(path), hint=hint)
     if path.is_dir():
-        files, order = csv_files(path), csv_order(path)
-        book = read_csv(files, path.name or str(path), order, tab_sheets(csv_paths(path)))
+        paths = csv_paths(path)
+        files, order = csv_files(paths), csv_order(path)
+        book = read_csv(files, path.name or str(path), order, tab_sheets(paths))
         return book, _folder_digest(files, order)
     suffix = (suffix or path.suffix).casefold()
     if not path.is_file():
@@ -150,11 +151,11 @@ def tab_sheets(paths: Mapping[str, Path]) -> set[str]:
     return {sheet for sheet, path in paths.items() if path.suffix.casefold() == TAB_SUFFIX}
 
 
-def csv_files(folder: Path) -> dict[str, bytes]:
-    """The contents of a folder's .csv and .tsv files by sheet name."""
+def csv_files(paths: Mapping[str, Path]) -> dict[str, bytes]:
+    """The contents of .csv and .tsv files by sheet name."""
     files: dict[str, bytes] = {}
     left = limits.FILE_BYTES
-    for sheet, path in csv_paths(folder).items():
+    for sheet, path in paths.items():
         files[sheet] = file_bytes(path, left)
         left -= len(files[sheet])
     return files
@@ -212,44 +213,49 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
         raise unreadable("FILE002", name=path.name)
     refuse_open_file(path)
     path = path.resolve()
-    with _alone(path if path.is_dir() else path.parent):
-        if path.is_dir() or path.suffix.casefold() in SUFFIXES:
-            return _edit_csv(path, edits, expected_digest)
-        _refuse_read_only(path)
-        stamp = stamp_of(path)
-        data = file_bytes(path)
-        found = format_of(path) or XLSX
-        if expected_digest not in (None, digest := found.digest(data, path.name)):
-            raise _changed(path)
-        if not data:
-            raise unreadable("FILE015", name=path.name)
-        new, kept = found.edit(data, path.name, edits)
-        if new != data:
-            write_atomically(path, new, unchanged=stamp)
-            digest = found.digest(new, path.name)
-        return Edited(digest, new != data, kept)
+    carry_out = _edit_csv if path.is_dir() or path.suffix.casefold() in SUFFIXES else _edit_file
+    try:
+        with _alone(path if path.is_dir() else path.parent):
+            return carry_out(path, edits, expected_digest)
+    except FileNotFoundError:  # it, or a sheet of it, has just gone
+        raise _changed(path) from None
 
 
 def clean_up(path: Path) -> None:
-    """Delete what a killed program of ours has left half-written beside a workbook, where none of ours writes now."""
-    path = path.resolve()
-    with _alone(path.parent) as alone, contextlib.suppress(OSError):
-        if alone:
-            sweep(path, older=-1.0)
+    """Delete what a killed program of ours has left half-written beside a workbook; what is being written stays."""
+    _sweep(path.resolve(), older=_JUST_MADE_S)
+
+
+def _edit_file(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
+    _refuse_read_only(path)
+    stamp = stamp_of(path)  # before it is read: what is saved in between is then another state
+    data = file_bytes(path)
+    found = format_of(path) or XLSX
+    if expected not in (None, digest := found.digest(data, path.name)):
+        raise _changed(path)
+    if not data:
+        raise unreadable("FILE015", name=path.name)
+    new, kept = found.edit(data, path.name, edits)
+    if new != data:
+        write_atomically(path, new, unchanged=stamp)
+        digest = found.digest(new, path.name)
+    return Edited(digest, new != data, kept)
 
 
 def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
-    folder = csv_files(path) if path.is_dir() else {path.stem: file_bytes(path)}
-    paths = csv_paths(path)
-    stamps = {name: stamp_of(paths[name]) for name in folder}
-    open_book(path)  # refuses what cannot be read
-    order = csv_order(path) if path.is_dir() else []
+    paths, is_folder = csv_paths(path), path.is_dir()
+    listed = path / ORDER
+    stamps = {file: stamp_of(file) for file in (*paths.values(), *([listed] if listed.is_file() else []))}
+    folder, order = csv_files(paths), csv_order(path)
+    if not is_folder and not folder[path.stem]:
+        raise unreadable("FILE015", name=path.name)
+    read_csv(folder, path.name, order, tab_sheets(paths))  # refuses what cannot be read
     if expected not in (None, digest := _folder_digest(folder, order)):
         raise _changed(path)
     now, kept = CsvFolder(dict(folder), list(order), tab_sheets(paths)), list[str]()
     for one in edits:
         if isinstance(one, SheetEdit):
-            if not path.is_dir():
+            if not is_folder:
                 remedy = N_("Use a folder of CSV files, or an .xlsx workbook.")
                 raise SheetsError(N_("A CSV file is one sheet."), remedy)
             kept += [back] if (back := now.apply(one)) else []
@@ -259,13 +265,25 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
         table = CsvTable(name, text.text, text.newline, now.file_name(name))
         table.apply(one)
         now.files[name] = text.encode(table.whole())
-    if now.files == folder and now.order == order:
-        return Edited(digest, False, tuple(kept))
-    for name in {n for n in (*folder, *now.files) if folder.get(n) != now.files.get(n)} & paths.keys():
-        refuse_open_file(paths[name])
-        _refuse_read_only(paths[name])
-    write_folder(path, folder, now, order, stamps)
-    return Edited(_folder_digest(now.files, now.order), True, tuple(kept))
+    was: dict[Path, bytes | None] = {file: folder[name] for name, file in paths.items()}
+    new = {paths.get(name) or path / now.file_name(name): data for name, data in now.files.items()}
+    if now.order != order:
+        new[listed] = ("\n".join(now.order) + "\n").encode()
+    gone = [file for file in was if file not in new]
+    # deleted last; but where capitals make no difference, a file may have to make way for one that is alike
+    first = [old for old in gone if any(os.path.exists(file) and file.samefile(old) for file in new)]
+    files = dict.fromkeys(first) | new | dict.fromkeys(gone)
+    changes = [
+        _Change(file, data, file in stamps, stamps.get(file)) for file, data in files.items() if was.get(file) != data
+    ]
+    for change in changes:
+        if change.replace:
+            refuse_open_file(change.path)
+            _refuse_read_only(change.path)
+    if changes:
+        _write_all(changes)
+        digest = _folder_digest(now.files, now.order)
+    return Edited(digest, bool(changes), tuple(kept))
 
 
 def _changed(path: Path) -> FileChanged:
@@ -282,71 +300,31 @@ def _refuse_read_only(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[bool]:
+def _alone(path: Path, wait: bool = True) -> Iterator[bool]:
     """Let no other edit of ours run in this folder meanwhile, in this process or another; False where that is not sure.
 
     On Windows, and in a folder whose file system has no locks, it is not sure.
     """
     try:
-        import fcntl
-
-        handle = os.open(folder, os.O_RDONLY)
-    except (ImportError, OSError):  # a folder that cannot be read is told when the file is
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    except OSError:  # Windows; a folder that cannot be read is told when the file is
         yield False
         return
     try:
-        sure = False
-        with contextlib.suppress(OSError):  # a file system without locks
-            fcntl.flock(handle, fcntl.LOCK_EX)
-            sure = True
-        yield sure
+        yield _lock(handle, wait)
     finally:
         os.close(handle)
 
 
-def write_folder(
-    path: Path, before: Mapping[str, bytes], now: CsvFolder, order: Sequence[str], stamps: Mapping[str, Stamp]
-) -> None:
-    """Write the files that are other ones, new files, the order of the sheets; delete files whose sheets are gone.
-
-    `before` and `stamps` are contents and stamps of the files by sheet as they were read; `order` is what `order.txt`
-    said then. Where something cannot be written, SheetsError is raised and everything is as it was.
-    """
-
-    def file(name: str) -> Path:
-        if not path.is_dir():
-            return path
-        spelt = (p for p in path.iterdir() if p.stem == name and p.suffix.casefold() in SUFFIXES)  # .CSV too
-        return next(spelt, path / now.file_name(name))
-
-    written: list[str] = []
+def _lock(handle: int, wait: bool = True) -> bool:
+    """Lock an open file until it is closed; False where another has it, or the system or its disk has no locks."""
     try:
-        for name, data in now.files.items():
-            if before.get(name) != data:
-                new = name not in before
-                write_atomically(file(name), data, replace=not new, unchanged=None if new else stamps[name])
-                written.append(name)
-        if now.order != list(order):
-            write_atomically(path / ORDER, ("\n".join(now.order) + "\n").encode())
-    except SheetsError:
-        for name in written:
-            if name in before:
-                write_atomically(file(name), before[name])
-            else:
-                with contextlib.suppress(OSError):
-                    file(name).unlink()
-        raise
-    for name in before.keys() - now.files.keys():
-        _leave(file(name), [file(n) for n in now.files if n.casefold() == name.casefold()])
+        import fcntl
 
-
-def _leave(old: Path, alike: Sequence[Path]) -> None:
-    """Delete a file; where capitals make no difference it may be one that was just written, which gets its name."""
-    for new in alike:
-        if old.exists() and new.exists() and old.samefile(new):
-            old.rename(new)
-            return
-    old.unlink(missing_ok=True)
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except (ImportError, OSError):
+        return False
+    return True
 
 
 def make_workbook(
@@ -382,6 +360,8 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
     if folder.is_dir() and any(p.suffix.casefold() in SUFFIXES for p in folder.iterdir()):
         message = N_("There are CSV files in “{folder}” already.", folder=folder.name)
         raise SheetsError(message, N_("Name another folder, or empty that one."))
+    if os.path.exists(folder / ORDER):  # it would say the order of these sheets
+        raise already_there(folder / ORDER)
     for name in sheets:
         if NO_FILE_NAME.search(name) or len(name.encode()) > 200:
             message = N_("The sheet “{sheet}” cannot be a file of that name.", sheet=name)
@@ -398,19 +378,14 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
         raise SheetsError(message, N_("Name another folder.")) from error
     if list(sheets) != sorted(sheets, key=natural):
         files[ORDER] = ("\n".join(sheets) + "\n").encode()
-    with contextlib.ExitStack() as undo:  # all files or none: half a workbook would be taken for a whole one
-        if made:
-            undo.callback(_remove_empty, folder)
-        for name, data in files.items():
-            write_atomically(folder / name, data, replace=name == ORDER)
-            undo.callback((folder / name).unlink, missing_ok=True)
-        undo.pop_all()
+    try:
+        _write_all([_Change(folder / name, data, replace=False) for name, data in files.items()])
+    except SheetsError:
+        with contextlib.suppress(OSError):
+            if made:
+                folder.rmdir()
+        raise
     return folder
-
-
-def _remove_empty(folder: Path) -> None:
-    with contextlib.suppress(OSError):
-        folder.rmdir()
 
 
 def _refuse_large(data: bytes) -> None:
@@ -421,6 +396,7 @@ def _refuse_large(data: bytes) -> None:
 
 
 _ABANDONED_S = 600
+_JUST_MADE_S = 0.1  # not locked yet
 _HALF = ".part"
 _MOST_BYTES = 200  # of 255 that a name may have
 
@@ -455,11 +431,25 @@ def refuse_workbook(target: Path, source: Path) -> None:
         message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
     elif suffix == ".jsonl":
         message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
-    elif suffix in (".xlsx", ".xlsm", ".csv", ".tsv"):
+    elif suffix in (".xlsx", ".xlsm", *SUFFIXES) or (suffix in KNOWN_SUFFIXES and _is_workbook(target)):
         message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
     else:
         return
     raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))
+
+
+def _is_workbook(path: Path) -> bool:
+    """Return whether the file, which has the suffix of a workbook, is there and no text: Markdown without sheets."""
+    there = os.path.isfile(path)  # False, not an error, for a name that is too long
+    if not there or format_of(path) is not MARKDOWN:
+        return there
+    try:
+        open_book(path)
+    except UnreadableFile as error:
+        return error.code not in ("FILE015", "FILE017")  # blank, or no sheets
+    except OSError:
+        return True
+    return True
 
 
 Stamp = tuple[int, int, int]
@@ -486,52 +476,127 @@ def file_bytes(path: Path, most: int = limits.FILE_BYTES) -> bytes:
 def write_atomically(path: Path, data: bytes, *, replace: bool = True, unchanged: Stamp | None = None) -> None:
     """Write to a temporary file beside `path`, have it stored, and give it the name; raises SheetsError if it cannot.
 
-    Without `replace` a file that is there is left, even one made a moment ago. `unchanged` is the stamp that the file
-    had when it was read; it is not replaced when it has another by now.
+    Without `replace` a file that is there is left, even one made a moment ago; with it a symbolic link is followed.
+    `unchanged` is the stamp that the file had when it was read; it is not replaced when it has another by now.
     """
+    _write_all([_Change(path, data, replace, unchanged)])
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A file that gets other contents, or is deleted where `data` is None; the rest is as in `write_atomically`."""
+
+    path: Path
+    data: bytes | None
+    replace: bool = True
+    unchanged: Stamp | None = None
+
+
+def _write_all(changes: Sequence[_Change]) -> None:
+    """Write temporary files beside all files, have them stored, and then give them their names: all or none.
+
+    What takes room on the disk is done before the first file gets its name, also for the way back.
+    """
+    several = len(changes) > 1
+    with contextlib.ExitStack() as made, contextlib.ExitStack() as undo:
+        ready = [_prepare(change, several, made) for change in changes]
+        for change, (target, half, back) in zip(changes, ready, strict=True):
+            with _told(change.path):
+                refuse_open_file(change.path)
+                if change.unchanged and not (change.path.exists() and stamp_of(change.path) == change.unchanged):
+                    words = N_("“{name}” was changed by another program at this moment; it was left as it is.")
+                    remedy = N_("Look at it again, and then make your change.")
+                    raise SheetsError(N_(words, name=change.path.name), remedy)
+                if change.data is None:
+                    os.replace(target, half)
+                elif change.replace:
+                    os.replace(half, target)
+                else:
+                    _take_name(half, target)
+                if several:
+                    undo.callback(_restore, target, half if change.data is None else back)
+        undo.pop_all()
+    for folder in {target.parent for target, _, _ in ready}:
+        _keep_folder(folder)
+
+
+def _prepare(change: _Change, several: bool, made: contextlib.ExitStack) -> tuple[Path, str, str]:
+    """Return which file is changed, the temporary file with its contents, and that with the old ones, "" without."""
+    path = change.path
     refuse_open_file(path)
-    half = ""
-    try:
+    with _told(path):
         if path.is_dir() or (path.exists() and not path.is_file()):
             raise SheetsError(N_("“{file}” is not a file that can be replaced.", file=str(path)), N_("Name a file."))
-        sweep(path)
-        mode = path.stat().st_mode & 0o777 if path.exists() else None  # a new file is as open as others of the process
-        name = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
-        handle, half = os.open(name, flags, 0o666 if mode is None else 0o600), name
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        if mode is not None:
-            os.chmod(half, mode)
-        refuse_open_file(path)
-        if unchanged is not None and stamp_of(path) != unchanged:
-            raise SheetsError(
-                N_("“{name}” was changed by another program at this moment; it was left as it is.", name=path.name),
-                N_("Look at it again, and then make your change."),
-            )
-        if replace:
-            os.replace(half, path)
-        else:
-            _take_name(half, path)
-        _keep_folder(path.parent)
+        if change.replace and change.data is not None and os.path.islink(path):
+            path = Path(os.path.realpath(path))
+        _sweep(path)
+        half, back = (str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}") for _ in range(2))
+        about = path.stat() if change.replace and path.exists() else None
+        made.callback(_restore, half)
+        if change.data is None:
+            return path, half, ""
+        _write_half(half, change.data, about, made)
+        if not several or about is None:
+            return path, half, ""
+        made.callback(_restore, back)
+        try:
+            os.link(path, back)
+        except OSError:  # a file system without links
+            _write_half(back, file_bytes(path), about, made)
+        return path, half, back
+
+
+def _write_half(half: str, data: bytes, about: os.stat_result | None, made: contextlib.ExitStack) -> None:
+    """Write and store a temporary file, locked while it is one, with the rights of the file that `about` is of."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
+    # a new file is as open as others of the process
+    with os.fdopen(os.open(half, flags, 0o666 if about is None else 0o600), "wb") as file:
+        if _lock(file.fileno(), wait=False):
+            made.callback(os.close, os.dup(file.fileno()))
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+    if about is not None:
+        _keep_rights(half, about)
+
+
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Raise what the system refuses as SheetsError."""
+    try:
+        yield
     except FileExistsError:
         raise already_there(path) from None
     except OSError as error:
         raise unwritable(path, error, N_("Choose another folder, or free some space.")) from error
-    finally:
-        if half:
-            with contextlib.suppress(FileNotFoundError):
-                os.unlink(half)
 
 
-def sweep(path: Path, older: float = _ABANDONED_S) -> None:
-    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago; nobody writes for minutes."""
-    limit = time.time() - older
+def _restore(path: str | Path, back: str = "") -> None:
+    """Give a file its old contents, or delete one that was not there."""
+    with contextlib.suppress(OSError):  # what failed before is told; temporary files are swept away later
+        os.replace(back, path) if back else os.unlink(path)
+
+
+def _keep_rights(half: str, about: os.stat_result) -> None:
+    """Give a temporary file owner, group and mode of the file that it replaces: others may do what they could."""
+    for owner in (about.st_uid, -1) if hasattr(os, "chown") else ():
+        with contextlib.suppress(OSError):  # only root may give a file away; its group may be another one of ours
+            os.chown(half, owner, about.st_gid)
+            break
+    os.chmod(half, about.st_mode & 0o777)
+
+
+def _sweep(path: Path, older: float = _ABANDONED_S) -> None:
+    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago.
+
+    Who writes it has it locked; where there are no locks, nobody writes for minutes.
+    """
     for left in path.parent.glob(f"{glob.escape(_half_name(path))}*{_HALF}"):
         with contextlib.suppress(OSError):
-            if left.stat().st_mtime < limit:
+            age = time.time() - left.stat().st_mtime
+            with _alone(left, wait=False) as alone:
+                limit = older if alone else _ABANDONED_S
+            if age > limit:
                 left.unlink()
 
 

@@ -1,4 +1,4 @@
-"""Texts of CSV and Markdown files made, and cells, rows and sheets changed in them: all else and the encoding stay."""
+"""Makes the texts of CSV and Markdown files and changes cells, rows and sheets in them; all else stays as it is."""
 
 from __future__ import annotations
 
