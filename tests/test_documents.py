@@ -446,6 +446,21 @@ def test_rows_are_the_same_after_a_restart(document: Document) -> None:
     assert not {row for row, _ in fresh} & {row for row, _ in before}
 
 
+@pytest.mark.parametrize("then", ["a look", "an edit"])
+@pytest.mark.parametrize("theirs", [SetCell(SHEET, 3, 6, "theirs"), DeleteRows(SHEET, 2, 1)], ids=["a cell", "a row"])
+def test_rows_are_the_same_after_a_change_by_another_program_and_a_restart(
+    document: Document, theirs: Edit, then: str
+) -> None:
+    put(document, document.grids[SHEET].rows[2], "mine")
+    edit(document.path, [theirs])
+    if then == "a look":
+        document.poll()
+    else:
+        put(document, document.grids[SHEET].rows[3], "new")
+    before = rows_of(document)
+    assert rows_of(again(document))[: len(before)] == before
+
+
 @pytest.mark.parametrize("moment", ["before the file", "before its ids"])
 def test_rows_are_the_same_when_the_server_is_killed_while_they_are_moved(
     document: Document, moment: str, monkeypatch: pytest.MonkeyPatch

@@ -351,6 +351,8 @@ class Document:
             return
         self.version += 1
         self._outside += self._take_over()
+        self._kept_rows = {}  # they are of the file before
+        self._keep_rows()
 
     def _open(self) -> None:
         """Make the grids from the sheets in the file; the whole is understood only if one is of no known kind."""
@@ -378,6 +380,7 @@ class Document:
         changes = self._take_over()
         if self.file.digest != stored:  # another program has written it since
             self._outside += changes
+            self._kept_rows = {}
         return self.grids
 
     def _grid(self, sheet: str) -> Grid:
