@@ -52,7 +52,7 @@ class Match:
     rows: dict[tuple[int, int], Pairs]
     streams: StreamMap
     helpers: dict[str, str]
-    turned: bool = False  # the second workbook was taken as the first, so that both ways round the same is found
+    turned: bool = False  # the workbooks were exchanged, so that the result does not depend on their order
 
     def inverse(self) -> Match:
         """Return the match from the second workbook to the first."""

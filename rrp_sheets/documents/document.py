@@ -77,7 +77,7 @@ class Steps:
         del pile[:-MOST_BACK]
 
     def put_last(self, author: str, step: Step, *, redo: bool) -> None:
-        """Put back a step that cannot be made now below all others, which are not to wait for it."""
+        """Put back a step that cannot be made at present under all others, so that these can be made before it."""
         (self._redo if redo else self._back).setdefault(author, []).insert(0, step)
 
     def take(self, author: str, *, redo: bool) -> Step | None:
@@ -457,7 +457,7 @@ class WorkFile:
     def __init__(self, path: Path, journal: Journal | None, why: str) -> None:
         self.path = path
         self.why = why
-        self._kept = journal
+        self._journal = journal
         self._stamp: Stamp | None = None
         self.digest = ""  # of the contents whose rows the document has: edits are based on them
         self._recovered = ""  # the digest before what a killed server had accepted
@@ -469,14 +469,14 @@ class WorkFile:
     @property
     def journal(self) -> Journal:
         """The journal; raises Refused when the file can only be looked at."""
-        if self._kept is None:
+        if self._journal is None:
             raise Refused(N_("This workbook can only be looked at here."), self.why)
-        return self._kept
+        return self._journal
 
     @property
     def read_only(self) -> bool:
         """True when the file can only be looked at; `why` says why."""
-        return self._kept is None
+        return self._journal is None
 
     @property
     def reading(self) -> Reading:
@@ -500,7 +500,7 @@ class WorkFile:
         return tuple(sheets)
 
     def whole(self, tables: Collection[str]) -> tuple[RawSheet, ...]:
-        """The sheets as they were understood, those of the user's own with these keys to their ends too."""
+        """Return the sheets of `reading`; a user's own one whose key is in `tables` is read again, to its last row."""
         sheets = self.reading.sheets
         if all(recognise(s).kind or key(s.name) not in tables for s in sheets):
             return sheets
@@ -518,7 +518,7 @@ class WorkFile:
         return False
 
     def store(self, author: str, edits: Sequence[Edit]) -> tuple[str, ...]:
-        """Write edits to the journal and then to the file; return what brings back the sheets that were deleted.
+        """Write edits to the journal and then to the file; return what brings back deleted sheets.
 
         When the file does not take them, they are taken out of the journal again, and Refused is raised.
         """
@@ -535,23 +535,23 @@ class WorkFile:
 
     def made(self, request: str) -> bool:
         """Return whether the edit of a page's request was made, also before a restart."""
-        return self._kept is not None and self._kept.made(request)
+        return self._journal is not None and self._journal.made(request)
 
     def keep_rows(self, rows: dict[str, list[str]]) -> None:
         """Keep the ids of the rows, by sheet, for after a restart."""
-        if self._kept is not None:
-            self._kept.keep_rows(self.path.name, self.digest, rows)
+        if self._journal is not None:
+            self._journal.keep_rows(self.path.name, self.digest, rows)
 
     def kept_rows(self) -> tuple[dict[str, list[str]], list[Edit]]:
         """Return the ids of the rows, by sheet, as they were kept, and the edits made since.
 
         There are none when another program has changed the file while no server was running.
         """
-        return self._kept.kept_rows(self.path.name, self.digest, self._recovered) if self._kept else ({}, [])
+        return self._journal.kept_rows(self.path.name, self.digest, self._recovered) if self._journal else ({}, [])
 
     def added(self) -> set[str]:
         """The keys of the sheets that were added here."""
-        return self._kept.added(self.path.name) if self._kept else set()
+        return self._journal.added(self.path.name) if self._journal else set()
 
     def keep_version(self, author: str, name: str) -> None:
         """Keep the file as it is now under a name; raise Refused when it is no file any more."""
@@ -561,11 +561,11 @@ class WorkFile:
 
     def versions(self) -> list[Version]:
         """The named versions, the newest first."""
-        return self._kept.versions(self.path.name) if self._kept else []
+        return self._journal.versions(self.path.name) if self._journal else []
 
     def version_content(self, version: int) -> bytes | None:
         """The bytes of a version; None when there is no such version."""
-        return self._kept.content(self.path.name, version) if self._kept else None
+        return self._journal.content(self.path.name, version) if self._journal else None
 
     def restore(self, author: str, version: int) -> None:
         """Make the file what it was in a version; what it is now is kept as a version too, unless it is one already.
@@ -715,7 +715,7 @@ class Journal:
             self._db.execute("pragma journal_mode = wal")
             self._db.execute("pragma synchronous = full")
             self._db.executescript(_TABLES)
-            # that an edit is in the file as well may be forgotten in a crash: it shows in the file's digest
+            # a mark that is lost in a crash does no harm: the file's digest tells whether the edit is in the file
             self._marks = sqlite3.connect(place / "journal.sqlite", check_same_thread=False, isolation_level=None)
             self._marks.execute("pragma synchronous = off")
         except (OSError, sqlite3.Error) as error:

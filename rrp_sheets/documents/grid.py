@@ -73,7 +73,7 @@ class Changed:
 
 @dataclass(frozen=True, slots=True)
 class Clash:
-    """A cell that someone else has changed meanwhile: what is wanted, what stands there, and whose that is."""
+    """A cell that someone else has changed meanwhile: what is wanted, what stands there, and who put it there."""
 
     row: str
     column: int
@@ -119,8 +119,8 @@ class Grid:
         rows: the rows' ids, in order; the row at place i has the number `first + i`.
         texts: by row id, by column number; blank cells are not there.
         authors: who changed a cell last, by (row id, column), since the document was opened.
-        version: grows when rows have come, gone or moved, and over a restart; read before `rows`, these are of that
-            version or a later one.
+        version: grows with each insert, delete or move, and over a restart. Who reads it without the lock reads it
+            before `rows`, which are then of that version or a later one.
     """
 
     name: str

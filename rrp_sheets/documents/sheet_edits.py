@@ -45,15 +45,15 @@ class SheetEdits:
 
     def rename(self, author: str, sheet: str, name: str) -> Changed:
         """Give a sheet another name; everything that names it follows."""
-        return self._make(author, SheetNamed(sheet, name))
+        return self._make(author, RenameSheetStep(sheet, name))
 
     def move(self, author: str, sheet: str, before: str) -> Changed:
         """Let a sheet stand before another one; empty: at the end."""
-        return self._make(author, SheetPlaced(sheet, before))
+        return self._make(author, MoveSheetStep(sheet, before))
 
     def delete(self, author: str, sheet: str) -> Changed:
         """Delete a sheet with everything in it; `naming` tells what refers to it."""
-        return self._make(author, SheetOut(sheet))
+        return self._make(author, DeleteSheetStep(sheet))
 
     def duplicate(self, author: str, sheet: str) -> Changed:
         """Add a sheet with the same texts."""
@@ -86,7 +86,7 @@ class SheetEdits:
 _MOST_COLUMNS = 30
 
 
-def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[str]]) -> SheetIn:
+def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[str]]) -> AddSheetStep:
     """Return the step that adds a sheet; a new behaviour goes into the Protocol's Run, where that lists names."""
     if kind not in TITLES:
         raise Refused(N_("There is no such kind of sheet."), N_("Reload the page."))
@@ -106,7 +106,7 @@ def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[s
     run = _run_cell(book) if kind == "behaviour" else None
     if run is not None and run.address.sheet in sheets.grids:
         cells = (sheets.cell(run.address, f"{sheets.text(run.address).rstrip().rstrip(',;')}, {name}"),)
-    return SheetIn(name, AddSheet(name, tuple(map(tuple, rows)), place_of(kind, kinds)), cells)
+    return AddSheetStep(name, AddSheet(name, tuple(map(tuple, rows)), place_of(kind, kinds)), cells)
 
 
 def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
@@ -138,7 +138,7 @@ SheetCells = tuple[tuple[str, CellText], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class SheetIn:
+class AddSheetStep:
     """Add a sheet, or bring back one that was deleted, as it was."""
 
     sheet: str
@@ -148,7 +148,7 @@ class SheetIn:
 
 
 @dataclass(frozen=True, slots=True)
-class SheetOut:
+class DeleteSheetStep:
     """Delete a sheet; with `texts` only if nothing else stands in it by now."""
 
     sheet: str
@@ -156,7 +156,7 @@ class SheetOut:
 
 
 @dataclass(frozen=True, slots=True)
-class SheetNamed:
+class RenameSheetStep:
     """Give a sheet another name."""
 
     sheet: str
@@ -165,14 +165,14 @@ class SheetNamed:
 
 
 @dataclass(frozen=True, slots=True)
-class SheetPlaced:
+class MoveSheetStep:
     """Move a sheet before another one (empty: to the end)."""
 
     sheet: str
     before: str
 
 
-SheetStep = SheetIn | SheetOut | SheetNamed | SheetPlaced
+SheetStep = AddSheetStep | DeleteSheetStep | RenameSheetStep | MoveSheetStep
 
 
 @dataclass
@@ -206,30 +206,30 @@ class Sheets:
 
 def make_sheet_step(sheets: Sheets, author: str, step: SheetStep) -> tuple[Changed, SheetStep]:
     """Make a step; return what it changed, and the step that takes it back. Raise Refused when it cannot be made."""
-    if isinstance(step, SheetIn | SheetNamed):
+    if isinstance(step, AddSheetStep | RenameSheetStep):
         step = replace(step, cells=tuple((sheets.current(name), c) for name, c in step.cells))
     match step:
-        case SheetIn():
+        case AddSheetStep():
             return _bring_in(sheets, author, step)
-        case SheetOut():
+        case DeleteSheetStep():
             return _take_out(sheets, author, replace(step, sheet=sheets.find(step.sheet)))
-        case SheetNamed():
+        case RenameSheetStep():
             return _rename(sheets, author, replace(step, sheet=sheets.find(step.sheet)))
-        case SheetPlaced():
+        case MoveSheetStep():
             before = sheets.find(step.before) if step.before else ""
-            return _move(sheets, author, SheetPlaced(sheets.find(step.sheet), before))
+            return _move(sheets, author, MoveSheetStep(sheets.find(step.sheet), before))
 
 
-def _bring_in(sheets: Sheets, author: str, step: SheetIn) -> tuple[Changed, SheetStep]:
+def _bring_in(sheets: Sheets, author: str, step: AddSheetStep) -> tuple[Changed, SheetStep]:
     cells = _still(sheets, step.cells)
     sheets.store(author, [*_edits(sheets, cells), step.edit])
     sheets.grids = sheets.renew({**sheets.grids, **({step.sheet: step.grid} if step.grid is not None else {})})
     new = sheets.grids.get(step.sheet)
     change = SheetChange("added", step.sheet, new.kind if new else "")
-    return _changed(sheets, author, step.sheet, change, cells), SheetOut(step.sheet, _texts(new))
+    return _changed(sheets, author, step.sheet, change, cells), DeleteSheetStep(step.sheet, _texts(new))
 
 
-def _take_out(sheets: Sheets, author: str, step: SheetOut) -> tuple[Changed, SheetStep]:
+def _take_out(sheets: Sheets, author: str, step: DeleteSheetStep) -> tuple[Changed, SheetStep]:
     grid = sheets.grids.get(step.sheet)
     if step.texts is not None and _texts(grid) != step.texts:
         names = sorted({who for who in grid.authors.values() if who != author}) if grid else []
@@ -243,10 +243,10 @@ def _take_out(sheets: Sheets, author: str, step: SheetOut) -> tuple[Changed, She
     back = tuple((name, replace(c, text=c.was or "", was=c.text)) for name, c in cells)
     sheets.grids = sheets.renew({n: g for n, g in sheets.grids.items() if n != step.sheet})
     changed = _changed(sheets, author, step.sheet, SheetChange("deleted", step.sheet), cells)
-    return changed, SheetIn(step.sheet, BringSheet(step.sheet, kept), back, grid)
+    return changed, AddSheetStep(step.sheet, BringSheet(step.sheet, kept), back, grid)
 
 
-def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, SheetStep]:
+def _rename(sheets: Sheets, author: str, step: RenameSheetStep) -> tuple[Changed, SheetStep]:
     old, book = step.sheet, sheets.reading.workbook
     new = _named(step.name, [n for n in book.sheets if n != old], sheets.grids[old].kind if old in sheets.grids else "")
     found = _renamed_cells(book, sheets.text, old, new)
@@ -263,16 +263,16 @@ def _rename(sheets: Sheets, author: str, step: SheetNamed) -> tuple[Changed, She
     cells = tuple((new if name == old else name, c) for name, c in cells)
     back = tuple((name, replace(c, text=c.was or "", was=c.text)) for name, c in cells)
     change = SheetChange("renamed", new, was=old)
-    return _changed(sheets, author, new, change, cells), SheetNamed(new, old, back)
+    return _changed(sheets, author, new, change, cells), RenameSheetStep(new, old, back)
 
 
-def _move(sheets: Sheets, author: str, step: SheetPlaced) -> tuple[Changed, SheetStep]:
+def _move(sheets: Sheets, author: str, step: MoveSheetStep) -> tuple[Changed, SheetStep]:
     names = list(sheets.reading.workbook.sheets)
     after = names[names.index(step.sheet) + 1 :][:1]
     sheets.store(author, [MoveSheet(step.sheet, step.before)])
     sheets.grids = sheets.renew(sheets.grids)
     changed = Changed(step.sheet, change=SheetChange("moved", step.sheet))
-    return changed, SheetPlaced(step.sheet, after[0] if after else "")
+    return changed, MoveSheetStep(step.sheet, after[0] if after else "")
 
 
 def _named(name: str, others: Sequence[str], kind: str) -> str:

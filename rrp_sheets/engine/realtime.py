@@ -315,7 +315,7 @@ class SnapshotThrottle:
         return picture
 
     def cost(self, seconds: float) -> None:
-        """Showing took so long: on a slow machine it comes less often."""
+        """Put off the next state by a share of what the last one cost: on a slow machine it comes less often."""
         self._state_at = max(self._state_at, self._now() + seconds * SHARE)
 
     def again(self) -> None:

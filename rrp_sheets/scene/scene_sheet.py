@@ -233,7 +233,7 @@ def _words(verb: Verb) -> dict[str, Part]:
 
 @lru_cache(maxsize=64)
 def _splitter(words: frozenset[str]) -> re.Pattern[str]:
-    """Cuts at the words of a verb, and at those of any other: these say nothing here."""
+    """Return what splits a value at the words of a verb, and at those of all other verbs, which mean nothing for it."""
     longest_first = sorted(_EVERYWHERE | words, key=lambda w: (-len(w), w))
     return re.compile(rf"(?<!\w)({'|'.join(map(re.escape, longest_first))})(?!\w)", re.IGNORECASE)
 

@@ -21,7 +21,7 @@ from rrp_sheets.model.run_files import RUNS, TRACE
 from rrp_sheets.recording.folder import material
 from rrp_sheets.robots.own_robot import files_of
 from rrp_sheets.services import bundles
-from rrp_sheets.services.bundles import is_safe, versions
+from rrp_sheets.services.bundles import is_safe, manifest
 from rrp_sheets.services.printing import HasErrors, make
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.texts import N_, sentences
@@ -87,7 +87,7 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         except SheetsError as error:
             why = sentences(error.message, error.remedy)
             notes.append(N_("{file} is not in it: {why}", file=bundles.PROTOCOL_FILE, why=why))
-    told = versions(name, reading, checked, folders)
+    told = manifest(name, reading, checked, folders)
     content[bundles.README] = readme(name, told, bundles.PROTOCOL_FILE in content).encode()
     files = _write(target, content, told)
     return Packed(target, files, tuple(notes), checked.run.language)

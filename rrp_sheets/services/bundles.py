@@ -85,8 +85,8 @@ def _is_safe_part(part: str) -> bool:
     return len(part.encode("utf-8", "surrogatepass")) <= _LONGEST_NAME
 
 
-def versions(workbook: str, reading: Reading, checked: Checked, runs: Sequence[Path]) -> dict[str, Any]:
-    """Return everything that the list of a bundle contains, except the files; `workbook` is its name in the bundle."""
+def manifest(workbook: str, reading: Reading, checked: Checked, runs: Sequence[Path]) -> dict[str, Any]:
+    """Return the manifest of a bundle without its files; `workbook` is its name in the bundle."""
     return {
         "kind": KIND, "schema": SCHEMA, "workbook": workbook, "workbook_sha256": reading.digest,
         "title": checked.workbook.protocol.text("Title"), "robot": checked.robot.name,

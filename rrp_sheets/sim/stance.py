@@ -26,10 +26,10 @@ MARGIN = 0.03  # m: the robot does not tip over its soles' ends before its weigh
 ROLL_VELOCITY, ROLL_ACCELERATION = 1.0, 4.0  # rad/s, rad/s²: of the torso that settles
 SINK_VELOCITY = 0.6  # m/s, of the torso on its way down or up
 TOUCHES = 0.01  # m: what is nearer to the floor stands on it, the nearer the firmer
-WITHIN = 0.5  # rad around where it is to settle: it does not tip over, as a guide holds it
-SAME = 5e-4  # rad: a rest that is nearer is the same
+SEARCH_RANGE = 0.5  # rad on both sides of the wanted lean; a guide holds the torso, so it cannot lean farther
+SAME_WITHIN = 5e-4  # rad: two leans that are nearer are the same
 SEARCH_EVERY = 4  # steps of the physics
-AROUND, SHARPENINGS = 57, 4  # leans that are tried, and how often nearer ones are
+LEANS_TRIED, SHARPENINGS = 57, 4  # leans that are tried, and how often nearer ones are
 BALLS = {  # link, place on it and radius (m) of what may touch the floor besides the soles
     "torso": ((-0.024, 0.025, -0.088, 0.037), (-0.024, -0.025, -0.088, 0.037), (-0.015, 0.035, 0.09, 0.03),
               (-0.015, -0.035, 0.09, 0.03), (0.015, 0.035, 0.09, 0.03), (0.015, -0.035, 0.09, 0.03)),
@@ -344,7 +344,7 @@ class Resting:
         points, weight, wider = self._shape()
         if not self._halted and self._count % SEARCH_EVERY == 0:
             goal = self._rest(wider, weight)
-            if abs(goal - self._lean.target) > SAME:
+            if abs(goal - self._lean.target) > SAME_WITHIN:
                 self._lean.go(goal, ROLL_VELOCITY, ROLL_ACCELERATION)
         self._count += 1
         self._lean.step(STEP)
@@ -391,7 +391,7 @@ class Resting:
             lifted: Vector = c * weight[2] - s * weight[0] - low.min(axis=1)
             return lifted
 
-        leans = self._towards + np.linspace(-WITHIN, WITHIN, AROUND)
+        leans = self._towards + np.linspace(-SEARCH_RANGE, SEARCH_RANGE, LEANS_TRIED)
         heights = height(leans)
         lowest = np.flatnonzero((heights[1:-1] <= heights[:-2]) & (heights[1:-1] < heights[2:])) + 1
         if not len(lowest):

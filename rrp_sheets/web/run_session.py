@@ -68,7 +68,7 @@ class RunSession:
         self._wall = time.time()
         self._over = threading.Event()
         self._wanted_at = 0.0  # when a page asked for camera pictures
-        self._rest = TELL_EVERY
+        self._pause = TELL_EVERY
         self._wanted = False
         self._picture_lock = threading.Lock()
         self._lock = threading.Lock()
@@ -141,12 +141,12 @@ class RunSession:
         """Send new values and log lines to the workbook's pages, at most ten times a second, until the run is over."""
         over = False
         while not over:
-            over = self._over.wait(self._rest if self.session.listeners else 0.5)
+            over = self._over.wait(self._pause if self.session.listeners else 0.5)
             began = time.monotonic()
             self._want_pictures()
             if values := self._values(*self.run_state.news()):
                 self.session.tell_all(values, live=True)
-            self._rest = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
+            self._pause = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _want_pictures(self) -> None:
         with self._picture_lock:  # two who decide at once must not be heard the wrong way round
@@ -328,7 +328,7 @@ class RunManager:
                 text = N_("{who} is running {book} since {since}. There is one robot, so one run at a time.",
                           who=going.options.by, book=going.book, since=clock(going.run_state.us))  # fmt: skip
                 raise RobotBusy(text, N_("Wait for its end, or stop it there."), going.book)
-            # a file is renamed before, and then it is not here, or after the run
+            # within, the file cannot be renamed: it was before, and `staying` refuses, or it is after the run
             with self._open_workbooks.staying(session):
                 run = self.run = RunSession(session, book, options, self._tell)
             self._unwritten = [s for s in self._unwritten if not s.written] + [run]

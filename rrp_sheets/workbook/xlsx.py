@@ -75,7 +75,7 @@ def block_of(reference: str) -> Range | None:
 
 
 def rels_of(part: str) -> str:
-    """The part with the relations of a part, be that one there or not."""
+    """Return the name of the part with the relations of a part, whether or not it exists."""
     folder, leaf = posixpath.split(part)
     return posixpath.join(folder, "_rels", f"{leaf}.rels")
 

@@ -290,7 +290,7 @@ export function lights(svg, table = () => document.querySelector("table[role=gri
   return { redrawn };
 }
 
-// a stream of a sheet has the sheet's name before its own when there are several of its name; one without a name its row's
+// the keys of `streams`: the stream's name, `sheet!name` where several sheets have a stream of that name, `sheet!row` without a name
 function find(streams, sheet, { name, stream }) {
   if (!name) return streams.get(`${sheet}!${(stream ?? "").replace(/^.*!/, "")}`);
   return streams.get(`${sheet}!${name}`) ?? streams.get(name);

@@ -20,7 +20,7 @@ export class Server {
     this.secret = randomId(12); // begins the ids of our requests, which nobody else can guess
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
-    this.made = new Map(); // row id → number of its newest HTML that came; of two that cross, the later made one stays
+    this.serials = new Map(); // row id → serial number of the HTML shown; HTML with a smaller one came late and is left out
     this.postponed = new Map(); // row id → what came for it while an edit of ours was on its way
     this.order = new Order(table, Number(grid.dataset.version));
     this.chain = Promise.resolve();
@@ -143,8 +143,8 @@ export class Server {
 
   /** Show the newest HTML of a row; while an edit of ours is on its way to it, keep it until the answer is here. */
   show(id, html, made = Infinity) {
-    if (made < (this.made.get(id) ?? 0)) return;
-    if (Number.isFinite(made)) this.made.set(id, made);
+    if (made < (this.serials.get(id) ?? 0)) return;
+    if (Number.isFinite(made)) this.serials.set(id, made);
     if (this.waiting.has(id)) {
       this.postponed.set(id, html);
       return;

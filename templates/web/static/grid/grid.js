@@ -475,7 +475,7 @@ export class Table {
     this.changed();
   }
 
-  /** Its newest HTML may be told before what has come or gone above it: where a row stands, only those say. */
+  /** Show new HTML of a row. It may come before inserts and deletes above it, so the row keeps its number until they are shown. */
   replace(row, rows) {
     if (rows.length === 1) {
       rows[0].cells[0].textContent = row.cells[0].textContent;

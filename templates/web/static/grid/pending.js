@@ -1,4 +1,4 @@
-// Input and steps that wait for the server. Input while only the server knows the next state of the sheet (an undo is on its way)
+// Input that waits for an undo or a fix, and the order of rows. While only the server knows the next state of the sheet, input
 // is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
 import { t } from "../texts.js";
@@ -105,7 +105,7 @@ export class Held {
     return true;
   }
 
-  /** True while a job is under way, or what was held waits for a dialog to be closed: below it nothing takes the focus. */
+  /** Replay what can be replayed; true if new input is still to be held: a job is under way, or a dialog keeps the focus. */
   get waits() {
     if (!this.jobs && this.actions.length) this.replay();
     return this.jobs > 0 || this.actions.length > 0;

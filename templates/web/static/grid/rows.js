@@ -65,7 +65,7 @@ export class Rows {
     return Math.max(0, place - (table.rows.length - 1 - table.room()));
   }
 
-  /** Let there be room below the last filled row before so many of the blank rows are filled or go. */
+  /** Append blank rows, so that `ROOM` of them are left after `used` of them have been filled or deleted. */
   reserve(used) {
     const { table, server } = this.grid;
     const missing = used + ROOM - table.room();

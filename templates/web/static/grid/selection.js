@@ -1,5 +1,5 @@
-// The selected cells: an anchor and a head, which has the cursor, kept by row id so that they survive what others change. Of
-// whole rows, whole columns or everything the head is any cell within; the other corner is then `far`.
+// The selected cells: from an anchor to a head, which has the cursor; kept by row id so that they survive what others change.
+// When whole rows, whole columns or everything are selected, they go from the anchor to `far`, and the head is a cell within.
 
 export class Selection {
   constructor(table, scroll, onChange) {
