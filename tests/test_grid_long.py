@@ -73,6 +73,14 @@ def test_rows_move_across_the_bodies(grid: GridPage, folder: Path) -> None:
     assert held(grid, folder)[48:52] == ["note 50", "note 51", "note 52", "note 53"]
 
 
+def test_a_selection_grows_by_keys_across_the_bodies(grid: GridPage) -> None:
+    grid.go("F40")
+    grid.press(*["Shift+ArrowDown"] * 24)
+    selected = grid.page.locator("td[aria-selected]")
+    becomes(selected.count, 25)
+    becomes(lambda: selected.last.evaluate("e => e.parentElement.cells[0].textContent"), "64")
+
+
 def test_many_rows_come_and_go(grid: GridPage, folder: Path) -> None:
     before = held(grid, folder)
     grid.go("F52")

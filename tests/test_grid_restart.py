@@ -16,7 +16,6 @@ from test_killed_server import HEADER, NOTES, Served
 from rrp_sheets.workbook.files import make_workbook, read_sheets
 
 ROWS = 6
-WAIT = 60_000  # ms
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills a server as Unix does")
 
 
@@ -40,7 +39,7 @@ class Restarted:
 
     def loaded_again(self) -> None:
         """Wait until the page has been loaded again since the server was killed."""
-        expect(self.page.locator("body[data-old]")).to_have_count(0, timeout=WAIT)
+        expect(self.page.locator("body[data-old]")).to_have_count(0)
         listening(self.page)
 
     def start(self, *options: str) -> None:
@@ -61,7 +60,7 @@ class Restarted:
         return {row: cell.typed for (row, column), cell in sorted(cells.items()) if column == NOTES and row > 1}
 
     def saved(self) -> None:
-        expect(self.page.locator("#saved")).to_have_text("Saved", timeout=WAIT)
+        expect(self.page.locator("#saved")).to_have_text("Saved")
         expect(self.page.locator(".unsent")).to_have_count(0)
 
 
@@ -87,7 +86,7 @@ def test_what_is_typed_while_the_server_is_away_is_saved_in_order_when_it_is_bac
     at.kill()
     at.type(4, "second")
     expect(at.page.locator("#saved")).to_have_text("Saving …")
-    expect(at.page.locator(".unsent")).to_contain_text("Your changes are kept here", timeout=WAIT)
+    expect(at.page.locator(".unsent")).to_contain_text("Your changes are kept here")
     expect(at.page.locator("#saved")).to_have_text("Not saved")
     at.type(ROWS + 8, "third")
     at.type(4, "fourth")
@@ -118,7 +117,7 @@ def test_an_edit_whose_answer_was_lost_is_made_once(at: Restarted) -> None:
     for action in ("cells", "insert"):
         at.page.route(f"**/{action}", lose)
     at.type(2, "of the page")
-    until(at.page, lambda: at.notes()[2] == "of the page", 60)
+    until(at.page, lambda: at.notes()[2] == "of the page")
     insert_above(at, 4)
     expect(at.page.locator("#saved")).to_have_text("Not saved")
     at.kill()
@@ -135,7 +134,7 @@ def test_an_edit_whose_answer_was_lost_is_made_once(at: Restarted) -> None:
 def test_what_is_not_saved_is_sent_by_the_page_that_is_loaded_again(at: Restarted) -> None:
     at.page.route("**/cells", lambda route: route.abort())
     at.type(2, "kept over a reload")
-    expect(at.page.locator(".unsent")).to_contain_text("Your changes are kept here", timeout=WAIT)
+    expect(at.page.locator(".unsent")).to_contain_text("Your changes are kept here")
     at.kill()
     at.start()
     at.page.unroute("**/cells")
@@ -148,18 +147,18 @@ def test_a_browser_that_is_signed_out_keeps_its_edits_until_it_is_let_in(at: Res
     at.kill()
     at.type(2, "typed when signed out")
     at.start("--sign-out")
-    expect(at.page.locator(".unsent")).to_contain_text("This browser is signed out.", timeout=WAIT)
+    expect(at.page.locator(".unsent")).to_contain_text("This browser is signed out.")
     expect(at.page.locator("#saved")).to_have_text("Not saved")
     with at.page.expect_response("**/cells") as again:
         at.page.locator(".unsent").get_by_role("button", name="Try again").click()
     assert again.value.status == 403
     expect(at.page.locator(".unsent")).to_contain_text("This browser is signed out.")
     line = at.page.locator("#line-lost")
-    expect(line.get_by_role("button", name="Try again")).to_be_visible(timeout=WAIT)  # it is not tried for ever
+    expect(line.get_by_role("button", name="Try again")).to_be_visible()  # it is not tried for ever
     at.page.context.add_cookies([{"name": c.name, "value": c.value, "url": at.server.home} for c in at.server.jar])
     line.get_by_role("button", name="Try again").click()
     at.saved()
-    expect(line).to_be_empty(timeout=WAIT)
+    expect(line).to_be_empty()
     assert at.notes()[2] == "typed when signed out"
 
 
@@ -169,10 +168,10 @@ def test_what_the_server_does_not_take_any_more_can_be_copied_and_discarded(at: 
     at.type(2, "for the clipboard")
     at.path.unlink()
     at.page.unroute("**/cells")
-    expect(at.page.locator(".unsent")).to_contain_text("renamed or moved", timeout=WAIT)
+    expect(at.page.locator(".unsent")).to_contain_text("renamed or moved")
     at.page.get_by_role("button", name="Show changes").click()
     at.page.get_by_role("button", name="Copy").click()
     expect(at.page.get_by_role("button", name="Copied")).to_be_visible()
     becomes(lambda: at.page.evaluate("navigator.clipboard.readText()"), "F2: for the clipboard")
     at.page.get_by_role("button", name="Discard changes").click()
-    expect(at.page.get_by_role("heading", level=1)).to_have_text("There is nothing here", timeout=WAIT)
+    expect(at.page.get_by_role("heading", level=1)).to_have_text("There is nothing here")

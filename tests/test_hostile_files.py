@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from busy import crowded, slowness
+from busy import Span, slowness
 
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import UnreadableFile
@@ -299,9 +299,9 @@ def test_refused(case: str, tmp_path: Path, measured: Callable[[Path], dict[str,
     name, make, code = REFUSED[case]
     path = tmp_path / name
     path.write_bytes(make())
-    result = measured(path)
+    span, result = Span(), measured(path)
     assert result["outcome"] == code, result
-    assert result["seconds"] < 2 * crowded() * slowness(), result
+    assert result["seconds"] < 2 or result["seconds"] < 2 * span.crowded() * slowness(), result
     assert result["megabytes"] < 300, result
 
 
@@ -309,10 +309,10 @@ def test_refused(case: str, tmp_path: Path, measured: Callable[[Path], dict[str,
 def test_read_all_the_same(case: str, tmp_path: Path, measured: Callable[[Path], dict[str, object]]) -> None:
     path = tmp_path / "x.xlsx"
     path.write_bytes(READ[case]())
-    result = measured(path)
+    span, result = Span(), measured(path)
     assert result["outcome"] == "read", result
     assert result["rows"] >= 1, result
-    assert result["seconds"] < 2 * crowded() * slowness(), result
+    assert result["seconds"] < 2 or result["seconds"] < 2 * span.crowded() * slowness(), result
     assert result["megabytes"] < 300, result
 
 

@@ -133,7 +133,7 @@ def test_the_password_is_asked_for_twice_and_hidden(started) -> None:  # type: i
     for typed in ("short", WORDS, "another one", WORDS, WORDS):
         asked = ""
         while not asked.endswith(": "):
-            assert select.select([ours], [], [], 20)[0], shown + asked
+            assert select.select([ours], [], [], 300)[0], shown + asked
             asked += os.read(ours, 1000).decode()
         shown += asked
         os.write(ours, f"{typed}\n".encode())

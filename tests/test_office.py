@@ -34,7 +34,7 @@ def alive(pid: int) -> bool:
 def hang(office: RestartingWorker) -> int:
     """Its process, which has answered once and does nothing any more."""
     with pytest.raises(SheetsError, match="cannot be read"):
-        office.ask(GONE, 30)
+        office.ask(GONE, 300)
     hung = office.pid
     assert hung is not None
     os.kill(hung, signal.SIGSTOP)
@@ -47,7 +47,7 @@ def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: Restarting
         office.ask([COURSE, "x" * 5_000_000], 0.3)  # more than a connection holds
     assert not told.value.gone and office.pid is None and not alive(hung)
     with pytest.raises(SheetsError, match="cannot be read"):
-        office.ask(GONE, 30)
+        office.ask(GONE, 300)
     assert office.pid not in (None, hung)
 
 
@@ -57,7 +57,7 @@ def test_closing_does_not_wait_for_an_answer_and_who_asks_is_told(office: Restar
 
     def ask() -> None:
         try:
-            office.ask(GONE, 60)
+            office.ask(GONE, 300)
         except SheetsError as error:
             heard.append(error.message)
 
@@ -66,5 +66,5 @@ def test_closing_does_not_wait_for_an_answer_and_who_asks_is_told(office: Restar
         thread.start()
     office.close()
     for thread in threads:
-        thread.join(10)
+        thread.join(300)
     assert heard == ["The program is being ended."] * 3 and not alive(hung)

@@ -29,7 +29,9 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def open_workbooks(book: Path, tmp_path: Path) -> Iterator[OpenWorkbooks]:
+def open_workbooks(book: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[OpenWorkbooks]:
+    """Nobody looks after the files but the test."""
+    monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 3600)
     (tmp_path / book.name).write_bytes(book.read_bytes())
     with CheckWorker() as worker:
         made = OpenWorkbooks(tmp_path, worker)
@@ -64,7 +66,7 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(open_wo
     assert threads[1].is_alive(), "whether it can begin is known when the file has its new name"
     goes_on.set()
     for thread in threads:
-        thread.join(20)
+        thread.join(300)
     assert told == ["This workbook was renamed or moved meanwhile."] and run_manager.run is None
 
 
@@ -83,7 +85,7 @@ def test_nobody_opens_a_workbook_while_its_file_goes_away(open_workbooks: OpenWo
         assert not opened.wait(0.2)
         path.rename(open_workbooks.folder / "c.xlsx")
     assert opened.wait(300)
-    thread.join(20)
+    thread.join(300)
 
 
 def test_a_rename_that_fails_leaves_the_workbook_usable(open_workbooks: OpenWorkbooks) -> None:
@@ -119,7 +121,7 @@ def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: 
         open_workbooks.close()
     open_workbooks = None
     gc.collect()
-    thread.join(20)
+    thread.join(300)
     assert not thread.is_alive()
 
 
@@ -170,10 +172,12 @@ def test_pages_are_told_when_what_was_wrong_with_the_file_is_over(
     checks: list[bool] = []
     monkeypatch.setattr(session, "check_soon", lambda: checks.append(True))
     page, whole = session.join("mine.1", "Aya"), session.document.path.read_bytes()
+    written = session.document.path.with_suffix(".part")
 
     def told(contents: bytes) -> list[dict[str, str]]:
-        session.document.path.write_bytes(contents)
         page.messages.clear()
+        written.write_bytes(contents)
+        written.replace(session.document.path)  # at once
         session.poll()
         return [json.loads(m.partition("data: ")[2]) for m in list(page.messages) if "event: trouble\n" in m]
 

@@ -6,13 +6,12 @@ import csv
 import io
 import re
 import shutil
-import time
 import zipfile
 from pathlib import Path
 
 import pytest
 from browser import GOOD, get, visit
-from busy import crowded
+from busy import Span
 from flask.testing import FlaskClient
 from recorded import END, HEADER, write_run
 
@@ -200,16 +199,20 @@ def test_a_hundred_thousand_events_open_in_a_bounded_time(tmp_path: Path) -> Non
     place = write_run(tmp_path, "long", HEADER, *events, END)
     (tmp_path / "good.md").write_text(GOOD, encoding="utf-8")
     client = visit(tmp_path)
-    began = time.monotonic()
+    span = Span()
     assert "100,000 values and events" in get(client, "/runs/long").text
     [curve] = get(client, "/runs/long/series.json").json  # type: ignore[misc]
     shown = get(client, "/runs/long/marbles").data
-    whole = time.monotonic() - began
-    assert whole < 40 * crowded()  # 5 s on a machine that does nothing else
+    whole = span.seconds()
+    assert whole < 40 * span.crowded()  # 5 s on a machine that does nothing else
     assert len(curve["points"]) <= 1_200 and max(v for _, v in curve["points"]) == 99.0
     assert len(shown) < 300_000
-    began = time.monotonic()
-    assert metadata_of(place).seconds == 8.0 and time.monotonic() - began < whole / 10  # its beginning and its end
+    took = []
+    for _ in range(3):
+        span = Span()
+        assert metadata_of(place).seconds == 8.0
+        took.append(span.seconds())
+    assert min(took) < whole / 10, "only its beginning and its end are read"
 
 
 # ---- files ----

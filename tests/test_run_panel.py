@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import panel
-from busy import crowded
+from busy import Span, within
 from chromium import GridPage, becomes, eventually, press_twice
 from panel import LIVE, ended, row, run, running, told_of_stop, trace
 from playwright.sync_api import expect
@@ -193,8 +193,9 @@ def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Pa
     assert ended(mika.page).startswith("Stopped by Mika at ")
     expect(other.locator("#run-strip")).to_be_hidden()
     # who closes the page is gone at once
-    mika.page.close()
-    expect(aya.page.locator("#people")).not_to_contain_text("Mika", timeout=2_000)
+    with within(2):
+        mika.page.close()
+        expect(aya.page.locator("#people")).not_to_contain_text("Mika")
     # the first edit brings the examples back
     aya.page.locator("#grid-scroll").focus()
     aya.go("F2")
@@ -224,10 +225,11 @@ def test_by_keyboard_alone_and_stop_is_quick_in_a_flood_of_events(browser, url: 
     run_by_keyboard(at.page)
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"))
     expect(row(at.page, 6).locator(LIVE)).to_have_text(re.compile(r"^\d"))
+    span = Span()
     told = told_of_stop(at.page)
     # milliseconds until the run's process has stopped all rows: `make bench` holds 200 on a quiet machine
     stopped = told.get("finishing", told.get("ended"))
-    assert stopped is not None and stopped < 800 * crowded(), (told, crowded())
+    assert stopped is not None and stopped < 800 * span.crowded(), (told, span.crowded())
     lines = trace(folder, "long")
     assert lines[-1]["stopped_by"] == "Aya" and len(lines) > 100, (lines[-1], len(lines))
     # only rows in sight are drawn

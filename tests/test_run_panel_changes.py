@@ -11,7 +11,7 @@ import panel
 from chromium import GridPage, becomes, eventually
 from panel import LIVE, ended, row, run, running
 from playwright.sync_api import expect
-from processes import workers
+from processes import only_worker, workers
 
 BOOKS = panel.BOOKS
 
@@ -74,8 +74,7 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"))
     for which in ("the run's process", "the simulator"):
         module = "engine_process" if which == "the run's process" else "server"
-        (process,) = workers(os.getpid(), module) - before[module]
-        os.kill(process, signal.SIGKILL)
+        os.kill(only_worker(os.getpid(), module, before[module]), signal.SIGKILL)
         assert "The run broke off at " in ended(at.page)
         becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
         becomes(lambda: "simulator has ended" in at.page.inner_text("#run-notice"), which == "the simulator")

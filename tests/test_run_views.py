@@ -78,7 +78,7 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:
 
     def asks(more: int) -> None:
         for _ in range(more):
-            with page.expect_request("**/run/eye.jpg*", timeout=6_000):
+            with page.expect_request("**/run/eye.jpg*"):
                 pass
 
     page.route("**/run/eye.jpg*", answer)

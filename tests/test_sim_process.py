@@ -7,11 +7,10 @@ import select
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
-from busy import crowded
+from busy import within
 
 pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
@@ -31,11 +30,10 @@ def test_a_dead_simulator_is_told_at_once() -> None:
     world.start()
     assert world.pid is not None
     os.kill(world.pid, signal.SIGKILL)
-    before = time.monotonic()
-    with pytest.raises(RunBroken, match="simulator has ended unexpectedly"):
-        world.advance(10_000_000, ())
-    world.stop()  # has nothing left to do, and does not complain a second time
-    assert time.monotonic() - before < 5 * crowded()
+    with within(5):
+        with pytest.raises(RunBroken, match="simulator has ended unexpectedly"):
+            world.advance(10_000_000, ())
+        world.stop()  # has nothing left to do, and does not complain a second time
     assert world.pid is None
 
 
@@ -56,7 +54,7 @@ def test_the_simulator_ends_with_its_program(tmp_path: Path) -> None:
     except ProcessLookupError:
         return  # it has ended already
     with os.fdopen(handle, "rb"):
-        ended, _, _ = select.select([handle], [], [], 10)
+        ended, _, _ = select.select([handle], [], [], 300)
     assert ended, "the simulator still runs"
 
 
@@ -76,8 +74,9 @@ def test_ctrl_c_stops_the_robot_properly(tmp_path: Path) -> None:
     )
     assert running.stdout is not None
     assert running.stdout.readline() == "running\n"
-    running.send_signal(signal.SIGINT)  # in the middle of an advance, as it does nothing else
-    out, _ = running.communicate(timeout=300)
+    with within(15):
+        running.send_signal(signal.SIGINT)  # in the middle of an advance, as it does nothing else
+        out, _ = running.communicate(timeout=300)
     assert out == "stopped None\n"
     assert (tmp_path / "run" / "film.gif").is_file()
 

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy import crowded
+from busy import Span
 from test_killed_server import HEADER, Served, wait_for
 
-from rrp_sheets.web.serving import MOST_OF_ADDRESS, THREADS, bind, make_server
+from rrp_sheets.web.serving import HEAD_SECONDS, MOST_OF_ADDRESS, THREADS, bind, make_server
 from rrp_sheets.web.workbook_session import MOST_HERE
 from rrp_sheets.workbook.files import make_workbook
 
@@ -102,18 +102,27 @@ def closed_within(line: socket.socket, seconds: float) -> bool:
     return True
 
 
+def closed_soon(line: socket.socket, seconds: float) -> bool:
+    """Read from a connection and return True when the server closes it within some seconds, more on a crowded machine."""
+    span = Span()
+    while span.seconds() < seconds * span.crowded():
+        if closed_within(line, 1):
+            return True
+    return False
+
+
 def test_stop_is_answered_with_sixty_streams_and_forty_half_sent_requests_open(server: Served) -> None:
     with ExitStack() as opened:
         for number in range(STREAMS):
             sent(server, event_stream(server, f"page{number}"), opened)
         for _ in range(HALF_SENT):
             sent(server, half(server), opened)
-        took = []
+        took, span = [], Span()
         for _ in range(5):
             status, seconds = stop(server)
             assert status == 409  # no run is going, which is an answer
             took.append(seconds)
-    assert min(took) < LIMIT * crowded(), took
+        assert min(took) < LIMIT * span.crowded(), took
 
 
 def test_what_is_half_sent_or_silent_is_closed_after_its_time(server: Served) -> None:
@@ -125,21 +134,25 @@ def test_what_is_half_sent_or_silent_is_closed_after_its_time(server: Served) ->
         again = sent(
             server, f"GET / HTTP/1.1\r\nHost: {server.home.removeprefix('http://')}\r\n\r\nGET / HT".encode(), opened
         )
-        deadline = time.monotonic() + 20
+        span = Span()
         while not closed_within(trickles, 0.1):
-            assert time.monotonic() < deadline
+            assert span.seconds() < 20 * span.crowded()
             with suppress(ConnectionError):
                 trickles.sendall(b"x")
-        assert closed_within(silent, 10) and closed_within(half_sent, 10) and closed_within(again, 10)
+        assert closed_soon(silent, 10) and closed_soon(half_sent, 10) and closed_soon(again, 10)
         assert not closed_within(whole, 0.1)  # it waits for the next request, which may take longer
 
 
 def test_one_address_has_only_so_many_connections_and_the_newest_gets_in(server: Served) -> None:
     with ExitStack() as opened:
-        lines = [sent(server, b"", opened) for _ in range(MOST_OF_ADDRESS + 20)]
-        assert [closed_within(line, 10) for line in lines[:20]] == [True] * 20  # the oldest
+        lines = [sent(server, b"", opened) for _ in range(MOST_OF_ADDRESS)]
+        span = Span()
+        lines += [sent(server, b"", opened) for _ in range(20)]
+        assert [closed_within(line, 300) for line in lines[:20]] == [True] * 20  # the oldest
         assert stop(server)[0] == 409
-        assert not any(closed_within(line, 0.01) for line in lines[-20:])
+        closed = [closed_within(line, 0.01) for line in lines[-20:]]
+        if span.seconds() < HEAD_SECONDS:  # else they may have been silent for too long
+            assert not any(closed)
 
 
 def test_who_is_let_in_keeps_a_connection_while_strangers_fill_the_places(server: Served) -> None:
@@ -150,7 +163,7 @@ def test_who_is_let_in_keeps_a_connection_while_strangers_fill_the_places(server
         for _ in range(2 * MOST_OF_ADDRESS):
             stranger = sent(server, f"GET / HTTP/1.1\r\nHost: {host}\r\n\r\n".encode(), opened)
             assert stranger.recv(12) == b"HTTP/1.1 403"
-        ours.settimeout(20)
+        ours.settimeout(300)
         ours.sendall(f"GET /none HTTP/1.1\r\nHost: {host}\r\nCookie: {server.cookie()}\r\n\r\n".encode())
         told = b""
         while b"HTTP/1.1 404" not in told:
@@ -177,9 +190,12 @@ def test_a_page_has_one_stream_and_keeps_its_cell_when_it_opens_another(server: 
         assert server.post("book/b.xlsx/lock", {**place, "client": "mine", "name": "Aya"}).strip() == "{}"
         again = [sent(server, event_stream(server, "mine"), opened) for _ in range(MOST_HERE + 5)]
         assert all(line.recv(12) == b"HTTP/1.1 200" for line in again)
-        assert closed_within(first, 10)
-        open_still = [line for line in again if not closed_within(line, 3)]  # requests of one moment come in any order
-        assert len(open_still) == 1
+        assert closed_within(first, 300)
+        open_still, span = again, Span()
+        while len(open_still) > 1:  # requests of one moment come in any order
+            assert span.seconds() < 300
+            open_still = [line for line in open_still if not closed_within(line, 0.1)]
+        assert open_still and not closed_within(open_still[0], 3)
         assert "Aya is editing" in server.post("book/b.xlsx/lock", {**place, "client": "other", "name": "Ben"})
 
 

@@ -360,7 +360,7 @@ def test_enter_prints_another_link(folder: Path) -> None:
     def next_link() -> str:
         shown = ""
         while not (found := re.search(r"http://\S+(?=\s)", shown)):
-            assert select.select([ours], [], [], 60)[0], shown
+            assert select.select([ours], [], [], 300)[0], shown
             shown += os.read(ours, 1000).decode()
         return found[0]
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import datetime as dt
-import time
 from pathlib import Path
 
 import openpyxl
 import pytest
 import xlsxwriter
+from busy import work_within
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from openpyxl.worksheet.formula import ArrayFormula
@@ -294,6 +294,5 @@ def test_reading_is_fast(tmp_path: Path) -> None:
             sheet.write_row(0, 0, HEADERS)
             for i in range(1, rows):
                 sheet.write_row(i, 0, [f"Stream {i - 1}", "map", f"stream{i - 1} + {i}", f"Stream {i}", "", i % 7])
-        start = time.process_time()
-        read(tmp_path / "x.xlsx")
-        assert time.process_time() - start < limit
+        with work_within(limit):
+            read(tmp_path / "x.xlsx")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import time
 from xml.etree import ElementTree as ET
 
 import play
 import pytest
+from busy import work_within
 from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -114,25 +114,23 @@ def test_ten_thousand_rows_with_times_in_any_order_are_quick():
     rows += [f"| {(i * 7919) % 10000 * 40} | Distance | | {i / 1e5} |" for i in range(4999)]
     checked = play.check(play.rows(TRACKING) + sheet("\n".join(rows)))
     assert not checked.report.errors
-    began = time.process_time()
-    report = run_tests(checked)
+    with work_within(10):
+        report = run_tests(checked)
     assert report.passed
-    assert time.process_time() - began < 10
 
 
 def test_ten_thousand_rows_at_one_time_and_none_that_holds_end():
     rows = ["| 0 | Red ball | | |"] * 3000 + ["| 0 | Distance | | >1 |"] * 3000 + ["| 0 | Distance | | any |"] * 3000
     checked = play.check(play.rows(TRACKING) + sheet("\n".join(rows)))
-    began = time.process_time()
-    results = run_tests(checked).cases[0].rows
+    with work_within(30):
+        results = run_tests(checked).cases[0].rows
     assert sum(r.passed for r in results) == 3000
-    assert time.process_time() - began < 30
 
 
 def test_a_day_of_waiting_takes_no_time():
-    began = time.process_time()
-    assert held("| 23 h | Red ball | | |\n| 23 h | Distance | | any |\n| 24 h | Distance | | nothing |") == [True, True]
-    assert time.process_time() - began < 5
+    with work_within(5):
+        found = held("| 23 h | Red ball | | |\n| 23 h | Distance | | any |\n| 24 h | Distance | | nothing |")
+    assert found == [True, True]
 
 
 # ---- the workbooks
@@ -232,10 +230,9 @@ def test_the_order_of_the_sheet_does_not_matter(rows):
 def test_thousands_of_expectations_at_one_time_are_judged_at_once(book):
     count = 4_900
     path = book("| 0 | Red ball | distance=0.2 | |\n" * count + "| 0 | Say | | any |\n" * count)
-    began = time.process_time()
-    _, report = api.test(path)
+    with work_within(8):  # looking at every event for every row takes much longer
+        _, report = api.test(path)
     assert report is not None and report.passed and len(report.cases[0].rows) == count
-    assert time.process_time() - began < 8  # s; looking at every event for every row takes much longer
 
 
 def test_the_free_events_of_a_window_are_those_that_no_row_has_taken():

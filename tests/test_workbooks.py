@@ -73,6 +73,10 @@ def scene_end(name: str) -> float:
     return scene_end_us(api.check(FOLDER / f"{name}.xlsx").scene or ()) / 1e6 + 1.5
 
 
+def test_scenes_that_are_left_early_are_longer_than_that():
+    assert {name: scene_end(name) for name, seconds in ENDS.items() if seconds >= scene_end(name)} == {}
+
+
 def test_the_workbooks_of_the_thesis_and_those_for_therapy_are_there():
     assert sorted([*NAMES, *THERAPY]) == sorted(p.stem for p in FOLDER.glob("*.xlsx"))
 

@@ -84,28 +84,28 @@ def test_worker_is_forked_with_the_modules_environment_and_folder_of_its_starter
     monkeypatch.setenv("RRP_TRIED", "yes")
     worker = WorkerProcess(scratch=True)
     assert forked(worker) and worker.pid != fork_server.pid and not worker.ended
-    assert worker.ask(["os.getcwd"], 60) == str(tmp_path) and worker.ask(["os.getenv", "RRP_TRIED"], 60) == "yes"
-    assert worker.ask(["tempfile.gettempdir"], 60) == worker._scratch.name != tempfile.gettempdir()  # type: ignore[union-attr]
-    assert worker.ask(["os.getpgid", 0], 60) == worker.pid == worker.ask(["os.getpid"], 60)
-    worker.close(60)
+    assert worker.ask(["os.getcwd"], 300) == str(tmp_path) and worker.ask(["os.getenv", "RRP_TRIED"], 300) == "yes"
+    assert worker.ask(["tempfile.gettempdir"], 300) == worker._scratch.name != tempfile.gettempdir()  # type: ignore[union-attr]
+    assert worker.ask(["os.getpgid", 0], 300) == worker.pid == worker.ask(["os.getpid"], 300)
+    worker.close(300)
     assert worker.ended
 
 
 def test_end_of_a_forked_worker_is_told(fork_server: ForkServer) -> None:
     worker = WorkerProcess()
     with pytest.raises(WorkerError, match=r"exit code 7"):
-        worker.ask(["os._exit", 7], 60)
+        worker.ask(["os._exit", 7], 300)
     killed = WorkerProcess()
     os.kill(killed.pid, signal.SIGKILL)
-    assert killed.receive(60) is None and killed.exit_summary() == " (signal 9)"
+    assert killed.receive(300) is None and killed.exit_summary() == " (signal 9)"
     slow = WorkerProcess()
     with pytest.raises(WorkerError, match=r"did not come to an end within 0\.2 s"):
         slow.ask(["signal.pause"], 0.2)
     assert slow.ended and slow.exit_summary() == " (signal 9)"
     failing = WorkerProcess(Task("os.nothing"))
-    assert failing.receive(60) is None and "AttributeError" in failing.exit_summary()
+    assert failing.receive(300) is None and "AttributeError" in failing.exit_summary()
     full = WorkerProcess(Task("os.fchdir"))
-    assert full.receive(60) is None and "NotADirectoryError" in full.exit_summary(), "an OSError too is its own"
+    assert full.receive(300) is None and "NotADirectoryError" in full.exit_summary(), "an OSError too is its own"
     for each in (worker, killed, slow, failing, full):
         each.close()
 
@@ -113,14 +113,14 @@ def test_end_of_a_forked_worker_is_told(fork_server: ForkServer) -> None:
 def test_process_that_ends_at_once_is_not_begun_twice(fork_server: ForkServer) -> None:
     worker = WorkerProcess(Task("os.nothing"))
     assert forked(worker) and WorkerProcess.fork_server is fork_server
-    worker.close(60)
+    worker.close(300)
 
 
 def test_exit_code_that_nobody_tells_is_not_called_a_signal(fork_server: ForkServer) -> None:
     worker = WorkerProcess()
     os.kill(fork_server.pid, signal.SIGKILL)
     with pytest.raises(WorkerError) as error:
-        worker.ask(["os._exit", 7], 60)
+        worker.ask(["os._exit", 7], 300)
     assert "signal" not in str(error.value) and worker.ended
     worker.close()
 
@@ -133,7 +133,7 @@ def test_worker_begins_in_a_folder_that_was_deleted(
     monkeypatch.chdir(gone)
     gone.rmdir()
     worker = WorkerProcess()
-    assert forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    assert forked(worker) and worker.ask(["os.getpid"], 300) == worker.pid
     worker.close()
 
 
@@ -141,7 +141,7 @@ def test_worker_with_a_large_environment_is_started(fork_server: ForkServer, mon
     for number in range(3):
         monkeypatch.setenv(f"RRP_LONG_{number}", "x" * 60_000)
     started = WorkerProcess()
-    assert not forked(started) and started.ask(["os.getpid"], 60) == started.pid
+    assert not forked(started) and started.ask(["os.getpid"], 300) == started.pid
     monkeypatch.undo()
     monkeypatch.setattr(WorkerProcess, "fork_server", fork_server)
     worker = WorkerProcess()
@@ -177,7 +177,7 @@ def test_forked_worker_whose_pidfd_does_not_fit_is_not_begun_twice(
     monkeypatch.setattr("socket.recv_fds", receive_no_file)
     with pytest.raises(OSError, match=os.strerror(errno.EMFILE)):
         WorkerProcess()
-    assert select.select(begun, [], [], 60)[0] == begun != [], "the process that has begun ends"
+    assert select.select(begun, [], [], 300)[0] == begun != [], "the process that has begun ends"
     os.close(begun[0])
 
 
@@ -185,7 +185,7 @@ def test_libraries_of_the_fork_server_take_no_memory_from_formulas(monkeypatch: 
     made = ForkServer(["cv2"])
     monkeypatch.setattr(WorkerProcess, "fork_server", made)
     worker = WorkerProcess()
-    limit, taken = worker.ask(["resource.getrlimit", resource.RLIMIT_AS], 60)[0], address_space(worker.pid)
+    limit, taken = worker.ask(["resource.getrlimit", resource.RLIMIT_AS], 300)[0], address_space(worker.pid)
     assert forked(worker) and limit - taken > 0.95 * MOST_MEMORY and taken > 100_000_000
     worker.close()
     made.close()
@@ -209,10 +209,10 @@ def test_without_pidfds_workers_are_started(monkeypatch: pytest.MonkeyPatch) -> 
 def test_without_its_fork_server_a_worker_is_started(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     before = WorkerProcess()
     os.kill(fork_server.pid, signal.SIGKILL)
-    assert not before.ended and before.ask(["os.getpid"], 60) == before.pid, "it goes on"
+    assert not before.ended and before.ask(["os.getpid"], 300) == before.pid, "it goes on"
     started = WorkerProcess()
-    assert not forked(started) and started.ask(["os.getppid"], 60) == os.getpid()
-    started.close(60)
+    assert not forked(started) and started.ask(["os.getppid"], 300) == os.getpid()
+    started.close(300)
     before.kill()
     assert started.ended and before.ended
     before.close()
@@ -224,7 +224,7 @@ def test_fork_server_that_hangs_is_ended_and_the_worker_started(
     monkeypatch.setattr("rrp_sheets.workers.worker_process._FORK_WITHIN", 0.5)
     os.kill(fork_server.pid, signal.SIGSTOP)
     worker = WorkerProcess()
-    assert not forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    assert not forked(worker) and worker.ask(["os.getpid"], 300) == worker.pid
     assert fork_server._process.ended and WorkerProcess.fork_server is None
     worker.close()
 
@@ -233,7 +233,7 @@ def test_fork_server_does_without_modules_that_are_missing(monkeypatch: pytest.M
     made = ForkServer(["rrp_sheets.is_no_module", "fractions"])
     monkeypatch.setattr(WorkerProcess, "fork_server", made)
     worker = WorkerProcess()
-    assert forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    assert forked(worker) and worker.ask(["os.getpid"], 300) == worker.pid
     worker.close()
     made.close()
 
@@ -241,7 +241,7 @@ def test_fork_server_does_without_modules_that_are_missing(monkeypatch: pytest.M
 def test_worker_of_another_interpreter_is_started(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONHASHSEED", "1")
     worker = WorkerProcess()
-    assert not forked(worker) and worker.ask(["os.getpid"], 60) == worker.pid
+    assert not forked(worker) and worker.ask(["os.getpid"], 300) == worker.pid
     worker.close()
 
 
@@ -291,7 +291,7 @@ def test_an_answer_that_takes_too_much_memory_is_told_as_that() -> None:
     worker = WorkerProcess()
     try:
         with pytest.raises(WorkerError, match="needed more memory") as told:
-            worker.ask(["operator.mul", "x" * 1_000_000, 900], 60)
+            worker.ask(["operator.mul", "x" * 1_000_000, 900], 300)
         assert not told.value.gone
     finally:
         worker.close()
@@ -307,6 +307,6 @@ def test_an_error_of_a_task_is_raised_here() -> None:
     worker = RestartingWorker()
     try:
         with pytest.raises(SheetsError, match="cannot be read"):
-            worker.ask(["rrp_sheets.services.query_worker.course", "/nowhere"], 60)
+            worker.ask(["rrp_sheets.services.query_worker.course", "/nowhere"], 300)
     finally:
         worker.close()

@@ -120,7 +120,7 @@ def _go(page: Any, address: str) -> None:
     """Open a page; the one before may still be storing its last edit, or be loading again by itself."""
     for _ in range(3):
         with suppress(Error):
-            page.wait_for_selector("body:not([data-saving])", state="attached", timeout=5_000)
+            page.wait_for_selector("body:not([data-saving])", state="attached", timeout=300_000)
             page.goto(address)
             return
     page.goto(address)

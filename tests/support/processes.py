@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import select
 import signal
-from collections.abc import Iterator
+import time
+from collections.abc import Iterator, Set
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,15 +24,28 @@ def descendants(pid: int) -> Iterator[int]:
 
 def workers(pid: int, module: str) -> set[int]:
     """The worker processes below a process whose task is in a module; not their guards, which are called so too."""
-    named = {d for d in descendants(pid) if Path(f"/proc/{d}/comm").read_text().strip() == module}
-    return {d for d in named if int(Path(f"/proc/{d}/stat").read_text().rsplit(")", 1)[1].split()[1]) not in named}
+    parents = {}
+    for each in descendants(pid):
+        with suppress(OSError):  # it may have ended meanwhile
+            if Path(f"/proc/{each}/comm").read_text().strip() == module:
+                parents[each] = int(Path(f"/proc/{each}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    return {each for each, parent in parents.items() if parent not in parents}
+
+
+def only_worker(pid: int, module: str, others: Set[int] = frozenset()) -> int:
+    """The worker process that there is besides others; waits while there is none, or one more that is about to end."""
+    deadline = time.monotonic() + 300
+    while len(found := workers(pid, module) - others) != 1:
+        assert time.monotonic() < deadline, found
+        time.sleep(0.02)
+    return found.pop()
 
 
 def killed(pid: int) -> None:
     """Kill a process, and wait until it is gone."""
     end = os.pidfd_open(pid)
     os.kill(pid, signal.SIGKILL)
-    assert select.select([end], [], [], 60)[0]
+    assert select.select([end], [], [], 300)[0]
     os.close(end)
 
 
