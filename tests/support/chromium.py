@@ -65,7 +65,7 @@ def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
     try:
         yield f"http://127.0.0.1:{server.effective_port}"
     finally:
-        app.extensions["services"].open_workbooks.close()
+        app.extensions["services"].close()
         server.close()
         server.task_dispatcher.shutdown(timeout=1)
 
@@ -94,7 +94,7 @@ class OneServer:
             yield self.url
         finally:
             self._app = None
-            app.extensions["services"].open_workbooks.close()
+            app.extensions["services"].close()
 
     def close(self) -> None:
         self._server.close()
