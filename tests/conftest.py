@@ -85,6 +85,12 @@ def pytest_collection_finish():
     gc.set_threshold(20_000, 20, 50)
 
 
+def pytest_runtest_logreport(report):
+    """A failed test may leave a page in any state."""
+    if report.failed and (chromium := sys.modules.get("chromium")):
+        chromium.PAGES.spoil_taken()
+
+
 def pytest_terminal_summary(terminalreporter):
     """In CI a test that was left out is a failure: `.ci/run` sets NOTHING_SKIPPED."""
     skipped = terminalreporter.stats.get("skipped", [])

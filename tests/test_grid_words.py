@@ -151,9 +151,13 @@ def test_tab_takes_a_suggestion_that_was_chosen(
     grid.page.keyboard.type(typed) if typed else grid.press("F2")
     option = grid.page.locator(".suggestions [aria-selected=true] .name")
     for _ in range(20):
+        before = option.all_inner_texts()  # read once: the next key alone changes it
         grid.press("ArrowDown")
-        if option.inner_text() == chosen:
+        eventually(lambda before=before: option.all_inner_texts() not in ([], before))
+        if option.all_inner_texts() == [chosen]:
             break
+    else:
+        raise AssertionError(f"{chosen} is not offered")
     grid.press(*key.split())
     becomes(lambda: grid.text(address), chosen)
     becomes(lambda: grid.page.locator(".editor").count(), 0)

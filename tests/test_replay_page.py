@@ -87,3 +87,10 @@ def test_a_replay_is_done_once_and_told_to_all(ran: Path, tmp_path: Path) -> Non
         job.done.wait(1)
         replays.job("one", place, lambda stack: None)
     assert job.account is not None and job.account["same"]
+
+
+def test_a_replay_is_given_up_when_the_services_are_closed(ran: Path) -> None:
+    replays = Replays()
+    replays.close()
+    job = replays.job("one", ran, lambda stack: None)
+    assert job.done.wait(60) and job.given_up

@@ -11,6 +11,7 @@ import select
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +25,7 @@ from rrp_sheets.resources import bundled
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
 COMMAND = forked.COMMAND
 ENV = {**os.environ, "PYTHONIOENCODING": "utf-8"}
+PIPES = {"env": ENV, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "encoding": "utf-8"}
 
 
 def rrp(*arguments, cwd=None, env=None, process=forked.run):
@@ -45,13 +47,45 @@ def events(folder: Path) -> list[str]:
 
 @contextmanager
 def one_core():
-    """Let the processes that are started meanwhile share one core; forked ones are put onto it."""
+    """Let the processes that are started or forked meanwhile share one core."""
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {max(cores)})
     try:
-        yield {max(cores)}
+        yield
     finally:
         os.sched_setaffinity(0, cores)
+
+
+@contextmanager
+def limited(process):
+    """A process that is killed when it goes on after its test, or has not ended after five minutes."""
+    timer = threading.Timer(300, process.kill)
+    timer.start()
+    try:
+        with process:
+            try:
+                yield process
+            except BaseException:
+                process.kill()
+                raise
+    finally:
+        timer.cancel()
+
+
+def acts(process):
+    """Wait until a run's robot does something."""
+    assert any("Head tracker" in line for line in process.stdout)
+
+
+def test_a_forked_process_has_the_cores_of_its_starter():
+    command = [sys.executable, "-c", "import os; print(*os.sched_getaffinity(0))"]
+
+    def cores():
+        return forked.run(command, capture_output=True, text=True).stdout.split()
+
+    with one_core():
+        assert len(cores()) == 1
+    assert len(cores()) == len(os.sched_getaffinity(0))
 
 
 @pytest.mark.parametrize("seconds", [1, pytest.param(4, marks=pytest.mark.soak)])
@@ -60,11 +94,11 @@ def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path, se
     one, other = tmp_path / "a", tmp_path / "b"
     command = [*COMMAND, "run", str(bundled("workbooks", "complex-tracking.xlsx")), "--fast", "--for", f"{seconds}s"]
     with (
-        one_core() as core,
-        subprocess.Popen([*command, "--out", str(one)], env=ENV, stdout=subprocess.DEVNULL) as started,
-        forked.Forked([*command, "--out", str(other)], env=ENV, stdout=subprocess.DEVNULL) as quicker,
+        one_core(),
+        limited(subprocess.Popen([*command, "--out", str(one)], env=ENV, stdout=subprocess.DEVNULL)) as started,
+        limited(forked.Forked([*command, "--out", str(other)], env=ENV, stdout=subprocess.DEVNULL)) as quicker,
     ):
-        os.sched_setaffinity(quicker.pid, core)
+        pass
     assert (started.returncode, quicker.returncode) == (0, 0)
     assert events(one) == events(other) and len(events(one)) > 30 * seconds
 
@@ -101,14 +135,12 @@ def test_a_path_with_spaces_and_japanese_letters_and_the_default_folder(tmp_path
 
 def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
     out = tmp_path / "o"
-    process = forked.Forked([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, encoding="utf-8", start_new_session=True)  # fmt: skip
-    assert process.stdout is not None
-    for line in process.stdout:
-        if "Head tracker" in line:
-            break
-    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to every process of the group
-    output, errors = process.communicate(timeout=300)
+    with limited(
+        forked.Forked([*COMMAND, "run", str(BOOK), "--out", str(out)], start_new_session=True, **PIPES)
+    ) as process:
+        acts(process)
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to every process of the group
+        output, errors = process.communicate()
     assert process.returncode == 130 and "Traceback" not in errors
     assert "Stopped" in output
     assert json.loads(events(out)[-1])["ended"] == "stopped"
@@ -117,15 +149,11 @@ def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
 
 def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
     out = tmp_path / "o"
-    process = forked.Forked([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
-    assert process.stdout is not None
-    for line in process.stdout:
-        if "Head tracker" in line:
-            break
-    (simulator,) = workers(process.pid, "server")
-    os.kill(simulator, signal.SIGKILL)
-    _, errors = process.communicate(timeout=300)
+    with limited(forked.Forked([*COMMAND, "run", str(BOOK), "--out", str(out)], **PIPES)) as process:
+        acts(process)
+        (simulator,) = workers(process.pid, "server")
+        os.kill(simulator, signal.SIGKILL)
+        _, errors = process.communicate()
     assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
     assert (out / "run.xlsx").is_file()
@@ -155,24 +183,23 @@ def child_of(pid: int, module: str) -> int:
 @pytest.mark.parametrize("who", ["program", "engine"])
 def test_no_process_is_left_behind(who, tmp_path):
     out = tmp_path / "o"
-    process = subprocess.Popen([*COMMAND, "run", str(BOOK), "--out", str(out)], env=ENV, start_new_session=True,
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
-    assert process.stdout is not None and process.stderr is not None
-    for line in process.stdout:
-        if "Head tracker" in line:
-            break
-    engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_process", "sim.server"))
-    left = {engine, simulator, *children(engine), *children(simulator)}
-    assert len(left) == 4, "each has a guard"
-    ends = {os.pidfd_open(pid) for pid in left}
-    os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # it dies without a word: the others notice
-    deadline = time.monotonic() + 300
-    while ends and (ended := select.select(ends, [], [], max(0, deadline - time.monotonic()))[0]):
-        ends -= set(ended)
-        for end in ended:
-            os.close(end)
-    assert not ends
-    process.communicate(timeout=300)
+    command = [*COMMAND, "run", str(BOOK), "--out", str(out)]
+    with limited(subprocess.Popen(command, start_new_session=True, **PIPES)) as process:
+        acts(process)
+        engine, simulator = (
+            child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_process", "sim.server")
+        )
+        left = {engine, simulator, *children(engine), *children(simulator)}
+        assert len(left) == 4, "each has a guard"
+        ends = {os.pidfd_open(pid) for pid in left}
+        os.kill(process.pid if who == "program" else engine, signal.SIGKILL)  # without a word: the others notice
+        deadline = time.monotonic() + 300
+        while ends and (ended := select.select(ends, [], [], max(0, deadline - time.monotonic()))[0]):
+            ends -= set(ended)
+            for end in ended:
+                os.close(end)
+        assert not ends
+        process.communicate()
     assert process.returncode == (-signal.SIGKILL if who == "program" else 3)
     assert (out / "film.gif").is_file() and (out / "run.xlsx").is_file()  # the robot has come to its rest
     assert json.loads(events(out)[-1])["ended"] == ("stopped" if who == "program" else "broken")
@@ -180,13 +207,12 @@ def test_no_process_is_left_behind(who, tmp_path):
 
 def test_a_reader_that_goes_away_does_not_take_the_run_with_it(tmp_path):
     out = tmp_path / "o"
-    process = forked.Forked([*COMMAND, "run", str(BOOK), "--fast", "--for", "1s", "--out", str(out)], env=ENV,
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")  # fmt: skip
-    assert process.stdout is not None and process.stderr is not None
-    process.stdout.readline()
-    process.stdout.close()
-    errors = process.stderr.read()
-    assert process.wait(timeout=300) == 0 and errors == ""
+    command = [*COMMAND, "run", str(BOOK), "--fast", "--for", "1s", "--out", str(out)]
+    with limited(forked.Forked(command, **PIPES)) as process:
+        process.stdout.readline()
+        process.stdout.close()
+        errors = process.stderr.read()
+    assert process.returncode == 0 and errors == ""
     assert json.loads(events(out)[-1])["ended"] == "time"
     assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in out.iterdir()}
 

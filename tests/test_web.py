@@ -13,7 +13,11 @@ import pytest
 from browser import GOOD, HEADER, HOME, book, checked, get, post, visit
 from flask.testing import FlaskClient
 
+from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
+from rrp_sheets.services.query_worker import QueryWorker
+from rrp_sheets.web.services import make_services
+from rrp_sheets.workers.worker_process import WorkerClosed
 
 LIBRARY = sorted(bundled("workbooks").glob("*.xlsx"))
 HOSTILE = "<script>alert(1)</script>"
@@ -206,3 +210,18 @@ def test_an_edit_gives_its_cell_free_and_tells_where_the_cursor_goes(folder: Pat
     assert "message" not in send("cells", "mine", cells=cells, unlock=cell, stand={"row": below, "column": 6}).json
     assert page.place == ("Tracking", below, 6)
     assert send("lock", "Ben", **cell).json == {}
+
+
+def test_services_that_are_closed_leave_no_process_and_start_none(tmp_path: Path) -> None:
+    made = make_services(tmp_path)
+    workers = [service._worker for service in vars(made).values() if isinstance(service, QueryWorker)]
+    request = ["rrp_sheets.services.query_worker.course", str(tmp_path / "none")]
+    for worker in workers:
+        with pytest.raises(SheetsError, match="cannot be read"):
+            worker.ask(request, 60)
+    assert len(workers) > 3 and all(worker.pid for worker in workers)
+    made.close()
+    for worker in workers:
+        assert worker.pid is None
+        with pytest.raises(WorkerClosed):
+            worker.ask(request, 60)

@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 import pytest
-from attack import BOOK, FORMS, JSON, OURS, RUN, SECRET, SHEET, SOME, body, contents, enter, make_folder, ways
+from attack import BOOK, FORMS, JSON, OPENED, OURS, RUN, SECRET, SHEET, SOME, body, contents, enter, make_folder, ways
 from browser import HOME, TOKEN
 from flask import Flask
 
@@ -61,7 +61,7 @@ def test_no_part_of_an_address_leads_out_of_the_folder(app: Flask, client: Any, 
     tried = 0
     for number, way in enumerate(ways(app)):
         for part in way.names:
-            for trick in TRICKS[number % every :: every]:
+            for trick in TRICKS if part in OPENED else TRICKS[number % every :: every]:
                 sent = {**body(way), "method": "POST"} if way.post else {}
                 answer = client.open(way.address(**{part: trick}), base_url=HOME, headers=OURS, **sent)
                 place_of = (way.key, part, trick)

@@ -51,6 +51,7 @@ class Replays:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._turn = threading.Lock()
+        self._closed = False
         self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
 
     def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
@@ -72,12 +73,16 @@ class Replays:
         threading.Thread(target=self._work, args=(job, place, other), name="replay", daemon=True).start()
         return job
 
+    def close(self) -> None:
+        """Stop the replays that go on or wait."""
+        self._closed = True
+
     def _work(self, job: ReplayJob, place: Path, other: _Other) -> None:
         def progress(part: float) -> None:
             job.part = part
 
         def stopped() -> bool:
-            return time.monotonic() - job.asked > ASKED_WITHIN
+            return self._closed or time.monotonic() - job.asked > ASKED_WITHIN
 
         try:
             with self._turn, ExitStack() as stack:

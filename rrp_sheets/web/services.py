@@ -50,6 +50,14 @@ class Services:
     packer: Packer
     replays: Replays
 
+    def close(self) -> None:
+        """End the processes of the services, and start no others; runs end with the program."""
+        for service in (
+            self.open_workbooks, self.queries, self.lookback_queries, self.drawer, self.exporter, self.printer,
+            self.packer, self.replays, self.repository.worker,
+        ):  # fmt: skip
+            service.close()
+
 
 def make_services(folder: Path) -> Services:
     """Make the services for the workbooks of a folder."""

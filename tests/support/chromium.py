@@ -65,7 +65,7 @@ def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
     try:
         yield f"http://127.0.0.1:{server.effective_port}"
     finally:
-        app.extensions["services"].open_workbooks.close()
+        app.extensions["services"].close()
         server.close()
         server.task_dispatcher.shutdown(timeout=1)
 
@@ -94,7 +94,7 @@ class OneServer:
             yield self.url
         finally:
             self._app = None
-            app.extensions["services"].open_workbooks.close()
+            app.extensions["services"].close()
 
     def close(self) -> None:
         self._server.close()
@@ -157,10 +157,17 @@ def browsing() -> Iterator[Any]:
         browsers.close()
 
 
+_LOOK = {
+    "color_scheme": "light", "reduced_motion": "no-preference", "forced_colors": "none", "contrast": "no-preference",
+}  # fmt: skip
+"""How a new page looks; a test may emulate another look."""
+
+
 class Pages:
     """Pages of the worker's server that are used again: a new one takes longer than most of what is done in it.
 
     Whoever has done with a page puts it back: as if it were new, but that its browser has the server's scripts already.
+    Who adds an init script or a handler of events to one spoils it.
     """
 
     def __init__(self) -> None:
@@ -170,11 +177,12 @@ class Pages:
 
     def take(self, browser: Any, url: str, name: str = "", **options: Any) -> Any:
         """A page of somebody's who is let in; `problems` are the errors of its scripts."""
-        options = {"viewport": {"width": 1280, "height": 800}} | options
+        options = {"viewport": {"width": 1280, "height": 800}, **_LOOK} | options
         kind = repr((id(browser), url, name, sorted(options.items())))
         if free := self._free.get(kind):
             page = free.pop()
             page.set_viewport_size(options["viewport"])
+            page.emulate_media(media="null", **{name: options[name] for name in _LOOK})
             _give_cookie(page.context, url)
         else:
             context = browser.new_context(**options)
@@ -183,6 +191,7 @@ class Pages:
             page.on("pageerror", lambda error: page.problems.append(str(error)))
             if url == self.url:
                 self._made[page] = kind
+                page.on("close", self.spoil)
         page.problems = []
         page.context.grant_permissions(["clipboard-read", "clipboard-write"])
         return page
@@ -197,13 +206,23 @@ class Pages:
             if other is not page:
                 other.close()
         leave(page, self.url)
+        page.mouse.up()
+        for key in ("Alt", "Control", "Meta", "Shift"):
+            page.keyboard.up(key)
         page.context.clear_cookies()
         page.context.clear_permissions()
         self._free.setdefault(kind, []).append(page)
 
     def spoil(self, page: Any) -> None:
-        """Let a page not be used again: something was done to it that cannot be undone."""
-        self._made.pop(page, None)
+        """Let a page not be used again: it was closed, or something was done to it that cannot be undone."""
+        free = self._free.get(self._made.pop(page, ""), [])
+        if page in free:
+            free.remove(page)
+
+    def spoil_taken(self) -> None:
+        """Let no page that somebody has now be used again."""
+        free = {page for pages in self._free.values() for page in pages}
+        self._made = {page: kind for page, kind in self._made.items() if page in free}
 
     def are_kept(self, context: Any) -> bool:
         """True for a context whose page was put back."""
@@ -216,8 +235,9 @@ PAGES = Pages()
 def leave(page: Any, url: str) -> None:
     """Let a page forget what it keeps and what is done with its requests; nothing runs in it then."""
     page.unroute_all()
+    page.context.unroute_all()
     page.goto(f"{url}/static/login.css")
-    page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
+    page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); window.name = ''; }")
 
 
 def set_clock(page: Any, **begin: Any) -> None:

@@ -2,7 +2,8 @@
 
 Most of a short command is the start of its interpreter. A forked one is a real process nevertheless, a child of the
 tests' with its own arguments, environment, folder, files and signals, and ends as an interpreter does; so are the
-workers that it starts. What is about the start itself is started: `subprocess` does that.
+workers that it starts. What is about the start itself is started: `subprocess` does that; so is what the order of a set
+could change, as all forked ones have the hash seed of that one process.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ PROGRAM = "from rrp_sheets.cli.main import main; main()"
 COMMAND = [sys.executable, "-c", PROGRAM]
 SUBREAPER = 36  # of prctl: who becomes the parent of a process whose own has ended
 MOST = 1 << 20  # bytes of a request
+FORK_WITHIN = 300.0  # s, the imports of the fork server included
 MODULES = (
     *(f"rrp_sheets.cli.{name}" for name in ("check", "files", "formula", "help", "recordings", "run", "serve", "show")),
     "rrp_sheets.api", "rrp_sheets.runs.run_process", "rrp_sheets.web.app", "rrp_sheets.web.serving",
@@ -52,6 +54,7 @@ class Forked(subprocess.Popen[Any]):
         request = {
             "arguments": [os.fsdecode(a) for a in args[1:]], "environment": dict(os.environ if env is None else env),
             "folder": os.fsdecode(cwd or "."), "session": new_session, "group": group,
+            "cores": sorted(os.sched_getaffinity(0)),
         }  # fmt: skip
         self.pid = self._fork(request, [*files, *pass_fds])
         self._child_created = True
@@ -99,6 +102,7 @@ class ForkServer:
 
     def __init__(self) -> None:
         self._link, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._link.settimeout(FORK_WITHIN)
         self._lock = threading.Lock()
         self._prctl = ctypes.CDLL(None).prctl
         place = str(Path(__file__).parent)
@@ -108,12 +112,19 @@ class ForkServer:
             self._process = subprocess.Popen(command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
 
     def fork(self, request: dict[str, Any], files: Sequence[int]) -> int:
-        """Fork a process that is a child of this one."""
+        """Fork a process that is a child of this one; raises OSError when it cannot, and the next has a new server."""
         with self._lock:
             self._prctl(SUBREAPER, 1)
             try:
                 socket.send_fds(self._link, [json.dumps(request).encode()], files)
-                return int(self._link.recv(32))
+                if pid := self._link.recv(32):
+                    return int(pid)
+                raise ChildProcessError("the tests' fork server has ended, or could not fork")
+            except OSError:
+                fork_server.cache_clear()
+                self._process.kill()
+                self.close()
+                raise
             finally:
                 self._prctl(SUBREAPER, 0)
 
@@ -135,6 +146,7 @@ def fork_server() -> ForkServer:
 def serve() -> Callable[[], object]:
     """Fork until the connection closes; return what this process, which may be a forked one, then is to do."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program
+    os.sched_setaffinity(0, range(os.cpu_count() or 1))  # whoever was first may have kept to one core
     from rrp_sheets.web.services import WORKER_MODULES
     from rrp_sheets.workers import worker_process
 
@@ -155,8 +167,9 @@ def serve() -> Callable[[], object]:
             link.detach()
             return _become(json.loads(request), files)
         os.waitpid(between, 0)  # from now on the tests' process is the parent
+        os.close(telling)  # else a fork that has failed would be waited for
         link.send(os.read(told, 32))
-        for file in (told, telling, *files):
+        for file in (told, *files):
             os.close(file)
 
 
@@ -184,6 +197,7 @@ def _become(request: Mapping[str, Any], files: Sequence[int]) -> Callable[[], ob
         os.setsid()
     if request["group"] >= 0:
         os.setpgid(0, request["group"])
+    os.sched_setaffinity(0, request["cores"])
     os.chdir(request["folder"])
     before, after = dict(os.environ), request["environment"]
     os.environ.clear()
