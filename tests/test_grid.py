@@ -23,16 +23,24 @@ WAYS = [
 ]  # fmt: skip
 
 
-def test_keys_lead_where_they_lead_in_a_spreadsheet(grid) -> None:
+def test_keys_lead_where_they_lead_in_a_spreadsheet_and_find_replaces(grid) -> None:
     ended = []
     for start, keys, _ in WAYS:
         grid.go(start)
         grid.press(*keys.split())
         ended.append((start, keys, grid.here))
     assert ended == WAYS
+    grid.go("B2")
+    grid.press("Control+f")
+    grid.page.keyboard.type("distance")
+    grid.page.keyboard.press("Tab")
+    grid.page.keyboard.type("Nearness")
+    grid.page.click("[data-find=all]")
+    grid.expect("B3", "Nearness")
+    becomes(lambda: grid.text("E2"), "Nearness")
 
 
-def test_typing_replaces_f2_edits_escape_takes_back(grid) -> None:
+def test_typing_replaces_f2_edits_escape_takes_back_and_hostile_texts_are_texts(grid) -> None:
     grid.go("D3")
     grid.write("1")
     eventually(lambda: grid.text("D3") == "1" and grid.here == "D4")
@@ -47,6 +55,14 @@ def test_typing_replaces_f2_edits_escape_takes_back(grid) -> None:
     grid.press("Escape")
     expect(bar).to_have_text("redBall.distance * 2")
     eventually(lambda: grid.text("D2") == "redBall.distance * 2" and grid.here == "D2")
+    grid.go("E2")
+    grid.write("<img src=x onerror=alert(1)>")
+    grid.go("F2")
+    grid.write('"><script>alert(1)</script>')
+    grid.saved()
+    grid.page.wait_for_selector("#diagram:has-text('<img')")
+    becomes(lambda: grid.page.locator("tbody img, tbody script, #diagram img").count(), 0)
+    becomes(lambda: grid.text("F2"), '"><script>alert(1)</script>')
 
 
 def test_delete_undo_and_redo_tell_what_and_lead_there(grid) -> None:
@@ -80,6 +96,13 @@ TSV = '"say ""hi"""\t"line 1\nline 2"\r\nplain\t\r\n'
 
 
 def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
+    for key, address in ("c", "F3"), ("x", "E2"):  # a blank cell that is copied empties where it is pasted
+        grid.go("F2")
+        grid.press(f"Control+{key}")
+        grid.go(address)
+        grid.press("Control+v")
+        becomes(lambda address=address: grid.text(address), "")
+    assert [r[3] for r in grid.rows()] == ["", "Close ball", "Head tracker"]
     text = 'say "hi"\tline 1\nline 2'
     grid.page.evaluate("text => navigator.clipboard.writeText(text)", TSV)
     grid.go("D6")
@@ -96,27 +119,23 @@ def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
     grid.status("1 column did not fit in and was left out.")
 
 
-def test_a_blank_cell_that_is_copied_empties_where_it_is_pasted(grid) -> None:
-    for key, address in ("c", "F3"), ("x", "E2"):
-        grid.go("F2")
-        grid.press(f"Control+{key}")
-        grid.go(address)
-        grid.press("Control+v")
-        becomes(lambda address=address: grid.text(address), "")
-    assert [r[3] for r in grid.rows()] == ["", "Close ball", "Head tracker"]
-
-
-def test_a_cell_of_another_program_is_pasted_into_an_editor_without_its_line_break(grid) -> None:
+def test_texts_of_another_program_go_into_an_editor_a_selection_and_rows_past_the_end(grid) -> None:
+    """The line break that ends a cell of another program is left out, and quotes are taken apart and put together."""
     for copied, becomes_text in ("near\r\n", "is near"), ("\n", "is "), ("a\nb", "is a\nb"):
         grid.page.evaluate("text => navigator.clipboard.writeText(text)", copied)
         grid.go("F9")
         grid.page.keyboard.type("is ")
         grid.press("Control+v", "Control+Enter")
         becomes(lambda: grid.text("F9"), becomes_text)
-
-
-def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> None:
-    """Quotes, line breaks of all kinds, tabs within quotes, a formula that begins with a quote, a last line break."""
+    grid.page.evaluate("navigator.clipboard.writeText('x')")
+    grid.go("F2")
+    grid.press("Shift+ArrowDown", "Shift+ArrowDown", "Control+v")
+    becomes(lambda: [grid.text(f"F{n}") for n in (2, 3, 4)], ["x", "x", "x"])
+    grid.page.evaluate("navigator.clipboard.writeText(Array(40).fill('y').join('\\n'))")
+    grid.go("F10")
+    grid.press("Control+v")
+    grid.expect("F49", "y")
+    # quotes, line breaks of all kinds, tabs within quotes, a formula that begins with a quote, a last line break
     cells = [["a\tb", 'q"q', "l1\nl2"], ['"near" & x', "", "é日本"], ["", "", ""]]
     there = grid.page.evaluate(  # read once: no state of the page
         """async cells => {
@@ -131,31 +150,17 @@ def test_tab_separated_texts_are_taken_apart_and_put_together_the_same(grid) -> 
     assert there[0].startswith('"a\tb"\t"q""q"\t"l1\nl2"\n')
 
 
-def test_one_value_fills_a_whole_selection_and_pasting_past_the_end_adds_rows(grid) -> None:
-    grid.page.evaluate("navigator.clipboard.writeText('x')")
-    grid.go("F2")
-    grid.press("Shift+ArrowDown", "Shift+ArrowDown", "Control+v")
-    becomes(lambda: [grid.text(f"F{n}") for n in (2, 3, 4)], ["x", "x", "x"])
-    grid.page.evaluate("navigator.clipboard.writeText(Array(40).fill('y').join('\\n'))")
-    grid.go("F5")
-    grid.press("Control+v")
-    grid.expect("F44", "y")
-
-
-def test_rows_are_inserted_moved_duplicated_and_deleted(grid) -> None:
-    grid.go("D3")
-    grid.press("Control++")
-    grid.expect("D4", "distance < 0.5")
-    grid.press("Control+-")
-    grid.expect("D3", "distance < 0.5")
-    grid.go("C2")
-    grid.press("Alt+ArrowDown")
-    grid.expect("D2", "distance < 0.5")
-    assert [r[1] for r in grid.rows()] == ["filter", "map", "subscribe"]
-    becomes(lambda: grid.here, "C3")
-
-
-def test_keys_that_select_fill_and_break_lines(grid) -> None:
+def test_cells_are_selected_filled_and_broken_into_lines_and_rows_inserted_moved_and_deleted(grid) -> None:
+    grid.go("F3")
+    handle = grid.page.locator(".fill-handle").bounding_box()
+    target = grid.cell("F6").bounding_box()
+    grid.page.mouse.move(handle["x"] + 4, handle["y"] + 4)
+    grid.page.mouse.down()
+    grid.page.mouse.move(target["x"] + 20, target["y"] + 10, steps=5)
+    grid.page.mouse.up()
+    becomes(lambda: [grid.text(f"F{n}") for n in (3, 4, 5, 6)], ["near"] * 4)
+    grid.press("Control+z")
+    becomes(lambda: [grid.text(f"F{n}") for n in (3, 4, 5, 6)], ["near", "", "", ""])
     grid.go("F3")
     grid.press("Shift+ArrowDown", "Shift+ArrowDown", "Control+d")
     becomes(lambda: [grid.text(f"F{n}") for n in (3, 4, 5)], ["near"] * 3)
@@ -178,6 +183,16 @@ def test_keys_that_select_fill_and_break_lines(grid) -> None:
     assert not any(any(row) for row in grid.rows())
     grid.press("Control+z")
     grid.expect("C2", "map")
+    grid.go("D3")
+    grid.press("Control++")
+    grid.expect("D4", "distance < 0.5")
+    grid.press("Control+-")
+    grid.expect("D3", "distance < 0.5")
+    grid.go("C2")
+    grid.press("Alt+ArrowDown")
+    grid.expect("D2", "distance < 0.5")
+    assert [r[1] for r in grid.rows()] == ["filter", "map", "subscribe"]
+    becomes(lambda: grid.here, "C3")
 
 
 SCROLLED = "document.getElementById('grid-scroll').scrollTop"
@@ -208,36 +223,3 @@ def test_the_cursor_stays_when_rows_columns_or_all_are_selected_and_deleted(grid
     becomes(lambda: (grid.here, grid.text("C2")), ("D3", "subscribe"))
     grid.type("9")
     becomes(lambda: (grid.text("D3"), grid.here), ("9", "D4"))
-
-
-def test_the_fill_handle_repeats_the_selection(grid) -> None:
-    grid.go("F3")
-    handle = grid.page.locator(".fill-handle").bounding_box()
-    target = grid.cell("F6").bounding_box()
-    grid.page.mouse.move(handle["x"] + 4, handle["y"] + 4)
-    grid.page.mouse.down()
-    grid.page.mouse.move(target["x"] + 20, target["y"] + 10, steps=5)
-    grid.page.mouse.up()
-    becomes(lambda: [grid.text(f"F{n}") for n in (3, 4, 5, 6)], ["near"] * 4)
-
-
-def test_find_and_replace(grid) -> None:
-    grid.go("B2")
-    grid.press("Control+f")
-    grid.page.keyboard.type("distance")
-    grid.page.keyboard.press("Tab")
-    grid.page.keyboard.type("Nearness")
-    grid.page.click("[data-find=all]")
-    grid.expect("B3", "Nearness")
-    becomes(lambda: grid.text("E2"), "Nearness")
-
-
-def test_hostile_texts_are_texts(grid) -> None:
-    grid.go("E2")
-    grid.write("<img src=x onerror=alert(1)>")
-    grid.go("F2")
-    grid.write('"><script>alert(1)</script>')
-    grid.saved()
-    grid.page.wait_for_selector("#diagram:has-text('<img')")
-    becomes(lambda: grid.page.locator("tbody img, tbody script, #diagram img").count(), 0)
-    becomes(lambda: grid.text("F2"), '"><script>alert(1)</script>')
