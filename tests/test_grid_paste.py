@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 from grid_books import EMPTY, HEADER, ROWS, Books, Shared
@@ -13,6 +14,8 @@ from rrp_sheets.workbook.files import read_sheets
 from rrp_sheets.workbook.schema import SHEETS as KINDS
 
 OURS = "The header row was not pasted: the sheet has one."
+BY_NAME = "The cells went to the columns of the same names."
+UNKNOWN = "Not pasted, as this sheet has no such column: Who."
 BALL = ["", "Red ball", "map", "redBall.distance", "Distance", "new"]
 
 
@@ -32,33 +35,50 @@ def rows(grid: Shared, sheet: str = "T") -> list[list[str]]:
     return [line for line in lines[1:] if any(line)]
 
 
-def test_a_header_row_at_the_top_of_a_pasted_block_is_left_out(shelf: Books) -> None:
-    grid = shelf.open(EMPTY)
-    paste(grid, "A2", HEADER, *ROWS)
-    expect(grid.page.locator("#status")).to_have_text(OURS)
-    grid.expect("B2", "Red ball")
-    assert rows(grid) == ROWS
-    grid.press("Control+z")
-    expect(grid.cell("B2")).not_to_have_attribute("data-v", "Red ball")
-    assert rows(grid) == []
+BLOCKS = {
+    "at the top": ([HEADER, *ROWS], OURS, ROWS),
+    "within it, by synonyms": (
+        [
+            ROWS[0],
+            ["on", "INPUT_STREAMS", "Ｏｐｅｒａｔｏｒ", "Parameter formula", "To", "Comment"],
+            ROWS[1],
+            HEADER,
+            ROWS[2],
+        ],
+        "2 header rows were not pasted: the sheet has one.",
+        ROWS,
+    ),
+    "in Japanese": (
+        [["出力ストリーム", "入力ストリーム", "コネクタ", "数式"], ["Distance", "Red ball", "map", "redBall.distance"]],
+        f"{OURS} {BY_NAME}",
+        [["", "Red ball", "map", "redBall.distance", "Distance", ""]],
+    ),
+    "without a column and with an unknown one": (
+        [["Output stream", "Connector", "Input streams", "Who"], ["Distance", "map", "Red ball", "Aya"]],
+        f"{OURS} {BY_NAME} {UNKNOWN}",
+        [["", "Red ball", "map", "", "Distance", ""]],
+    ),
+}
 
 
-def test_header_rows_within_a_block_are_left_out_and_their_synonyms_are_known(shelf: Books) -> None:
+def test_header_rows_of_a_pasted_block_are_left_out(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
-    paste(grid, "A2", ROWS[0], ["on", "INPUT_STREAMS", "Ｏｐｅｒａｔｏｒ", "Parameter formula", "To", "Comment"], ROWS[1],
-          HEADER, ROWS[2])  # fmt: skip
-    expect(grid.page.locator("#status")).to_have_text("2 header rows were not pasted: the sheet has one.")
-    grid.expect("B4", "Close ball")
-    assert rows(grid) == ROWS
+    for what, (block, told, wanted) in BLOCKS.items():
+        paste(grid, "A2", *block)
+        warned = ".is-warning" if UNKNOWN in told else ":not(.is-warning)"
+        expect(grid.page.locator(f"#status{warned}"), what).to_have_text(told)
+        grid.expect(f"B{len(wanted) + 1}", wanted[-1][1])
+        assert rows(grid) == wanted, what
+        grid.press("Control+z")
+        expect(grid.cell("B2"), what).not_to_have_attribute("data-v", "Red ball")
+        assert rows(grid) == [], what
 
 
 def test_cells_go_to_the_columns_that_the_pasted_header_row_names(shelf: Books) -> None:
     grid = shelf.open({"T": [HEADER, ["", "", "", "", "", "stays"]]})
     paste(grid, "D2", ["Output", "Who", "From", "Connector", "Formula"],
           ["Distance", "Aya", "Red ball", "map", "redBall.distance"])  # fmt: skip
-    expect(grid.page.locator("#status.is-warning")).to_have_text(
-        f"{OURS} The cells went to the columns of the same names. Not pasted, as this sheet has no such column: Who."
-    )
+    expect(grid.page.locator("#status.is-warning")).to_have_text(f"{OURS} {BY_NAME} {UNKNOWN}")
     grid.expect("E2", "Distance")
     assert rows(grid) == [["", "Red ball", "map", "redBall.distance", "Distance", "stays"]]
 
@@ -73,29 +93,6 @@ def test_a_pasted_part_with_its_headers_is_known_and_a_header_row_alone_changes_
     paste(grid, "A2", HEADER)
     expect(grid.page.locator("#status")).to_have_text(OURS)
     assert rows(grid) == [*ROWS, ["", "", "map", "1 + 1", "", ""], ["", "", "", "2 + 2", "", ""]]
-
-
-def test_japanese_header_rows_are_left_out_too(shelf: Books) -> None:
-    grid = shelf.open(EMPTY)
-    paste(
-        grid,
-        "A2",
-        ["出力ストリーム", "入力ストリーム", "コネクタ", "数式"],
-        ["Distance", "Red ball", "map", "redBall.distance"],
-    )
-    expect(grid.page.locator("#status")).to_have_text(f"{OURS} The cells went to the columns of the same names.")
-    grid.expect("B2", "Red ball")
-    assert rows(grid) == [["", "Red ball", "map", "redBall.distance", "Distance", ""]]
-
-
-def test_a_header_row_without_a_column_and_with_an_unknown_one_is_known_when_most_are_headers(shelf: Books) -> None:
-    grid = shelf.open(EMPTY)
-    paste(grid, "A2", ["Output stream", "Connector", "Input streams", "Who"], ["Distance", "map", "Red ball", "Aya"])
-    expect(grid.page.locator("#status.is-warning")).to_have_text(
-        f"{OURS} The cells went to the columns of the same names. Not pasted, as this sheet has no such column: Who."
-    )
-    grid.expect("B2", "Red ball")
-    assert rows(grid) == [["", "Red ball", "map", "", "Distance", ""]]
 
 
 def test_what_only_looks_like_a_header_row_is_pasted(shelf: Books) -> None:
@@ -124,29 +121,33 @@ SHEETS = {
 }
 
 
+@pytest.fixture(scope="module")
+def every(shelf: Books) -> Path:
+    """A workbook with a sheet of every kind; each is changed by one test at most."""
+    return shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
+
+
 def test_the_sheets_of_every_kind_are_tried_here() -> None:
     assert len(SHEETS) == len(KINDS) + 1  # and a table of the user's own
 
 
 @pytest.mark.parametrize("sheet", SHEETS)
-def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(shelf: Books, sheet: str) -> None:
+def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(shelf: Books, every: Path, sheet: str) -> None:
     """By that alone the page knows a header row."""
-    path = shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
-    text = shelf.page.request.get(f"{shelf.url}/book/{path.name}/sheet/{sheet}").text()
+    text = shelf.page.request.get(f"{shelf.url}/book/{every.name}/sheet/{sheet}").text()
     columns = [spellings.split() for spellings in re.findall(r'data-spellings="([^"]*)"', text)]
     for header, spellings in zip(SHEETS[sheet][0], columns, strict=True):
         assert key(header) in spellings
-    every = [spelling for spellings in columns for spelling in spellings]
-    assert len(set(every)) == len(every)
+    known = [spelling for spellings in columns for spelling in spellings]
+    assert len(set(known)) == len(known)
 
 
 @pytest.mark.parametrize("sheet", ["Gestures", "Parts"])
-def test_header_rows_are_left_out_on_other_kinds_of_sheets(shelf: Books, sheet: str) -> None:
-    path = shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
+def test_header_rows_are_left_out_on_other_kinds_of_sheets(shelf: Books, every: Path, sheet: str) -> None:
     header, *_, line = SHEETS[sheet]
-    grid = shelf.open(path=path, sheet=sheet)
+    grid = shelf.open(path=every, sheet=sheet)
     before = rows(grid, sheet)
     paste(grid, f"A{len(before) + 2}", header[::-1], line[::-1])
-    expect(grid.page.locator("#status")).to_have_text(f"{OURS} The cells went to the columns of the same names.")
+    expect(grid.page.locator("#status")).to_have_text(f"{OURS} {BY_NAME}")
     grid.expect(f"A{len(before) + 2}", line[0])
     assert rows(grid, sheet) == [*before, line]
