@@ -5,33 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from chromium import eventually
+from chromium import eventually, until
 from grid_books import Books, Shared
 from playwright.sync_api import expect
 
 from rrp_sheets.workbook.files import read_sheets
 
 
-def test_what_one_types_the_other_sees(shelf: Books) -> None:
-    aya, mika = shelf.two()
-    aya.go("F4")
-    aya.write("from Aya")
-    mika.expect("F4", "from Aya")
-
-
-def test_a_cell_under_edit_survives_rows_inserted_above(shelf: Books) -> None:
-    aya, mika = shelf.two()
-    aya.go("F4")
-    aya.page.keyboard.type("half a")
-    mika.go("B2")
-    mika.press("Control++")
-    aya.page.wait_for_selector("tbody tr:nth-child(5)[aria-rowindex='6']")
-    aya.page.keyboard.type(" note")
-    aya.press("Enter")
-    mika.expect("F5", "half a note")
-
-
-def test_a_cell_that_someone_edits_is_shown_as_taken(shelf: Books) -> None:
+def test_one_sees_what_the_other_types_where_and_is_not_disturbed_by_it(shelf: Books) -> None:
     aya, mika = shelf.two()
     aya.go("F4")
     aya.page.keyboard.type("I am")
@@ -39,30 +20,45 @@ def test_a_cell_that_someone_edits_is_shown_as_taken(shelf: Books) -> None:
     mika.wait_spoken("Aya is editing: F4")
     aya.press("Escape")
     mika.page.wait_for_selector("td.taken", state="detached")
-
-
-def test_nobody_is_told_of_their_own_editing_when_the_row_is_changed_meanwhile(shelf: Books) -> None:
-    aya, mika = shelf.two()
-    aya.go("F4")
-    aya.page.keyboard.type("I am")
+    aya.page.keyboard.type("half a")
     mika.page.wait_for_selector("td.taken")
     mika.go("E4")
     mika.write("Say")
     aya.expect("E4", "Say")
+    mika.go("B2")
+    mika.press("Control++")
+    aya.page.wait_for_selector("tbody tr:nth-child(5)[aria-rowindex='6']")
+    aya.page.keyboard.type(" note")
+    aya.press("Enter")
+    mika.expect("F5", "half a note")
+    mika.page.wait_for_selector("td.taken", state="detached")
+    aya.go("F5")
+    aya.press("F2")
+    mika.page.wait_for_selector("td.taken")
+    mika.go("E5")
+    mika.write("Print")
+    aya.expect("E5", "Print")
     aya.press("Escape")
-    eventually(lambda: not aya.page.locator("td.taken, .name-tag").count())
+    eventually(lambda: not aya.page.locator("td.taken, .name-tag").count())  # nobody is told of their own editing
 
 
 def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str) -> Any:
-    """Mika changes a cell while Aya's line is down, and Aya too; gives the dialog that asks Aya."""
-    aya.page.route("**/cells", lambda route: route.abort())
+    """Mika changes a cell while Aya's edit of it is on its way; gives the dialog that asks Aya."""
+    held: list[Any] = []
+
+    def hold(route: Any) -> None:
+        held.append(route)
+
+    aya.page.route("**/cells", hold)
     aya.go(cell)
     aya.write(mine)
-    expect(aya.page.locator(".unsent")).to_contain_text("kept here")
+    until(aya.page, lambda: held)
     mika.go(cell)
     mika.write(theirs)
     mika.saved()
-    aya.page.unroute("**/cells")
+    for route in held:
+        route.continue_()
+    aya.page.unroute("**/cells", hold)
     return aya.page.wait_for_selector("dialog.ask[open]")
 
 
