@@ -6,6 +6,7 @@ which the head follows, head and body follow, and the arm points.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +89,12 @@ def check_meaning(task: str, made: Path, folder: Path) -> None:
 
 def by_keyboard(page: GridPage, task: str) -> None:
     """Fill the rows from the cell on which the page opens, with the keyboard alone."""
-    for row in KEYS[task]:
+    press_rows(page, KEYS[task])
+
+
+def press_rows(page: GridPage, rows: Sequence[Sequence[str]]) -> None:
+    """Fill rows as `KEYS` says, from the cell with the cursor on."""
+    for row in rows:
         for place, text in enumerate(row):
             for i, part in enumerate(text.split("⇥")):
                 if i:
