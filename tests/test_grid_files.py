@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from chromium import becomes, eventually
 from grid_books import HEADER, ROWS, Books
 
@@ -45,7 +46,10 @@ def test_a_markdown_workbook_is_edited_and_its_words_stay(shelf: Books) -> None:
     assert path.read_text(encoding="utf-8") == MARKDOWN
 
 
-def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> None:
+def test_a_file_that_is_open_in_excel_deleted_protected_or_replaced_under_an_open_page(
+    shelf: Books, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 0.1)
     grid = shelf.open()
     notice = grid.page.locator("#notice")
     becomes(notice.inner_text, "")
@@ -71,10 +75,6 @@ def test_a_file_that_is_open_in_excel_is_looked_at_and_told_of(shelf: Books) -> 
     grid.write("mine")
     grid.saved()
     assert grid.path.read_bytes() != before
-
-
-def test_a_file_that_is_deleted_protected_or_replaced_under_an_open_page(shelf: Books) -> None:
-    grid = shelf.open()
     grid.checked()  # it is told what happens; one whose file goes sooner says that it was renamed or moved
     content = grid.path.read_bytes()
     grid.path.unlink()
@@ -142,12 +142,15 @@ def test_sixty_columns_and_very_long_texts(shelf: Books) -> None:
     assert read_sheets(grid.path)[0].cells[3, 6].text == f"{long.strip()} end"
 
 
-def test_rows_go_into_a_sheet_that_is_longer_than_its_drop_downs(shelf: Books) -> None:
-    rows = [["", "Red ball", "map", f"redBall.x + {n}", f"S{n}", ""] for n in range(300)]
+def test_rows_go_into_a_sheet_that_is_longer_than_its_drop_downs(shelf: Books, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "rrp_sheets.web.views.sheet.MOST_DRAWN_ROWS", 100
+    )  # to draw the diagram takes longer than all else
+    rows = [["", "Red ball", "map", f"redBall.x + {n}", f"S{n}", ""] for n in range(210)]
     grid = shelf.open({"T": [HEADER, *rows]})
     grid.go("C5")
     grid.press("Control++")
     grid.expect("E6", "S3")
     grid.press("Control+z")
     grid.expect("E5", "S3")
-    assert len(grid.rows()) == 300
+    assert len(grid.rows()) == 210
