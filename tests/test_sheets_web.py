@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 from chromium import becomes, some
@@ -101,7 +100,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     assert read(grid.path).workbook.protocol.text("Run") == "Tracking, Greeting <b>"
 
 
-def test_a_table_of_ones_own_is_filled_in_at_once(shelf: Books) -> None:
+def test_a_table_of_ones_own_is_filled_in_at_once_and_a_sheet_that_is_gone_is_told_kindly(shelf: Books) -> None:
     grid = shelf.open(SHEETS)
     page = grid.page
     page.click("[data-tab=add]")
@@ -120,6 +119,10 @@ def test_a_table_of_ones_own_is_filled_in_at_once(shelf: Books) -> None:
     grid.saved()
     page.reload()
     grid.expect("B2", "Hello")
+    answer = page.goto(f"{shelf.url}/book/{grid.path.name}/sheet/Nothing")
+    assert answer.status == 404
+    page.click("text=Open the workbook")
+    page.wait_for_selector("[role=grid]")
 
 
 def test_others_are_told_and_lose_nothing(shelf: Books) -> None:
@@ -171,24 +174,15 @@ def delete(grid: Shared) -> None:
     grid.page.locator("dialog[open] button", has_text="Delete").click()
 
 
-def test_a_sheet_that_is_gone_is_told_kindly(shelf: Books) -> None:
-    grid = shelf.open(SHEETS)
-    answer = grid.page.goto(f"{shelf.url}/book/{Path(grid.path).name}/sheet/Nothing")
-    assert answer.status == 404
-    grid.page.click("text=Open the workbook")
-    grid.page.wait_for_selector("[role=grid]")
-
-
 def test_a_page_of_another_program_loads_again_when_nothing_is_typed(shelf: Books) -> None:
-    grid = shelf.open(SHEETS)
-    page, url = grid.page, grid.page.url
+    page, path = shelf.page, shelf.file(SHEETS)
 
     def old(route: Any) -> None:
         answer = route.fetch()
         route.fulfill(response=answer, body=answer.text().replace('data-program="', 'data-program="old'))
 
-    page.route(url, old, times=1)
-    page.goto(url, wait_until="commit")
+    page.route(f"**/book/{path.name}", old, times=1)
+    grid = shelf.open(path=path)
     page.wait_for_selector("#listen:not([data-program^=old])", state="attached")  # it has loaded again by itself
     page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
     grid.go("F2")
