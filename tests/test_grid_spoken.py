@@ -6,7 +6,7 @@ from chromium import becomes, eventually
 from grid_books import EMPTY, Books
 
 
-def test_cells_tell_column_row_and_text_and_the_cursor_tells_more(shelf: Books) -> None:
+def test_cells_tell_column_row_and_text_the_cursor_tells_more_and_editing_rows_and_undo_are_told(shelf: Books) -> None:
     grid = shelf.open()
     role = grid.page.get_by_role
     grid.page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'")
@@ -29,10 +29,6 @@ def test_cells_tell_column_row_and_text_and_the_cursor_tells_more(shelf: Books) 
     grid.press("Control+.")
     grid.status("Done: Write distance.")
     role("gridcell", name="Formula, row 3: distance < 0.5").wait_for()
-
-
-def test_editing_rows_and_undo_are_told(shelf: Books) -> None:
-    grid = shelf.open()
     grid.go("F3")
     grid.press("F2")
     grid.wait_spoken("Editing Notes. Enter keeps, Escape takes back.")
