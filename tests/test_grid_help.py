@@ -24,7 +24,7 @@ HELP = {"C3": "sample (connector)", "D2": "CLAMP(value; low; high)", "B2": "Red 
         "B3": "Head yaw (sensor)", "A2": "Keys of the grid", "D4": "FORM"}  # fmt: skip
 
 
-def test_f1_explains_what_stands_in_the_cell_and_gives_the_focus_back(shelf: Books) -> None:
+def test_f1_explains_what_stands_in_the_cell_or_is_typed_and_gives_the_focus_back(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     grid.page.wait_for_selector("td[aria-invalid=true]")
     grid.page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'")
@@ -37,12 +37,7 @@ def test_f1_explains_what_stands_in_the_cell_and_gives_the_focus_back(shelf: Boo
         grid.press("Escape")
         eventually(lambda: panel.is_hidden() and grid.here == address)
         becomes(lambda: grid.page.evaluate("document.activeElement.getAttribute('role')"), "gridcell")
-
-
-def test_help_on_what_is_being_typed_leaves_it_as_it_is(shelf: Books) -> None:
-    grid = shelf.open(SHEETS, sheet="T")
-    grid.checked()
-    editor, panel = grid.page.locator(".editor textarea"), grid.page.locator("#help")
+    editor = grid.page.locator(".editor textarea")
     grid.go("D9")
     grid.page.keyboard.type('"a" & ABS(')
     grid.press("F1")
@@ -126,7 +121,7 @@ def test_help_on_a_helper_that_is_gone_shows_the_other_topics(shelf: Books) -> N
     assert shelf.page.request.get(f"{shelf.url}/help?topic=ABS").status == 200
 
 
-def test_help_has_what_the_command_line_says_and_a_picture(shelf: Books) -> None:
+def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_own_is_read(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     grid.go("C3")
     grid.press("F1")
@@ -159,16 +154,6 @@ def test_help_has_what_the_command_line_says_and_a_picture(shelf: Books) -> None
     grid.page.click("[data-do=help]")
     grid.page.wait_for_selector("#help h3:has-text('sample')")
     grid.press("Escape")
-
-
-def test_hostile_searches_are_texts(shelf: Books) -> None:
-    page = shelf.page
-    answer = page.request.get(f"{shelf.url}/help?q=<script>alert(1)</script>&topic=<img src=x>")
-    assert answer.status == 200 and "<script" not in answer.text() and "<img" not in answer.text()
-
-
-def test_a_sheet_of_ones_own_is_read_and_not_changed(shelf: Books) -> None:
-    grid = shelf.open(SHEETS, sheet="T")
     grid.page.click(".tabs a:text-is('Read me')")
     grid.page.wait_for_selector("body[data-ready] table.of-own")
     becomes(lambda: grid.page.locator("#diagram").count(), 0)  # it is that of another sheet
@@ -181,3 +166,9 @@ def test_a_sheet_of_ones_own_is_read_and_not_changed(shelf: Books) -> None:
     grid.status("be changed")
     eventually(lambda: grid.path.read_bytes() == before and grid.here == "A3")
     assert grid.faults() == []
+
+
+def test_hostile_searches_are_texts(shelf: Books) -> None:
+    page = shelf.page
+    answer = page.request.get(f"{shelf.url}/help?q=<script>alert(1)</script>&topic=<img src=x>")
+    assert answer.status == 200 and "<script" not in answer.text() and "<img" not in answer.text()
