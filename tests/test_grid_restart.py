@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from chromium import becomes, listening, until
+from grid_books import Books
 from playwright.sync_api import expect
 from test_killed_server import HEADER, NOTES, Served
 
@@ -162,16 +163,18 @@ def test_a_browser_that_is_signed_out_keeps_its_edits_until_it_is_let_in(at: Res
     assert at.notes()[2] == "typed when signed out"
 
 
-def test_what_the_server_does_not_take_any_more_can_be_copied_and_discarded(at: Restarted) -> None:
-    at.page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-    at.page.route("**/cells", lambda route: route.abort())
-    at.type(2, "for the clipboard")
-    at.path.unlink()
-    at.page.unroute("**/cells")
-    expect(at.page.locator(".unsent")).to_contain_text("renamed or moved")
-    at.page.get_by_role("button", name="Show changes").click()
-    at.page.get_by_role("button", name="Copy").click()
-    expect(at.page.get_by_role("button", name="Copied")).to_be_visible()
-    becomes(lambda: at.page.evaluate("navigator.clipboard.readText()"), "F2: for the clipboard")
-    at.page.get_by_role("button", name="Discard changes").click()
-    expect(at.page.get_by_role("heading", level=1)).to_have_text("There is nothing here")
+def test_what_the_server_does_not_take_any_more_can_be_copied_and_discarded(shelf: Books) -> None:
+    grid = shelf.open()
+    page = grid.page
+    page.route("**/cells", lambda route: route.abort())
+    grid.go("F2")
+    grid.type("for the clipboard")
+    grid.path.unlink()
+    page.unroute("**/cells")
+    expect(page.locator(".unsent")).to_contain_text("renamed or moved")
+    page.get_by_role("button", name="Show changes").click()
+    page.get_by_role("button", name="Copy").click()
+    expect(page.get_by_role("button", name="Copied")).to_be_visible()
+    becomes(lambda: page.evaluate("navigator.clipboard.readText()"), "F2: for the clipboard")
+    page.get_by_role("button", name="Discard changes").click()
+    expect(page.get_by_role("heading", level=1)).to_have_text("There is nothing here")
