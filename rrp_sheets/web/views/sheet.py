@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, ClassVar
 
 from flask import Blueprint, Response, abort, jsonify, redirect, request, stream_with_context, url_for
@@ -360,11 +360,17 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
         kind=grid.kind if grid else "", first=grid.first if grid else 1, rows=rows,
         heads=tuple(renderer.heads()) if renderer else (), count=len(grid.rows) if grid else 0,
         examples=bool(renderer and renderer.has_examples), tabs=sheet_tabs(document, name, sheet, live=live),
-        vocabulary=script_json(completions.vocabulary(no_analysis())),
+        vocabulary=_first_words(),
         panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
         errors=analysis.errors, newest_event=newest_event, version=version, live=live,
         acts=script_json(acts) if live else None,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=1)
+def _first_words() -> Markup:
+    """Return the words that are suggested before the first check, as JSON."""
+    return script_json(completions.vocabulary(no_analysis()))
 
 
 def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
