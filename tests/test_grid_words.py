@@ -40,12 +40,17 @@ def book(shelf: Books) -> Path:
 @pytest.fixture
 def at(shelf: Books, book: Path):
     found: dict[str, Shared] = {}
+    cursor: list[str] = []
 
     def offered(sheet: str, address: str, typed: str = "") -> list[str]:
         if sheet not in found:
             found.clear()
+            cursor.clear()
             found[sheet] = shelf.open(path=book, sheet=sheet)
             found[sheet].checked()
+        if cursor == [address]:
+            return found[sheet].offered_here(typed)
+        cursor[:] = [address]
         return found[sheet].offered(address, typed)
 
     return offered

@@ -61,6 +61,10 @@ class Shared(GridPage):
     def offered(self, address: str, typed: str = "") -> list[str]:
         """Suggestions in a cell when a text is typed, or its editor is opened; the cell stays as it is."""
         self.go(address)
+        return self.offered_here(typed)
+
+    def offered_here(self, typed: str = "") -> list[str]:
+        """The same in the cell with the cursor."""
         self.write(typed, then="") if typed else self.press("F2")
         found = [str(t) for t in self.page.locator("[role=option] .name").all_inner_texts()]
         while self.page.locator(".editor textarea").count():
