@@ -42,7 +42,7 @@ def test_letters_stand_over_the_headers_and_no_header_is_cut(shelf: Books) -> No
             becomes(lambda: grid.here, f"{letter}2")
 
 
-def test_a_column_is_made_wider_by_mouse_and_keys_and_stays_so(shelf: Books) -> None:
+def test_columns_and_the_panel_beside_the_grid_are_made_wider_by_mouse_and_keys_and_stay_so(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     before = width(grid, "F"), width(grid, "B")
     box = grid.page.locator("th[data-letter=F] .widen").bounding_box()
@@ -67,19 +67,16 @@ def test_a_column_is_made_wider_by_mouse_and_keys_and_stays_so(shelf: Books) -> 
     widths = [width(grid, letter) for letter in "ABCDEF"]
     again = shelf.open(path=grid.path, sheet="T")
     assert [width(again, letter) for letter in "ABCDEF"] == widths
-    assert width(shelf.open(SHEETS, sheet="T"), "F") == before[0]  # of another workbook
-
-
-def test_the_panel_beside_the_grid_is_dragged_and_moved_by_keys(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
+    assert width(grid, "F") == before[0]  # of another workbook
     bar, wide = grid.page.locator(".splitter"), "document.getElementById('panels').offsetWidth"
-    before = some(lambda: grid.page.evaluate(wide))
+    at_first = some(lambda: grid.page.evaluate(wide))
     box = bar.bounding_box()
     grid.page.mouse.move(box["x"] + 4, 400)
     grid.page.mouse.down()
     grid.page.mouse.move(box["x"] - 96, 400, steps=4)
     grid.page.mouse.up()
-    eventually(lambda: abs(grid.page.evaluate(wide) - before - 100) <= 8)
+    eventually(lambda: abs(grid.page.evaluate(wide) - at_first - 100) <= 8)
     dragged = some(lambda: grid.page.evaluate(wide))
     bar.focus()
     grid.press("ArrowRight", "ArrowRight")
@@ -87,7 +84,7 @@ def test_the_panel_beside_the_grid_is_dragged_and_moved_by_keys(shelf: Books) ->
     grid = shelf.open(path=grid.path, sheet="T")
     becomes(lambda: grid.page.evaluate(wide), dragged - 32)
     grid.page.locator(".splitter").dblclick()
-    becomes(lambda: grid.page.evaluate(wide), before)
+    becomes(lambda: grid.page.evaluate(wide), at_first)
 
 
 def test_every_connector_has_the_icon_of_the_diagram() -> None:
