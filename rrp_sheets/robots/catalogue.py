@@ -184,11 +184,7 @@ class Robot:
 
     @cached_property
     def instead(self) -> dict[str, dict[str, list[str]]]:
-        """The devices to use instead of one that lacks a setting, by the keys of the device and the setting.
-
-        >>> load_robot().instead["say"]["text"]
-        ['Say parameter']
-        """
+        """The devices to use instead of one that lacks a setting, by the keys of the device and the setting."""
         known = {k for device in self.devices.values() for k in device.settings}
         devices = [d for kind in ("sensor", "actuator") for n in self.device_names(kind) if (d := self.find(n))]
         by_type = {

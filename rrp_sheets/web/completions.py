@@ -160,8 +160,7 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
     """Return the suggestions for the cells of one workbook, in the format of the grid's script."""
     behaviours = [{"text": b.name} for b in workbook.behaviours]
     return {
-        "takes": _takes(robot, workbook),
-        "instead": robot.instead,
+        "takes": _takes(robot, workbook), "instead": robot.instead,
         "joints": {key(j.name): _about(j) for j in robot.joints.values()},
         "gestures": [{"text": g.name, "help": g.help} for g in robot.motions.values()],
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),

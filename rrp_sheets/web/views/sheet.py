@@ -61,6 +61,7 @@ _LOOK = N_("Look at the problems again.")
 MOST_PROBLEMS = 300  # that are listed; of the others the number
 FIRST_ROWS = 200  # in the page itself; the others follow
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
+_first_words = lru_cache(maxsize=1)(lambda: script_json(completions.vocabulary(no_analysis())))  # before a check
 _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0  # from line to line of a text in place of a diagram
 MOST_DRAWN_ROWS = 500  # of a behaviour that is drawn and told in words here: nobody reads more beside a table
@@ -365,12 +366,6 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
         errors=analysis.errors, newest_event=newest_event, version=version, live=live,
         acts=script_json(acts) if live else None,
     )  # fmt: skip
-
-
-@lru_cache(maxsize=1)
-def _first_words() -> Markup:
-    """Return the words that are suggested before the first check, as JSON."""
-    return script_json(completions.vocabulary(no_analysis()))
 
 
 def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
