@@ -69,7 +69,7 @@ def studio() -> Iterator[Studio]:
 
 def test_drawn_and_photographed_people_are_found_and_told_apart(studio: Studio) -> None:
     assert len(studio.names) == 10
-    for far, person in [(1.0, n) for n in range(10)] + [(2.0, n) for n in range(1, 10, 2)]:
+    for far, person in [(1.0, n) for n in range(10)] + [(2.0, n) for n in (1, 5, 9)]:
         numbers = studio.numbers(studio.picture(person, far, aside=8.0))
         assert numbers is not None, f"{studio.names[person]} is not found at {far} m"
         own, other = studio.alike(numbers, person)
