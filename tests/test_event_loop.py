@@ -179,7 +179,7 @@ def test_values_of_many_threads_are_settled_one_by_one_in_order_of_arrival():
 
 
 def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
-    monkeypatch.setattr(runners, "REST_WITHIN", 0.1 * crowded())
+    monkeypatch.setattr(runners, "REST_WITHIN", 0.3 * crowded())
     taken = threading.Event()
     world = World(say={"take": hang}, print={"take": lambda value: taken.set()})
     made = runner(world)
@@ -198,7 +198,7 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
 
 
 def test_a_hanging_sensor_does_not_keep_the_actuators_from_their_rest(monkeypatch):
-    monkeypatch.setattr(runners, "STOP_WITHIN", 0.1 * crowded())
+    monkeypatch.setattr(runners, "STOP_WITHIN", 0.2 * crowded())
     world = World(headyaw={"stop": hang})
     made = runner(world)
     assert ["Head yaw" in h.text for h in made.stop()] == [True]
