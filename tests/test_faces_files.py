@@ -180,7 +180,7 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
             if round_ == 1:
                 world.advance(500_000, [Command("remember", "", "A!2")])
         finally:
-            world.stop()
+            end_simulator(world)  # they are kept at once
     assert face_memory.kept(tmp_path) == ["Guest 1"]
     assert kept.stat().st_mode & 0o077 == 0, "nobody else may read it"
     told = CliRunner().invoke(faces_command, [str(tmp_path)])

@@ -18,9 +18,12 @@ from pathlib import Path
 
 import forked
 import pytest
+from click.testing import CliRunner
 from processes import workers
 
+from rrp_sheets.cli.main import group
 from rrp_sheets.resources import bundled
+from rrp_sheets.workbook.files import make_workbook
 
 BOOK = bundled("workbooks", "simple-tracking.xlsx")
 COMMAND = forked.COMMAND
@@ -88,49 +91,88 @@ def test_a_forked_process_has_the_cores_of_its_starter():
     assert len(cores()) == len(os.sched_getaffinity(0))
 
 
-@pytest.mark.parametrize("seconds", [1, pytest.param(4, marks=pytest.mark.soak)])
-def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(tmp_path, seconds):
-    """One is forked, one is started, and each keeps the other waiting."""
-    one, other = tmp_path / "a", tmp_path / "b"
-    command = [*COMMAND, "run", str(bundled("workbooks", "complex-tracking.xlsx")), "--fast", "--for", f"{seconds}s"]
+TALKING = """
+## T
+| Input | Connector | Formula | Output |
+|---|---|---|---|
+| Red ball | subscribe | | Head and body tracker |
+| Red ball | sample | 1 s | Red seen |
+| Red seen | subscribe | | Say red |
+| Green ball | sample | 1 s | Green seen |
+| Green seen | subscribe | | Say green |
+
+## Devices
+| Stream | Device | Text |
+|---|---|---|
+| Say red | SayParameter | Red |
+| Say green | SayParameter | Green |
+
+## Scene
+| Time (s) | Thing | Does | Value |
+|---|---|---|---|
+| 0 | Red ball | appears | at 0.7, 0.1, 0.42 |
+| 0.1 | Red ball | circles | radius 0.3 around 0.9, 0, 0.42 period 2 s |
+"""
+
+
+def twice(book: Path, seconds: float, folder: Path):
+    """Run a workbook by a started and by a forked process, each of which keeps the other waiting, into a and b."""
+    one, other = folder / "a", folder / "b"
+    command = [*COMMAND, "run", str(book), "--fast", "--for", f"{seconds}s"]
     with (
         one_core(),
-        limited(subprocess.Popen([*command, "--out", str(one)], env=ENV, stdout=subprocess.DEVNULL)) as started,
+        limited(subprocess.Popen([*command, "--out", str(one), "--json"], **PIPES)) as started,
         limited(forked.Forked([*command, "--out", str(other)], env=ENV, stdout=subprocess.DEVNULL)) as quicker,
     ):
-        pass
+        output, errors = started.communicate()
+    assert "Traceback" not in errors, errors
     assert (started.returncode, quicker.returncode) == (0, 0)
-    assert events(one) == events(other) and len(events(one)) > 30 * seconds
+    return output, one, other
 
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """A run of five seconds: what was printed, and its folder."""
-    out = tmp_path_factory.mktemp("ran") / "o"
-    return started(
-        "run", bundled("workbooks", "say-ball-colour.xlsx"), "--fast", "--for", "5s", "--out", out, "--json"
-    ), out
+    """A run of a second and a half, twice: what the started one has printed, and both folders."""
+    folder = tmp_path_factory.mktemp("ran")
+    (folder / "talking.md").write_text(TALKING)
+    return twice(folder / "talking.md", 1.5, folder)
+
+
+def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(ran):
+    _, one, other = ran
+    assert events(one) == events(other) and len(events(one)) > 30
+
+
+@pytest.mark.soak
+def test_a_longer_run_gives_the_same_bytes_however_busy_the_machine(tmp_path):
+    _, one, other = twice(bundled("workbooks", "complex-tracking.xlsx"), 4, tmp_path)
+    assert events(one) == events(other) and len(events(one)) > 120
 
 
 def test_a_run_tells_what_happens_and_what_it_left(ran):
-    done, out = ran
-    assert done.returncode == 0
-    assert "says “Red”" in done.stdout and "trace.jsonl" in done.stdout
-    summary = json.loads(done.stdout.splitlines()[-1])
-    assert summary["simulated_seconds"] == 5 and summary["wall_seconds"] > 0 and summary["errors"] == {}
-    assert summary["actuator_commands"] == {"Say red": 1, "Say green": 0, "Say blue": 0}
-    assert summary["events"]["Red ball"] > 30 and summary["folder"] == str(out)
+    output, out, _ = ran
+    assert "says “Red”" in output and "trace.jsonl" in output
+    summary = json.loads(output.splitlines()[-1])
+    assert summary["simulated_seconds"] == 1.5 and summary["wall_seconds"] > 0 and summary["errors"] == {}
+    commands = summary["actuator_commands"]
+    assert commands.pop("Head and body tracker") > 10 and commands == {"Say red": 1, "Say green": 0}
+    assert summary["events"]["Red ball"] > 10 and summary["folder"] == str(out)
 
 
-def test_a_path_with_spaces_and_japanese_letters_and_the_default_folder(tmp_path):
+def test_a_path_with_spaces_and_japanese_letters_the_default_folder_and_a_reader_that_goes_away(tmp_path):
     folder = tmp_path / "実験 1 (a & b)"
     folder.mkdir()
     book = folder / "追跡 one.xlsx"
     book.write_bytes(BOOK.read_bytes())
-    done = rrp("run", book, "--fast", "--for", "1s", cwd="/")
-    assert done.returncode == 0
+    command = [*COMMAND, "run", str(book), "--fast", "--for", "0.7s"]
+    with limited(forked.Forked(command, cwd="/", **PIPES)) as process:
+        process.stdout.readline()
+        process.stdout.close()  # the run goes on nevertheless
+        errors = process.stderr.read()
+    assert process.returncode == 0 and errors == ""
     (run,) = (folder / "runs").iterdir()
-    assert run.name.endswith("追跡-one") and (run / "strip.png").is_file()
+    assert run.name.endswith("追跡-one") and json.loads(events(run)[-1])["ended"] == "time"
+    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in run.iterdir()}
 
 
 def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
@@ -184,11 +226,14 @@ def child_of(pid: int, module: str) -> int:
 def test_no_process_is_left_behind(who, tmp_path):
     out = tmp_path / "o"
     command = [*COMMAND, "run", str(BOOK), "--out", str(out)]
-    with limited(subprocess.Popen(command, start_new_session=True, **PIPES)) as process:
+    start = subprocess.Popen if who == "program" else forked.Forked
+    with limited(start(command, start_new_session=True, **PIPES)) as process:
         acts(process)
-        engine, simulator = (
-            child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_process", "sim.server")
-        )
+        modules = ("runs.engine_process", "sim.server")
+        if who == "program":
+            engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in modules)
+        else:
+            engine, simulator = (workers(process.pid, name.split(".")[1]).pop() for name in modules)
         left = {engine, simulator, *children(engine), *children(simulator)}
         assert len(left) == 4, "each has a guard"
         ends = {os.pidfd_open(pid) for pid in left}
@@ -203,18 +248,6 @@ def test_no_process_is_left_behind(who, tmp_path):
     assert process.returncode == (-signal.SIGKILL if who == "program" else 3)
     assert (out / "film.gif").is_file() and (out / "run.xlsx").is_file()  # the robot has come to its rest
     assert json.loads(events(out)[-1])["ended"] == ("stopped" if who == "program" else "broken")
-
-
-def test_a_reader_that_goes_away_does_not_take_the_run_with_it(tmp_path):
-    out = tmp_path / "o"
-    command = [*COMMAND, "run", str(BOOK), "--fast", "--for", "1s", "--out", str(out)]
-    with limited(forked.Forked(command, **PIPES)) as process:
-        process.stdout.readline()
-        process.stdout.close()
-        errors = process.stderr.read()
-    assert process.returncode == 0 and errors == ""
-    assert json.loads(events(out)[-1])["ended"] == "time"
-    assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in out.iterdir()}
 
 
 def test_without_the_simulator_one_line_says_what_is_needed(tmp_path):
@@ -241,7 +274,7 @@ def test_a_workbook_with_errors_does_not_run(tmp_path):
 
 
 def test_a_run_never_overwrites_another(ran):
-    _, out = ran
+    _, out, _ = ran
     before = {p.name: p.read_bytes() for p in out.iterdir()}
     assert rrp("run", BOOK, "--fast", "--for", "1s", "--out", out).returncode == 2
     assert {p.name: p.read_bytes() for p in out.iterdir()} == before
@@ -292,8 +325,8 @@ def test_new_from_a_workbook_that_comes_along(tmp_path):
     "topic", ["connectors", "functions", "devices", "scene", "FORM007", "Red ball", "clamp", "sample"]
 )
 def test_help_on(topic):
-    done = rrp("help", topic)
-    assert done.returncode == 0 and len(done.stdout) > 40 and "{" not in done.stdout
+    done = CliRunner().invoke(group, ["help", topic])
+    assert done.exit_code == 0 and len(done.stdout) > 40 and "{" not in done.stdout
 
 
 def test_help_on_what_there_is_not_proposes_the_nearest():
@@ -317,21 +350,13 @@ def test_diagrams_do_without_a_system_graphviz(tmp_path):
 
 @pytest.mark.parametrize("command", ["new", "check", "diagram", "explain", "run", "serve", "help"])
 def test_every_command_has_help(command):
-    done = rrp(command, "--help")
-    assert done.returncode == 0 and len(done.stdout) > 200
+    done = CliRunner().invoke(group, [command, "--help"])
+    assert done.exit_code == 0 and len(done.stdout) > 200
 
 
 def test_an_unknown_command_proposes_the_nearest():
     done = rrp("chek", BOOK)
     assert done.returncode == 2 and "check" in done.stderr
-
-
-def test_what_a_stranger_writes_cannot_steer_the_terminal(tmp_path):
-    book = tmp_path / "b.md"
-    book.write_text("## T\n| Input | Connector | Formula | Output |\n|---|---|---|---|\n"
-                    "| Head yaw | map | \"a\" + MID(\"\u202eb\", 1, 2) | X |\n| X | subscribe | | Print |\n", "utf-8")  # fmt: skip
-    done = rrp("run", book, "--fast", "--for", "1s", "--out", tmp_path / "o")
-    assert done.returncode == 0 and "\u202e" not in done.stdout and "\x1b" not in done.stdout
 
 
 def test_a_full_disk_under_the_output_is_told():
@@ -346,10 +371,17 @@ def test_a_device_is_never_replaced_by_a_file():
     assert done.returncode == 2 and Path("/dev/null").is_char_device()
 
 
-def test_a_file_name_that_is_no_proper_text(tmp_path):
+def test_a_file_name_that_is_no_proper_text_and_what_a_stranger_writes_cannot_steer_the_terminal(tmp_path):
     book = os.fsencode(tmp_path) + b"/n\xf6.xlsx"
-    Path(os.fsdecode(book)).write_bytes(BOOK.read_bytes())
-    done = forked.run([*COMMAND, "run", book, "--fast", "--for", "1s", "--out", str(tmp_path / "o")], env=ENV,
+    rows = [["Head yaw", "map", '"a" + MID("\u202eb", 1, 2)', "X"], ["X", "subscribe", "", "Print"]]
+    made = make_workbook({"T": [["Input", "Connector", "Formula", "Output"], *rows]}, tmp_path / "b.xlsx")
+    Path(os.fsdecode(book)).write_bytes(made.read_bytes())
+    done = forked.run([*COMMAND, "run", book, "--fast", "--for", "0.2s", "--out", str(tmp_path / "o")], env=ENV,
                       capture_output=True, timeout=300)  # fmt: skip
     assert done.returncode == 0 and b"Traceback" not in done.stderr
+    assert (
+        "\u202e".encode() not in done.stdout
+        and b"\x1b" not in done.stdout
+        and "Print ← “a\ufffdb”".encode() in done.stdout
+    )
     assert json.loads((tmp_path / "o" / "trace.jsonl").read_text().splitlines()[0])["type"] == "header"

@@ -13,6 +13,7 @@ from hypothesis import example as also
 from hypothesis import strategies as st
 from play import check, example, rows
 
+from rrp_sheets import api
 from rrp_sheets.engine.plan import make_plan
 from rrp_sheets.engine.realtime import FramePacer, SnapshotThrottle
 from rrp_sheets.model.exchange import SceneAction
@@ -60,15 +61,23 @@ FRAME = 33_333
 
 
 @pytest.fixture(scope="module")
-def untouched(tmp_path_factory):
+def book(tmp_path_factory):
+    """The workbook as .xlsx, which each run keeps as it is: to make it anew takes longer than most runs."""
+    folder = tmp_path_factory.mktemp("book")
+    (folder / "book.md").write_text(BOOK)
+    return api.convert(folder / "book.md", folder / "book.xlsx")
+
+
+@pytest.fixture(scope="module")
+def untouched(tmp_path_factory, book):
     """The same run, when nobody does anything."""
-    return Run(tmp_path_factory.mktemp("plain"), BOOK, Script(), EVENTS)
+    return Run(tmp_path_factory.mktemp("plain"), book, Script(), EVENTS)
 
 
 # ---- the clock
-def test_a_pause_changes_nothing_but_is_recorded(tmp_path, untouched):
+def test_a_pause_changes_nothing_but_is_recorded(tmp_path, untouched, book):
     script = Script({3: wish("pause")}, [(), wish("mark", note="he laughs"), wish("resume", "Bo")])
-    made = Run(tmp_path, BOOK, script, EVENTS)
+    made = Run(tmp_path, book, script, EVENTS)
     assert made.plain == untouched.plain
     assert script.pauses == [(100_000, True), (100_000, False)] and script.times == untouched.script.times
     told = [(line["happening"], line["text"], line["by"], line["t"]) for line in made.lines if "wall" in line]
@@ -79,12 +88,12 @@ def test_a_pause_changes_nothing_but_is_recorded(tmp_path, untouched):
     ]
 
 
-def test_steps_go_on_one_frame_each(tmp_path, untouched):
+def test_steps_go_on_one_frame_each(tmp_path, untouched, book):
     seen = []
     script = Script({0: [wish("pause"), wish("step")]})
     script.waiting = [lambda c: seen.append(script.number), wish("step"), lambda c: seen.append(script.number),
                       [wish("step"), wish("step")], lambda c: seen.append(script.number), wish("resume")]  # fmt: skip
-    made = Run(tmp_path, BOOK, script, EVENTS)
+    made = Run(tmp_path, book, script, EVENTS)
     assert seen == [1, 2, 4] and made.plain == untouched.plain
     assert len(made.happened("step")) == 4
 
@@ -108,7 +117,7 @@ def test_time_that_was_paused_is_not_caught_up_with_and_speeds_count_from_now():
 
 
 @pytest.mark.parametrize("before", ["running", "paused", "slow", "not begun"])
-def test_stop_works_at_once_whatever_it_is_doing(before, tmp_path):
+def test_stop_works_at_once_whatever_it_is_doing(before, tmp_path, book):
     asked = []
 
     def stop(control):
@@ -127,7 +136,7 @@ def test_stop_works_at_once_whatever_it_is_doing(before, tmp_path):
     script.waiting = [()] * 20
     if before == "not begun":
         stop(script.control)
-    made = Run(tmp_path, BOOK, script, EVENTS, seconds=20, paced=before == "slow")
+    made = Run(tmp_path, book, script, EVENTS, seconds=20, paced=before == "slow")
     assert script.finished - asked[0] < 0.3 or before == "not begun"  # it is read and checked before
     summary = made.lines[-1]
     assert (summary["ended"], summary["stopped_by"]) == ("stopped", "Bo")
@@ -150,45 +159,48 @@ def test_a_paused_run_is_not_taken_for_a_stuck_one():
     assert fails(40, every=0)
 
 
-def test_a_speed_that_cannot_be_is_refused(tmp_path):
+def test_a_speed_that_cannot_be_is_refused(tmp_path, book):
     script = Script({1: [wish("speed", factor=1000), wish("speed", factor=-1), wish("speed", factor=0)]})
-    made = Run(tmp_path, BOOK, script, EVENTS, seconds=0.2)
+    made = Run(tmp_path, book, script, EVENTS, seconds=0.2)
     assert [kind for kind, _, _ in script.refusals] == ["speed", "speed"] and "100 times" in script.refusals[0][2]
     assert [line["detail"] for line in made.happened("speed")] == [{"factor": 0.0}]
 
 
 # ---- values
-@pytest.mark.parametrize(("text", "distance"), [
-    ("", 0.5), ("distance=0.25", 0.25), ("distance=1/4; x = 0.3", 0.25), ("x=0; y=0, width=1", 0.5), ("distance = factor()", 2),
-])  # fmt: skip
-def test_a_value_is_sent_as_in_a_test_sheet_and_enters_in_the_next_frame(text, distance, tmp_path):
-    script = Script({4: wish("send", "Bo", stream="red ball", text=text)})
-    made = Run(tmp_path, BOOK, script, [(5 * FRAME / 1000, "redball", example("RedBall", distance=7))], seconds=0.3)
+def test_values_are_sent_as_in_a_test_sheet_and_enter_in_the_next_frame(tmp_path, book):
+    texts = {
+        "": 0.5,
+        "distance=0.25": 0.25,
+        "distance=1/4; x = 0.3": 0.25,
+        "x=0; y=0, width=1": 0.5,
+        "distance = factor()": 2,
+    }
+    frames = dict(enumerate(texts, 4))
+    script = Script({frame: wish("send", "Bo", stream="red ball", text=text) for frame, text in frames.items()})
+    world = [((frame + 1) * FRAME / 1000, "redball", example("RedBall", distance=7 + frame)) for frame in frames]
+    made = Run(tmp_path, book, script, world, seconds=0.5)
     sent = [line for line in made.lines if line.get("stimulated")]
     assert [(line["stream"], line["by"], line["t"], line["value"]["distance"]) for line in sent] == [
-        ("Red ball", "Bo", 0.166666, distance)
+        ("Red ball", "Bo", (frame + 1) * 1_000_000 // 30 / 1e6, texts[text]) for frame, text in frames.items()
     ]
-    assert script.values("T!Distance") == [14, distance * 2]  # after what the world had: the newest
-    assert [line for line in made.plain if line.get("stream") == "T!Distance"][1]["value"] == distance * 2
-    [(_, act)] = script.acts
-    assert (act.kind, act.by, act.detail["stream"], act.detail["value"]["distance"]) == (
-        "send",
-        "Bo",
-        "Red ball",
-        distance,
-    )
+    values = [value for frame, text in frames.items() for value in (2 * (7 + frame), 2 * texts[text])]
+    assert script.values("T!Distance") == values  # after what the world had: the newest
+    assert [line["value"] for line in made.plain if line.get("stream") == "T!Distance"] == values
+    assert [(act.kind, act.by, act.detail["stream"], act.detail["value"]["distance"]) for _, act in script.acts] == [
+        ("send", "Bo", "Red ball", distance) for distance in texts.values()
+    ]
 
 
-def test_presses_are_counted_on_and_dones_know_their_command(tmp_path):
+def test_presses_are_counted_on_and_dones_know_their_command(tmp_path, book):
     script = Script({2: wish("send", stream="Start button", text=""), 4: wish("send", stream="Start button", text="label=\"Start\""),
                      6: wish("send", stream="Wait done", text="completed=FALSE")})  # fmt: skip
-    made = Run(tmp_path, BOOK, script, seconds=0.25)
+    made = Run(tmp_path, book, script, seconds=0.25)
     assert script.values("T!Presses") == [1, 2]
     [done] = [line["value"] for line in made.lines if line.get("stimulated") and line["stream"] == "Wait done"]
     assert done["completed"] is False and done["value"] == 2 and done["seconds"] == pytest.approx(0.066666, abs=0.04)
 
 
-@pytest.mark.parametrize(("stream", "text", "words", "remedy"), [
+REFUSED = [
     ("Red bal", "", "No row of this run reads a sensor stream “Red bal”", "Did you mean Red ball?"),
     ("Distance", "1", "“Distance” is no sensor stream", "Red ball"),
     ("Red ball", "distanc=1", "has no field “distanc”", "Did you mean distance?"),
@@ -197,20 +209,22 @@ def test_presses_are_counted_on_and_dones_know_their_command(tmp_path):
     ("Head yaw", "Hello", "“Hello” is no number", "between quotes"),
     ("Head yaw", "1/0", "divides by zero", "send again"),
     ("Head yaw", "x = 1; x = 2", "", ""),
-])  # fmt: skip
-def test_what_cannot_be_sent_is_refused_with_a_remedy(stream, text, words, remedy, tmp_path, untouched):
-    script = Script({1: wish("send", stream=stream, text=text)})
-    made = Run(tmp_path, BOOK, script, EVENTS)
-    [(kind, message, told)] = script.refusals
-    assert kind == "send" and words in message and remedy in told
+    ]  # fmt: skip
+
+
+def test_what_cannot_be_sent_is_refused_with_a_remedy(tmp_path, book, untouched):
+    script = Script({1: [wish("send", stream=stream, text=text) for stream, text, _, _ in REFUSED]})
+    made = Run(tmp_path, book, script, EVENTS)
+    for (kind, message, told), (_, _, words, remedy) in zip(script.refusals, REFUSED, strict=True):
+        assert kind == "send" and words in message and remedy in told
     assert made.plain == untouched.plain and not script.acts
 
 
 # ---- behaviours, buttons, the scene
-def test_a_behaviour_is_switched_by_hand_and_forgets(tmp_path):
+def test_a_behaviour_is_switched_by_hand_and_forgets(tmp_path, book):
     script = Script({10: wish("switch", "Bo", behaviour="Other", on=False), 11: wish("switch", behaviour="other", on=False),
                      20: wish("switch", behaviour="Other", on=True), 21: wish("switch", behaviour="Othr", on=True)})  # fmt: skip
-    made = Run(tmp_path, BOOK, script, EVENTS)
+    made = Run(tmp_path, book, script, EVENTS)
     counts = [(us, value) for us, name, _, value in script.events if script.start.streams[name] == "Other!Count"]
     assert [value for _, value in counts] == [1, 2, 3, 4, 1, 2, 3]
     assert not any(10 * FRAME < us < 20 * FRAME for us, _ in counts)
@@ -231,7 +245,7 @@ def test_a_behaviour_that_the_protocol_does_not_run_waits_to_be_switched_on(tmp_
     assert counts and min(counts) > 20 * FRAME and not script.refusals
 
 
-def test_buttons_things_and_the_words_of_a_scene(tmp_path):
+def test_buttons_things_and_the_words_of_a_scene(tmp_path, book):
     script = Script({
         1: [wish("press", "Bo", label="start"), wish("press", label="Stop")],
         2: [wish("scene", thing="Red ball", verb="move", value="to 0.5, 0.1, 0.4 in 0.1 s"),
@@ -242,7 +256,7 @@ def test_buttons_things_and_the_words_of_a_scene(tmp_path):
         3: [wish("put", thing="red ball", at=[0.1, 0.2, 0.3]), wish("put", thing="red ball", at=[0.4, 0.2, 0.3]),
             wish("put", thing="Ball", at=[0, 0, 0]), wish("put", thing="Red ball", at=[0, 0, float("nan")])],
     })  # fmt: skip
-    made = Run(tmp_path, BOOK, script, seconds=0.3)
+    made = Run(tmp_path, book, script, seconds=0.3)
     acted = made.worlds[0].acted
     assert [(a.thing, a.verb, a.time_us) for a in acted] == [
         ("Bo", "press", FRAME), ("Red ball", "move", 66_666), ("Anna", "press", 66_666), ("red ball", "move", 100_000)
@@ -296,22 +310,22 @@ def test_a_panel_is_told_all_it_needs_when_the_run_begins():
     assert sensors["Start button"] == ("OperatorButton", 'label="Start"; count=1') and sensors["Head yaw"][1] == "0.1"
 
 
-def test_every_example_of_a_panel_can_be_sent_as_it_stands(tmp_path):
+def test_every_example_of_a_panel_can_be_sent_as_it_stands(tmp_path, book):
     script = Script()
     script.frames[1] = [
         lambda control: [control.ask(wish("send", stream=n, text=t)) for n, _, t in script.start.sensors]
     ]
-    made = Run(tmp_path, BOOK, script, seconds=0.2)
+    made = Run(tmp_path, book, script, seconds=0.2)
     assert not script.refusals and len([line for line in made.lines if line.get("stimulated")]) == len(
         script.start.sensors
     )
 
 
 # ---- what is left of it
-def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path):
+def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path, book):
     script = Script({3: wish("mark", note="he laughs"), 4: wish("send", "Bo", stream="Head yaw", text="5"),
                      5: [wish("put", thing="Red ball", at=[n / 10, 0, 0.4]) for n in range(3)]})  # fmt: skip
-    made = Run(tmp_path, BOOK, script, EVENTS)
+    made = Run(tmp_path, book, script, EVENTS)
     table = tidy_table([made.result.folder / "trace.jsonl"])
     header, lines = table.header, table.rows
     table = [dict(zip(header, line, strict=True)) for line in lines]
@@ -353,12 +367,12 @@ ACTS = st.one_of(
 @settings(
     max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
 )
-def test_whatever_people_do_a_run_goes_to_its_end_and_can_be_read(tmp_path_factory, acts):
+def test_whatever_people_do_a_run_goes_to_its_end_and_can_be_read(tmp_path_factory, book, acts):
     frames: dict[int, list] = {}
     for number, act in acts:
         frames.setdefault(number, []).append(act)
     folder = tmp_path_factory.mktemp("acts")
-    made = Run(folder, BOOK, Script(frames), EVENTS[:4], seconds=0.4)
+    made = Run(folder, book, Script(frames), EVENTS[:4], seconds=0.4)
     assert (
         made.result.broken is None and made.lines[-1]["ended"] == "time" and made.lines[-1]["simulated_seconds"] == 0.4
     )
@@ -391,7 +405,7 @@ def test_a_display_is_shown_the_world_by_the_wall_clock_and_again_after_a_change
     assert showing.due() is True
 
 
-def test_while_it_is_paused_the_display_sees_what_is_moved(tmp_path):
+def test_while_it_is_paused_the_display_sees_what_is_moved(tmp_path, book):
     script = Script({0: [wish("show", wanted=True), wish("look", wanted=True)], 3: wish("pause")})
     counted = []
 
@@ -399,7 +413,7 @@ def test_while_it_is_paused_the_display_sees_what_is_moved(tmp_path):
         counted.append((len(script.states), len(script.pictures)))
 
     script.waiting = [count, count, wish("put", thing="Red ball", at=[1, 0, 0]), count]
-    Run(tmp_path, BOOK, script, EVENTS, seconds=0.3)
+    Run(tmp_path, book, script, EVENTS, seconds=0.3)
     assert counted[0] == counted[1] and min(counted[0]) >= 1
     assert counted[2] == (counted[1][0] + 1, counted[1][1] + 1)
 

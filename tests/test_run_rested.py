@@ -50,7 +50,8 @@ def test_at_rest_everything_is_recorded_and_the_files_come_after(tmp_path: Path)
     reading = read(tmp_path / "b.xlsx")
     checked = check_workbook(reading.workbook, reading.report)
     view = Watching(tmp_path / "run")
-    result = run(reading, checked, RunSettings(seconds=0.3, fast=True, out=view.folder), view)
+    settings = RunSettings(seconds=0.3, fast=True, out=view.folder)
+    result = run(reading, checked, settings, view, world=lambda *_: ScriptedWorld([]))
     assert '"ended":"time"' in view.end.replace(" ", "") and view.summary == result.summary
     assert not {"run.xlsx", "diagram.svg"} & view.files and {"run.xlsx", "diagram.svg"} <= result.files.keys()
 

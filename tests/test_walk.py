@@ -83,13 +83,14 @@ def test_it_stops_before_what_is_in_its_way(thing, values):
     kind = "wall" if thing == "Wall" else "person"
     robot = Robot([WALK], scene=[SceneAction(0, thing, "appear", values, kind=kind)])
     robot.order(("walk", (1, 0, 0)))
-    robot.go(5, every=8)
+    robot.until_done("walk", 5, every=8)
+    robot.go(0.2, every=8)
     assert [d["completed"] for d in robot.dones("walk")] == [False]
     assert [(h.kind, h.row) for h in robot.told] == [("note", "Test!2")]
     assert f"{thing} is in the way" in robot.told[0].text
     assert 0.1 < robot.body.torso().position[0] < 0.4
     robot.order(("walk", (-0.1, 0, 0)))  # away from it
-    robot.go(2.5, every=8)
+    robot.until_done("walk", 2.5, every=8)
     assert robot.dones("walk")[-1]["completed"] is True
 
 
@@ -130,7 +131,8 @@ def test_it_stands_up_to_walk_and_trackers_know_where_they_look_afterwards():
     robot.go(1.5, every=8)
     assert not robot.stance.upright
     robot.order(("walk", (0.1, 0, 0.6)), ("head", 1))
-    robot.go(6, every=8)
+    robot.until_done("walk", 6, every=8)
+    robot.go(0.7, every=8)
     assert robot.dones("walk")[-1]["completed"] is True
     camera = robot.body.camera()
     towards = np.array([1.2, -0.3, 0.45]) - camera.position

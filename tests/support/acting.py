@@ -80,12 +80,20 @@ class Script(RunObserver):
 
 
 class Run:
-    """A run of a Markdown workbook, from its beginning to its folder."""
+    """A run of a workbook, which is a Markdown text or a file, from its beginning to its folder."""
 
     def __init__(
-        self, folder: Path, book: str, script: Script, events=(), seconds=1.0, name="run", paced=False, everything=False
+        self,
+        folder: Path,
+        book: str | Path,
+        script: Script,
+        events=(),
+        seconds=1.0,
+        name="run",
+        paced=False,
+        everything=False,
     ):
-        self.path = folder / "book.md"
+        self.path = book if isinstance(book, Path) else folder / "book.md"
         if not self.path.exists():
             self.path.write_text(textwrap.dedent(book))
         self.script, self.worlds = script, []

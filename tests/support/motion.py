@@ -49,6 +49,12 @@ class Robot:
             self._take(self.world.advance(round(self.steps * STEP_US), ()))
             each()
 
+    def until_done(self, stream: str, seconds: float, every: int = 1) -> None:
+        """Let time pass until a command of a stream has ended, or at most some seconds."""
+        before, until = len(self.dones(stream)), self.steps + round(seconds * 240)
+        while len(self.dones(stream)) == before and self.steps < until:
+            self.go(0.1, every=every)
+
     def dones(self, stream: str) -> list[Mapping[str, Any]]:
         """The ends of a stream's commands."""
         return [value for name, value in self.events if name == f"{stream} done"]
