@@ -34,6 +34,7 @@ from rrp_sheets.web.requests import (
     Asked,
     author_name,
     json_body,
+    page_language,
     sender_of,
     sheet_or_404,
     text_of,
@@ -61,7 +62,6 @@ _LOOK = N_("Look at the problems again.")
 MOST_PROBLEMS = 300  # that are listed; of the others the number
 FIRST_ROWS = 200  # in the page itself; the others follow
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
-_first_words = lru_cache(maxsize=1)(lambda: script_json(completions.vocabulary(no_analysis())))  # before a check
 _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0  # from line to line of a text in place of a diagram
 MOST_DRAWN_ROWS = 500  # of a behaviour that is drawn and told in words here: nobody reads more beside a table
@@ -343,6 +343,12 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[PutTexts | AddRows]:
             yield PutTexts(grid.name, (CellText(rows[place], one.address.column, text, now),))
 
 
+@lru_cache
+def _first_words(_language: str) -> Markup:
+    """Return the suggestions of a page before the first check, which are the same for all pages in a language."""
+    return script_json(completions.vocabulary(no_analysis()))
+
+
 def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = False) -> GridPage:
     """Build the page of a sheet, by default of the first behaviour; if `live`, for the run panel."""
     newest_event = session.backlog.number
@@ -361,7 +367,7 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
         kind=grid.kind if grid else "", first=grid.first if grid else 1, rows=rows,
         heads=tuple(renderer.heads()) if renderer else (), count=len(grid.rows) if grid else 0,
         examples=bool(renderer and renderer.has_examples), tabs=sheet_tabs(document, name, sheet, live=live),
-        vocabulary=_first_words(),
+        vocabulary=_first_words(page_language()),
         panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
         errors=analysis.errors, newest_event=newest_event, version=version, live=live,
         acts=script_json(acts) if live else None,
