@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import io
 import json
+import struct
 import subprocess
 import sys
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -65,6 +67,30 @@ def zipped(contents: dict[str, str], level: int = 9) -> bytes:
     return buffer.getvalue()
 
 
+def zipped_long(piece: bytes, times: int, name: str = "xl/worksheets/sheet1.xml") -> bytes:
+    """As `zipped`, with a text of equal pieces in the sheet's second row: they are compressed once and not one by one."""
+    before, after = sheet(inline("A2", "|")).encode().split(b"|")
+    packer = zlib.compressobj(1, zlib.DEFLATED, -zlib.MAX_WBITS)
+    first, one = (packer.compress(text) + packer.flush(zlib.Z_FULL_FLUSH) for text in (before, piece))
+    packed = first + one * times + packer.compress(after) + packer.flush()
+    check = zlib.crc32(before)
+    for _ in range(times):
+        check = zlib.crc32(piece, check)
+    size = len(before) + len(piece) * times + len(after)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as z:
+        for other, text in parts().items():
+            if other != name:
+                z.writestr(other, text)
+        z.writestr(entry := zipfile.ZipInfo(name), packed)
+        entry.compress_type, entry.CRC, entry.file_size = zipfile.ZIP_DEFLATED, zlib.crc32(after, check), size
+    data = bytearray(buffer.getvalue())
+    struct.pack_into("<H", data, entry.header_offset + 8, entry.compress_type)
+    struct.pack_into("<L", data, entry.header_offset + 14, entry.CRC)
+    struct.pack_into("<L", data, entry.header_offset + 22, size)
+    return bytes(data)
+
+
 def relation(kind: str, target: str, mode: str = "") -> str:
     return (
         f'{XML}<Relationships xmlns="{PKG}/relationships"><Relationship Id="rId9" Type="{REL}/{kind}" '
@@ -78,16 +104,16 @@ def million_cells() -> bytes:
     numbers = random.Random(7).choices(range(10_000), k=900_000)  # not alike, so that the compression is honest
     cells = "".join(f"<c><v>{n}</v></c>" for n in numbers)
     rows = f'<row r="2">{cells}</row>'
-    return zipped(parts(sheet(rows)))
+    return zipped(parts(sheet(rows)), level=1)
 
 
 def many_strings() -> bytes:
     import random
 
-    choose = random.Random(7).choices  # random letters: only repetition would be caught by the compression alone
-    texts = "".join(f"<si><t>{''.join(choose('abcdefgh', k=2))}</t></si>" for _ in range(400_000))
+    pairs = [f"<si><t>{a}{b}</t></si>" for a in "abcdefgh" for b in "abcdefgh"]
+    texts = "".join(random.Random(7).choices(pairs, k=400_000))  # equal ones would be caught by the compression alone
     rows = '<row r="2"><c r="A2" t="s"><v>399999</v></c></row>'
-    return zipped(parts(sheet(rows), **{"xl/sharedStrings.xml": f"{XML}<sst {NS}>{texts}</sst>"}))
+    return zipped(parts(sheet(rows), **{"xl/sharedStrings.xml": f"{XML}<sst {NS}>{texts}</sst>"}), level=1)
 
 
 def overlapping_names() -> bytes:
@@ -159,7 +185,7 @@ REFUSED: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "ActiveX": ("x.xlsx", lambda: zipped(parts(**{"xl/activeX/activeX1.xml": "<a/>"})), "FILE011"),
     "too large": ("x.xlsx", lambda: b"PK" + bytes(5_000_001), "FILE006"),
     "too many parts": ("x.xlsx", lambda: zipped(parts(**{f"xl/media/{i}": "x" for i in range(200)})), "FILE007"),
-    "300 MB text": ("x.xlsx", lambda: zipped(parts(sheet(inline("A2", "x" * 300_000_000))), level=1), "FILE007"),
+    "300 MB text": ("x.xlsx", lambda: zipped_long(b"x" * 1_000_000, 300), "FILE007"),
     "19 MB text": (
         "x.xlsx",
         lambda: zipped(parts(sheet('<row r="2">' + inline("A2", "0123456789abcdef" * 1_200_000) + "</row>")), level=1),
@@ -167,7 +193,7 @@ REFUSED: dict[str, tuple[str, Callable[[], bytes], str]] = {
     ),
     "one enormous tag": (
         "x.xlsx",
-        lambda: zipped(parts("<worksheet " + " ".join(f"a{i}='{i * i}'" for i in range(200_000)) + "/>")),
+        lambda: zipped(parts("<worksheet " + " ".join(f"a{i}='{i * i}'" for i in range(200_000)) + "/>"), level=1),
         "FILE007",
     ),
     "deep": ("x.xlsx", lambda: zipped(parts(sheet(before="<a>" * 30_000)), level=1), "FILE007"),
