@@ -36,9 +36,9 @@ PACES = {
     "complex-tracking": (3, "", ""), "complex-tracking-fixed": (3, "[1] < 1 ", "[1] < 1/3 "),
     "debugging-exercise": (5, "500 ms", "100 ms"), "distance-to-brightness": (5, "500 ms", "100 ms"),
     "greeter": (5, "10 s", "2 s"), "reflect-ball-colour": (5, "", ""), "say-ball-colour": (3, "3 s", "1 s"),
-    "say-ball-colour-ja": (3, "3 s", "1 s"), "say-ball-colour-merge": (3, "3 s", "1 s"), "simple-tracking": (2, "", ""),
+    "say-ball-colour-ja": (3, "3 s", "1 s"), "say-ball-colour-merge": (3, "3 s", "1 s"), "simple-tracking": (1, "", ""),
 }  # fmt: skip
-"""How many times as fast a workbook is played, and which duration in its rows then is another."""
+"""How many times as fast a workbook is played here (in the soak as it is), and which duration in its rows then is another."""
 ENDS = {
     "complex-tracking": 14, "complex-tracking-fixed": 13, "debugging-exercise": 13, "greeter": 41,
     "reflect-ball-colour": 13, "say-ball-colour": 14.5, "say-ball-colour-ja": 15, "say-ball-colour-merge": 16,
@@ -288,7 +288,7 @@ def test_film_and_strip_show_something(ran):
 
     folder = ran("simple-tracking").folder
     with Image.open(folder / "film.gif") as film:
-        assert film.n_frames > 20
+        assert film.n_frames > 30
         first = film.convert("RGB").tobytes()
         film.seek(film.n_frames // 2)
         assert film.convert("RGB").tobytes() != first
