@@ -125,6 +125,7 @@ class Browsers:
                 self._chromium = self._started.enter_context(sync_playwright()).chromium
             program = SHELL if self._shell else CHROMIUM
             found = self._open[tuple(flags)] = self._chromium.launch(executable_path=program, args=list(flags))
+            found.new_context, found.new_page = _patient(found.new_context), _patient(found.new_page)
         return found
 
     def close(self) -> None:
@@ -132,6 +133,17 @@ class Browsers:
         for browser in self._open.values():
             browser.close()
         self._started.close()
+
+
+def _patient(new: Callable[..., Any]) -> Callable[..., Any]:
+    """Let what a browser opens have long time limits from the beginning."""
+
+    def opened(**options: Any) -> Any:
+        made = new(**options)
+        made.set_default_timeout(LONGEST_WAIT * 1000)
+        return made
+
+    return opened
 
 
 def press_twice(page: Any, key: str = "Escape") -> None:
@@ -267,8 +279,7 @@ def _give_cookie(context: Any, url: str) -> None:
 
 
 def let_in(context: Any, url: str, name: str = "") -> None:
-    """Give a browser the cookie that it would get with a link, its user a name, and its pages long time limits."""
-    context.set_default_timeout(LONGEST_WAIT * 1000)
+    """Give a browser the cookie that it would get with a link, and its user a name."""
     _give_cookie(context, url)
     if name:
         script = "if (location.protocol === 'http:') localStorage.getItem('name') ?? localStorage.setItem('name', %s)"
