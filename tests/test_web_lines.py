@@ -22,13 +22,15 @@ from rrp_sheets.workbook.files import make_workbook
 
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 WORDS = "green otter lamp"
+RECONNECT_MS = 5_000  # as in api.js
 
 
 @pytest.fixture(scope="module")
 def url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     folder = tmp_path_factory.mktemp("lines")
     make_workbook({"T": [HEADER, *[["", "", "", "", "", "start"]] * 5]}, folder / "b.xlsx")
-    with serving(folder, Lan(Password(WORDS), ())) as url:
+    with pytest.MonkeyPatch.context() as patch, serving(folder, Lan(Password(WORDS), ())) as url:
+        patch.setattr("rrp_sheets.web.workbook_session._KEEP_ALIVE", 0.3)  # it soon notices who has left
         yield url
 
 
@@ -160,6 +162,13 @@ def late(route: Any) -> None:
     route.continue_()
 
 
+def free(url: str, cookie: str) -> bool:
+    """True if there is room for another page."""
+    line = Line(url, cookie, client="asks")
+    line.close()
+    return bool(line.answer.status == 200)
+
+
 def people(url: str, cookie: str) -> str:
     """Return the server's event that lists the people with this workbook open."""
     ask(url, "GET", "/book/b.xlsx", cookie)  # the server then looks who has gone
@@ -194,12 +203,15 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     context = browser.new_context()
     let_in(context, url)
     another = context.new_page()
+    another.clock.install()
     another.goto(f"{url}/book/b.xlsx")
     another.wait_for_selector(f"#line-lost:has-text('You have {MOST_HERE} pages open here. Close one')")
     becomes(lambda: another.get_attribute("#line-lost", "role"), "status")
     for line in lines:
         line.close()
     put(url, cookie, "shows that they are gone")
+    eventually(lambda: free(url, cookie))
+    another.clock.run_for(RECONNECT_MS)  # it goes on by itself
     another.wait_for_selector("#line-lost:empty", state="attached")
     put(url, cookie, "told again")
     another.wait_for_selector("td[data-v='told again']")
