@@ -258,6 +258,18 @@ def page(browser, url):
 
 
 @pytest.fixture(scope="module")
+def unfilmed():
+    """Runs from pages make no film, which takes as long as a short run."""
+    from functools import partial
+
+    from rrp_sheets.runs import RunSettings
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("rrp_sheets.web.run_session.RunSettings", partial(RunSettings, film=False))
+        yield
+
+
+@pytest.fixture(scope="module")
 def shelf(folder, url, browser):
     """Workbooks to be opened in one page, for all tests of a file."""
     from grid_books import Books

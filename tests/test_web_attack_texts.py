@@ -18,10 +18,9 @@ from xml.etree import ElementTree
 import pytest
 from browser import HOME, book, checked, get, visit
 from chromium import becomes, eventually, let_in, listening
-from click.testing import CliRunner
 from playwright.sync_api import expect
 
-from rrp_sheets.cli.main import group
+from rrp_sheets import api
 from rrp_sheets.workbook.files import make_workbook
 
 CELL = (
@@ -64,9 +63,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     good = {"T": [BEHAVIOUR, ["", "Red ball", "map", "redBall.x", "MARKX", ""], ["", "MARKX", "map", '"said"', "MARKY", ""],
                   ["", "MARKY", "subscribe", "", "Say", ""]]}  # fmt: skip
     make_workbook(good, folder / "good.xlsx")
-    options = ["--fast", "--for", "1 s", "--participant", CELL, "--condition", CELL, "--operator", PERSON]
-    done = CliRunner().invoke(group, ["run", str(folder / "good.xlsx"), *options, "--out", str(runs / RUN)])
-    assert done.exit_code == 0, done.output
+    settings = api.RunSettings(
+        seconds=1.0, fast=True, out=runs / RUN, participant=CELL, condition=CELL, operator=PERSON
+    )
+    assert api.run_apart(folder / "good.xlsx", settings).result is not None
     trace = runs / RUN / "trace.jsonl"
     inside = json.dumps(CELL, ensure_ascii=False)[1:-1]
     trace.write_text(
@@ -84,21 +84,28 @@ def client(folder: Path) -> Any:
     return client
 
 
-def addresses() -> list[str]:
-    """Every page that shows something of a workbook, a run or a person, and every question that comes back."""
+def pages() -> list[str]:
+    """Each kind of page, and of question that comes back, once."""
     sheets = [f"{book(NAME)}/sheet/{quote(sheet, safe='')}" for sheet in hostile_sheets()]
     run = f"/runs/{quote(RUN, safe='')}"
     asked = quote(CELL, safe="")
     return [
-        "/", *sheets, book(NAME), f"{book(NAME)}/run", f"{book(NAME)}/versions", f"{book(NAME)}/print", "/runs",
+        "/", *sheets, f"{book(NAME)}/run", f"{book(NAME)}/versions", f"{book(NAME)}/print", "/runs",
         f"{book(NAME)}/print/protocol", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
         f"/compare?first=book/{quote(NAME, safe='')}&second=version/1/{quote(NAME, safe='')}", f"/compare?first={asked}&second={asked}",
-        f"/compare?book={quote(NAME, safe='')}", f"/help?q={asked}", f"/help?topic={asked}", f"/book/{asked}",
-        f"/book/{asked}/print", f"/runs/{asked}", f"/{asked}", f"{book('<b>broken<b>.xlsx')}", "/compare",
-        f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"/?sort={asked}", f"{book(NAME)}/sheet/{asked}",
-        f"{book('good.xlsx')}/versions", f"/runs/{asked}/marbles",
-        f"{run}/lookback", f"{run}/lookback/overview.json", f"{run}/lookback/piece/0.json", f"{run}/lookback/diagram/0",
-        f"{run}/replay", f"{run}/replay?with={asked}", f"{run}/replay/result?with=book/{quote(NAME, safe='')}",
+        f"/help?q={asked}", f"/help?topic={asked}", f"/book/{asked}", f"/runs/{asked}", f"/{asked}", f"/?sort={asked}",
+        f"{book('<b>broken<b>.xlsx')}", f"{book(NAME)}/sheet/{asked}", f"{run}/lookback", f"{run}/lookback/diagram/0", f"{run}/replay?with={asked}",
+    ]  # fmt: skip
+
+
+def addresses() -> list[str]:
+    """Every page that shows something of a workbook, a run or a person, and every question that comes back."""
+    run, asked = f"/runs/{quote(RUN, safe='')}", quote(CELL, safe="")
+    return [
+        *pages(), book(NAME), f"/compare?book={quote(NAME, safe='')}", f"/book/{asked}/print", "/compare",
+        f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"{book('good.xlsx')}/versions", f"/runs/{asked}/marbles",
+        f"{run}/lookback/overview.json", f"{run}/lookback/piece/0.json", f"{run}/replay",
+        f"{run}/replay/result?with=book/{quote(NAME, safe='')}",
     ]  # fmt: skip
 
 
@@ -195,7 +202,7 @@ def page_of(browser: Any, url: str, client: Any, troubles: list[str]) -> Callabl
 
 def test_nothing_runs_on_any_page(page_of: Callable[[str], Any], url: str, troubles: list[str]) -> None:
     page = page_of(PERSON)
-    for address in addresses():
+    for address in pages():
         page.goto(f"{url}{address}")
         if page.query_selector("#listen"):
             listening(page)
@@ -239,6 +246,7 @@ def test_people_cells_and_suggestions_are_shown_as_text(
     assert not troubles
 
 
+@pytest.mark.usefixtures("unfilmed")
 def test_a_run_shows_what_is_said_and_sent_as_text(
     page_of: Callable[[str], Any], url: str, folder: Path, troubles: list[str]
 ) -> None:
