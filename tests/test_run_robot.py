@@ -35,6 +35,7 @@ from rrp_sheets.web.robotmodel import robot_model
 
 SCENE = [*sessions.SCENE, ["0", "Kai", "appears", "at 1.1, -0.4, 0.75"]]
 BOOKS = {"b.xlsx": BOOK, "session.xlsx": {**sessions.SESSION, "Scene": SCENE}}
+pytestmark = pytest.mark.usefixtures("unfilmed")
 BROWSER_FLAGS = FLAGS_3D
 
 
@@ -118,6 +119,7 @@ def test_balls_stand_in_the_room_and_one_can_look_around(panel: RobotPanel) -> N
 
 def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: RobotPanel) -> None:
     page, canvas, caption = panel.page, panel.page.locator("#robot3d canvas"), panel.page.locator("#robot3d .caption")
+    page.emulate_media(reduced_motion="reduce")  # draws what comes, nothing between
     canvas.press("0")
     panel.live(t=1.8, robot=panel.real.robot)
     panel.still()
@@ -140,7 +142,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
             page.mouse.move(x, y)
             page.wait_for_selector("#robot3d canvas.on-thing")
             page.mouse.down()
-            page.mouse.move(x + right, y + down, steps=20)
+            page.mouse.move(x + right, y + down, steps=12)
             page.mouse.up()
         until(page, lambda: puts and [puts[-1][1][n] for n in "xyz"] == page.evaluate("window.moved"))
         panel.still()
@@ -206,6 +208,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
     page.unroute("**/run/put")
     panel.run()
     canvas.press("0")
+    page.emulate_media(reduced_motion="no-preference")
 
 
 def test_the_panel_with_the_robot_in_it_has_no_violation(panel: RobotPanel) -> None:
