@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import panel
+import pytest
 from busy import Span, within
 from chromium import GridPage, becomes, eventually, press_twice
 from panel import LIVE, ended, row, run, running, told_of_stop, trace
 from playwright.sync_api import expect
 
+pytestmark = pytest.mark.usefixtures("unfilmed")
 BOOKS = panel.BOOKS
 EYE = "fetch('/run/eye.jpg').then(async r => [r.status, ...new Uint8Array(await r.arrayBuffer()).slice(0, 2)])"
 
