@@ -8,11 +8,13 @@ import signal
 from pathlib import Path
 
 import panel
+import pytest
 from chromium import GridPage, becomes, eventually
 from panel import LIVE, ended, row, run, running
 from playwright.sync_api import expect
 from processes import only_worker, workers
 
+pytestmark = pytest.mark.usefixtures("unfilmed")
 BOOKS = panel.BOOKS
 
 
