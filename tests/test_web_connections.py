@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
+import forked
 import pytest
 from busy import Span
 from test_killed_server import HEADER, Served, wait_for
@@ -22,6 +23,7 @@ from rrp_sheets.workbook.files import make_workbook
 
 STREAMS, HALF_SENT = 60, 40
 LIMIT = 0.2  # seconds for the answer to Stop
+SOON = "import rrp_sheets.web.workbook_session as s; s._KEEP_ALIVE = 0.3; "  # it soon notices which streams have left
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +31,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """The real command in a process of its own."""
     folder = tmp_path_factory.mktemp("connections")
     make_workbook({"T": [HEADER, ["", "", "", "", "", "start"]]}, folder / "b.xlsx")
-    with Served(folder) as served:
+    with Served(folder, SOON + forked.PROGRAM) as served:
         yield served
 
 
