@@ -163,7 +163,7 @@ def late(route: Any) -> None:
 
 
 def free(url: str, cookie: str) -> bool:
-    """Whether there is room for another page."""
+    """True if there is room for another page."""
     line = Line(url, cookie, client="asks")
     line.close()
     return bool(line.answer.status == 200)

@@ -305,21 +305,24 @@ def axe() -> str:
     return script.read_text(encoding="utf-8") if script.is_file() else ""
 
 
-def violations(page: Any) -> list[str]:
-    """Violations that axe-core finds on a page, a line for each element."""
+def violations(page: Any, without: Sequence[str] = ()) -> list[str]:
+    """Violations that axe-core finds on a page `without` some parts of it, a line for each element."""
     if not page.evaluate("() => 'axe' in window"):
         assert axe(), "npm could not fetch axe-core: what it would find is not known"
         page.evaluate(axe())
-    script = """async () => (await axe.run(document, { resultTypes: ['violations'], preload: false, selectors: false })).violations
-      .flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 120)}`))"""
-    found: list[str] = page.evaluate(script)
+    script = """async (exclude) => (await axe.run(exclude.length ? { exclude } : document, {
+        resultTypes: ['violations'], preload: false, selectors: false, iframes: document.querySelector('iframe') !== null,
+      })).violations.flatMap((rule) => rule.nodes.map((node) => `${rule.id}: ${node.html.slice(0, 120)}`))"""
+    found: list[str] = page.evaluate(script, list(without))
     return found
 
 
 LOOKS = [("light", 1280), ("dark", 400)]  # each colour and each width; crossed by `make soak`
 
 
-def violations_by_look(page: Any, looks: Sequence[tuple[str, int]] = LOOKS) -> dict[str, list[str]]:
+def violations_by_look(
+    page: Any, looks: Sequence[tuple[str, int]] = LOOKS, without: Sequence[str] = ()
+) -> dict[str, list[str]]:
     """Violations that axe-core finds on a page in some colours and widths, by the look; the page is wide then."""
     found = {}
     for scheme, width in looks:
@@ -328,7 +331,7 @@ def violations_by_look(page: Any, looks: Sequence[tuple[str, int]] = LOOKS) -> d
         page.wait_for_function(
             "() => !document.getAnimations().some((a) => a instanceof CSSTransition && a.playState === 'running')"
         )
-        if wrong := violations(page):
+        if wrong := violations(page, without):
             found[f"{scheme} {width}"] = wrong
     page.set_viewport_size({"width": 1280, "height": 900})
     return found
