@@ -130,3 +130,15 @@ def test_docstrings_of_tests_do_not_begin_as_questions() -> None:
     ]
     assert len(described) > 1_000
     assert [place for place in described if QUESTION.match(place[1])] == []
+
+
+def test_pages_wait_for_functions_and_not_for_expressions() -> None:
+    """An expression is evaluated anew each time, which our pages forbid, so it fails unless it holds at once."""
+    found = [
+        (path.name, node.lineno)
+        for path in sorted(HERE.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "wait_for_function"
+        and isinstance(node.args[0], ast.Constant | ast.JoinedStr) and "=>" not in ast.unparse(node.args[0])
+    ]  # fmt: skip
+    assert found == []

@@ -98,7 +98,7 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:
     eventually(lambda: re.fullmatch(r"Robot’s eye\s*old by \d+ s", page.locator("#eye figcaption").inner_text()))
     panel.live(t=2.8, eye=71)
     page.wait_for_selector("#eye img[src$='&n=71']")
-    page.wait_for_function("!document.querySelector('#eye figcaption').innerText.includes('old')")
+    expect(page.locator("#eye figcaption")).not_to_contain_text("old")
     panel.run("ended")
     frames(page, 10)  # what was asked before is answered
     with pytest.raises(TimeoutError), page.expect_request("**/run/eye.jpg*", timeout=7_500 / QUICK):
