@@ -50,8 +50,23 @@ def books() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def findings():
-    return [d for book in books() for d in check(book).report]
+def checked():
+    """All findings of these books, and which of their messages were put into an f-string meanwhile."""
+    flattened = []
+
+    def formatted(self: LazyMessage, specification: str) -> str:
+        caller = sys._getframe(1).f_code
+        if caller.co_filename != texts.__file__ and " " in self:  # a single word may be a name, too
+            flattened.append((caller.co_filename, caller.co_name, str(self)))
+        return str.__format__(self, specification)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LazyMessage, "__format__", formatted, raising=False)
+        assert f"{N_('two words')}" and flattened.pop()
+        findings = [d for book in books() for d in check(book).report]
+        for finding in findings:
+            finding.as_dict("ja")
+    return findings, flattened
 
 
 def without_typed(said: object) -> object:
@@ -62,7 +77,8 @@ def without_typed(said: object) -> object:
     return 0 if isinstance(said, int | float) else ""
 
 
-def test_nothing_of_the_programs_words_stays_english(findings):
+def test_nothing_of_the_programs_words_stays_english(checked):
+    findings, _ = checked
     assert len({d.code for d in findings}) > 100
     for d in findings:
         for said in (d.message, d.remedy):
@@ -332,20 +348,8 @@ def test_pictures_of_a_run_speak_its_language():
     assert "命令の終わり" in page.svg and page.alt.startswith("挨拶のマーブル図") and "done" not in page.svg
 
 
-def test_no_message_of_a_finding_is_put_into_an_f_string(monkeypatch):
-    flattened = []
-
-    def formatted(self: LazyMessage, specification: str) -> str:
-        caller = sys._getframe(1).f_code
-        if caller.co_filename != texts.__file__ and " " in self:  # a single word may be a name, too
-            flattened.append((caller.co_filename, caller.co_name, str(self)))
-        return str.__format__(self, specification)
-
-    monkeypatch.setattr(LazyMessage, "__format__", formatted, raising=False)
-    assert f"{N_('two words')}" and flattened.pop()
-    for book in books():
-        for finding in check(book).report:
-            finding.as_dict("ja")
+def test_no_message_of_a_finding_is_put_into_an_f_string(checked):
+    _, flattened = checked
     assert flattened == []
 
 

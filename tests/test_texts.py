@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import sys
+from copy import deepcopy
 from gettext import GNUTranslations
 from pathlib import Path
 
@@ -48,8 +49,20 @@ def pages(request):
 
 
 @pytest.fixture(scope="module")
-def extracted():
-    return entries(extract())
+def program():
+    """The catalogue of all texts of the program: to look for them takes longer than all that is done with them."""
+    return extract()
+
+
+@pytest.fixture(scope="module")
+def extracted(program):
+    return entries(program)
+
+
+@pytest.fixture(scope="module")
+def of_pages():
+    """The catalogue of all texts of templates and scripts."""
+    return extract_pages()
 
 
 # ---- catalogues
@@ -72,11 +85,10 @@ def test_translations_keep_the_places_of_the_english_texts(written, pages):
     assert [*faults(written[1]), *faults(pages[1])] == []
 
 
-def test_catalogue_of_pages_has_every_text_of_templates_and_scripts(pages):
+def test_catalogue_of_pages_has_every_text_of_templates_and_scripts(pages, of_pages):
     """They may be without translation while no page is in that language (`PAGE_LANGUAGES`)."""
     there, wanted = (
-        {(m.context, m.id): sorted({name for name, _ in m.locations}) for m in c if m.id}
-        for c in (pages[1], extract_pages())
+        {(m.context, m.id): sorted({name for name, _ in m.locations}) for m in c if m.id} for c in (pages[1], of_pages)
     )
     assert len(wanted) > 700 and there == wanted  # else: make texts
     assert not any(message.fuzzy for message in pages[1])
@@ -141,29 +153,29 @@ def test_a_text_with_a_translation_is_marked(extracted):
     assert unmarked == []
 
 
-def test_update_keeps_translations_adds_new_texts_and_drops_old_ones(tmp_path, extracted):
+def test_update_keeps_translations_adds_new_texts_and_drops_old_ones(tmp_path, program, extracted):
     path = tmp_path / "messages.po"
     old = Catalog("de")
     old.add("a number", "eine Zahl")
     old.add("nobody says this", "niemand")
     with path.open("wb") as file:
         write_po(file, old)
-    update(path, "de", extract())
+    update(path, "de", deepcopy(program))
     once = path.read_bytes()
     with path.open("rb") as file:
         there = entries(read_po(file))
     assert sorted(there) == sorted(extracted)
     assert {text: own for (_, text), own in there.items() if own} == {"a number": "eine Zahl"}
-    update(path, "de", extract())
+    update(path, "de", deepcopy(program))
     assert path.read_bytes() == once
 
 
-def test_update_takes_translations_that_another_catalogue_has(tmp_path):
+def test_update_takes_translations_that_another_catalogue_has(tmp_path, of_pages):
     known = Catalog("de")
     known.add("Close", "Schließen")
     known.add("Row", "")
     path = tmp_path / "pages.po"
-    update(path, "de", extract_pages(), known)
+    update(path, "de", deepcopy(of_pages), known)
     with path.open("rb") as file:
         assert [(m.id, m.string) for m in read_po(file) if m.id and translated(m)] == [("Close", "Schließen")]
 

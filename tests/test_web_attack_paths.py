@@ -58,10 +58,12 @@ def client(app: Flask) -> Any:
 @SOME
 def test_no_part_of_an_address_leads_out_of_the_folder(app: Flask, client: Any, place: Path, every: int) -> None:
     before = contents(place)
-    tried = 0
+    tried, rules = 0, set()
     for number, way in enumerate(ways(app)):
+        first = way.rule not in rules  # what opens files is the same for all actions of a route
+        rules.add(way.rule)
         for part in way.names:
-            for trick in TRICKS if part in OPENED else TRICKS[number % every :: every]:
+            for trick in TRICKS if part in OPENED and first else TRICKS[number % every :: every]:
                 sent = {**body(way), "method": "POST"} if way.post else {}
                 answer = client.open(way.address(**{part: trick}), base_url=HOME, headers=OURS, **sent)
                 place_of = (way.key, part, trick)

@@ -134,8 +134,10 @@ def test_headers_that_name_another_method_or_place_are_ignored(client: Any, all_
 @pytest.mark.parametrize("method", ["HEAD", "OPTIONS", "PUT", "DELETE", "PATCH", "TRACE", "CONNECT", "PROPFIND", "x"])
 def test_other_methods_change_nothing(client: Any, all_ways: list[Way], folder: Path, method: str) -> None:
     before = contents(folder)
-    for way in all_ways:
-        for headers in ({}, {"Origin": HOME}, OURS):
+    of_whom: list[dict[str, str]] = [{}, {"Origin": HOME}, OURS]
+    for number, way in enumerate(all_ways):
+        # a page is made for HEAD as for GET, whoever asks
+        for headers in of_whom if method != "HEAD" else [of_whom[number % 3]]:
             sent = body(way) if way.post and method != "HEAD" else {}
             answer = client.open(way.address(), method=method, base_url=HOME, headers=headers, **sent)
             if method == "HEAD":

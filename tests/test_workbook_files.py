@@ -229,7 +229,6 @@ def test_formats_are_twins(rows: list[list[str]], tmp_path: Path) -> None:
     import csv
 
     rows = [[c.strip() for c in row] for row in rows]
-    make_workbook({"A": [HEADERS, *rows]}, tmp_path / "x.xlsx")
     folder = tmp_path / "folder"
     folder.mkdir(exist_ok=True)
     with (folder / "A.csv").open("w", newline="", encoding="utf-8") as file:
@@ -237,7 +236,7 @@ def test_formats_are_twins(rows: list[list[str]], tmp_path: Path) -> None:
     lines = ["| " + " | ".join(c.replace("|", "\\|") for c in row) + " |" for row in [HEADERS, *rows]]
     lines.insert(1, "|" + "---|" * 7)
     (tmp_path / "x.md").write_text("\n".join(["## A", *lines]), encoding="utf-8")
-    readings = [read(tmp_path / "x.xlsx"), read(folder)]
+    readings = [read(folder)]
     if not any(c.endswith("\\") or "\\|" in c or "<br" in c.casefold() for row in rows for c in row):
         readings.append(read(tmp_path / "x.md"))
     for one in FORMATS:
