@@ -23,8 +23,6 @@ $(STAMP): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps -e .
 	@$(BIN)/python -m compileall -q -j 0 rrp_sheets
-	@# pytest compiles the tests in its own way: else each of its four workers would do so
-	@$(BIN)/python -m pytest --collect-only -qq >$(VENV)/collected.log 2>&1 || true
 	@touch $(STAMP)
 
 %.mo: %.po | $(STAMP)
