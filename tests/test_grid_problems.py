@@ -5,9 +5,10 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from chromium import becomes, eventually, some
+from chromium import becomes, eventually, some, until
 from grid_books import EMPTY, TRACKING, Books
 from playwright.sync_api import expect
+from slow_answers import SlowAnswers
 
 from rrp_sheets import api
 from rrp_sheets.model.workbook import FALSE_WORDS, TRUE_WORDS, truth_of
@@ -106,6 +107,22 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
         grid.press("Control+z")
         grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
         eventually(lambda: grid.page.locator("tbody tr").count() == rows and not passes(path))
+
+
+def test_a_row_that_a_fix_inserts_is_shown_as_the_check_after_it_says_however_late_the_answer(shelf: Books) -> None:
+    path = shelf.folder / "late.xlsx"
+    shutil.copy(bundled("workbooks") / "complex-tracking.xlsx", path)
+    grid = shelf.open(path=path, sheet="Tracking")
+    grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
+    with SlowAnswers(grid.page) as slow:
+        grid.go("B10")
+        grid.press("Control+.", "Enter")
+        until(grid.page, lambda: slow.asked)
+        slow.step()  # it is made, and the page does not know it yet
+        until(grid.page, lambda: grid.page.evaluate("heldEvents.some(([, data]) => data.includes('forgetAfter'))"))
+        slow.events()
+    grid.page.wait_for_selector("td[data-v=forgetAfter]")
+    grid.page.wait_for_selector("td.flagged:not(.is-info)", state="detached")
 
 
 def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf: Books) -> None:

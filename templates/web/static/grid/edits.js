@@ -21,6 +21,7 @@ export class Server {
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.serials = new Map(); // row id → serial number of the HTML shown; HTML with a smaller one came late and is left out
+    this.early = new Map(); // row id → HTML that came before the row itself, whose insertion has older HTML
     this.postponed = new Map(); // row id → what came for it while an edit of ours was on its way
     this.order = new Order(table, Number(grid.dataset.version));
     this.chain = Promise.resolve();
@@ -152,7 +153,7 @@ export class Server {
     this.postponed.delete(id);
     const row = this.table.row(id);
     if (row) this.table.replace(row, parse(html));
-    else this.order.replaceAside(id, parse(html)[0]);
+    else if (!this.order.replaceAside(id, parse(html)[0])) this.early.set(id, html);
   }
 
   /** Show what has changed: rows to replace, new rows, another order. `last`: the answer to our edit `tag` is here as a whole. */
@@ -167,7 +168,8 @@ export class Server {
     for (const html of [...(change.insert ?? []).map((one) => one.html), ...(change.grown ?? [])]) {
       for (const row of parse(html)) {
         if (this.table.row(row.id)) this.show(row.id, row.outerHTML, change.made);
-        else this.order.came([row]);
+        else this.order.came(change.made < (this.serials.get(row.id) ?? 0) && this.early.has(row.id) ? parse(this.early.get(row.id)) : [row]);
+        this.early.delete(row.id);
       }
     }
     if (change.order) this.order.take(change.order);
