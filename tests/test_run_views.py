@@ -91,7 +91,7 @@ def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:
     eventually(lambda: re.fullmatch(r"Robot’s eye\s*old by \d+ s", page.locator("#eye figcaption").inner_text()))
     panel.live(t=2.8, eye=71)
     page.wait_for_selector("#eye img[src$='&n=71']")
-    page.wait_for_function("!document.querySelector('#eye figcaption').innerText.includes('old')")
+    page.wait_for_function("() => !document.querySelector('#eye figcaption').innerText.includes('old')")
     panel.run("ended")
     frames(page, 10)  # what was asked before is answered
     with pytest.raises(TimeoutError), page.expect_request("**/run/eye.jpg*", timeout=1_500):
