@@ -51,9 +51,7 @@ def grid(timed: Timed, url: str) -> Timed:
     return timed
 
 
-def test_a_message_goes_by_itself_but_not_while_the_pointer_or_the_focus_is_on_it_and_an_error_stays(
-    grid: Timed,
-) -> None:
+def test_a_message_goes_by_itself_and_the_next_one_has_its_whole_time(grid: Timed) -> None:
     grid.go("C2")
     grid.press("Control+c")
     expect(grid.line).to_have_text("One cell copied.")
@@ -65,6 +63,9 @@ def test_a_message_goes_by_itself_but_not_while_the_pointer_or_the_focus_is_on_i
     grid.passes(2)
     expect(grid.line).to_be_empty()
     expect(grid.page.get_by_role("button", name="Close the message")).to_be_hidden()
+
+
+def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
     grid.page.evaluate("navigator.clipboard.writeText('a\\tb\\tc')")
     grid.go("F2")
     grid.press("Control+v")
@@ -84,6 +85,9 @@ def test_a_message_goes_by_itself_but_not_while_the_pointer_or_the_focus_is_on_i
     expect(grid.line).to_have_text(words)
     grid.passes(5)
     expect(grid.line).to_be_empty()
+
+
+def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed) -> None:
     grid.page.route("**/cells", lambda route: route.fulfill(json={"message": "Not now."}))
     grid.go("F2")
     grid.write("x")
@@ -108,8 +112,7 @@ def test_a_message_goes_by_itself_but_not_while_the_pointer_or_the_focus_is_on_i
     expect(grid.line).to_be_empty()
 
 
-def test_an_error_goes_when_what_was_wrong_is_over(grid: Timed, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 0.1)
+def test_an_error_goes_when_what_was_wrong_is_over(grid: Timed, folder: Path) -> None:
     path = folder / "a.xlsx"
     whole = path.read_bytes()
     error = grid.page.locator("#status.is-error")
