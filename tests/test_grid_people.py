@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from chromium import eventually, until
-from grid_books import Books, Shared
+from chromium import eventually, listening, until
+from grid_books import HEADER, Books, Shared
 from playwright.sync_api import expect
 
 from rrp_sheets.workbook.files import read_sheets
@@ -124,3 +124,23 @@ def test_two_browsers_fill_200_cells_at_once_and_nothing_is_lost(shelf: Books) -
     assert screens[0] == screens[1] == [(f"aya 4 {i}", f"mika 4 {i}") for i in range(20)]
     sheet = read_sheets(aya.path)[0]
     assert [(sheet.cells[n, 4].typed, sheet.cells[n, 6].typed) for n in range(5, 25)] == screens[0]
+
+
+def test_what_another_changes_while_a_long_sheet_is_loaded_is_shown(shelf: Books) -> None:
+    path = shelf.file({"T": [HEADER, *([["", "", "", "", "", "old"]] * 260)]})
+    mika = shelf.open(path=path, name="Mika")
+    mika.page.wait_for_selector("body[data-ready]")
+    held: list[Any] = []
+    aya = shelf.open(name="Aya")
+    aya.page.route("**/rows/**", lambda route: held.append((route, route.fetch())))
+    aya.page.goto(mika.page.url)
+    until(aya.page, lambda: held)  # the rest of the rows is on its way, and older than what Mika changes
+    listening(aya.page)
+    aya.page.evaluate("addEventListener('grid', ({ detail }) => { window.told = detail.data; }, true)")
+    mika.go("F250")
+    mika.write("new")
+    until(aya.page, lambda: "new" in (aya.page.evaluate("window.told") or ""))
+    route, answer = held.pop()
+    route.fulfill(response=answer)
+    aya.expect("F250", "new")
+    aya.page.unroute("**/rows/**")

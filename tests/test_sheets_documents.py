@@ -220,9 +220,8 @@ def test_steps_on_a_deleted_sheet_do_not_keep_the_earlier_ones_from_being_undone
         row = switch.rows[0]
         document.set_cells("Aya", "Switch", [CellText(row, 6, text, switch.text(row, 6))])
     document.sheets.delete("Cem", "Switch")
-    for _ in range(2):
-        with pytest.raises(Refused, match="no sheet “Switch”"):
-            document.undo("Aya")
+    with pytest.raises(Refused, match="no sheet “Switch”"):
+        document.undo("Aya")
     document.undo("Aya")
     assert document.grids["Look"].text(look.rows[0], 6) == was
     document.undo("Cem")
@@ -231,6 +230,36 @@ def test_steps_on_a_deleted_sheet_do_not_keep_the_earlier_ones_from_being_undone
         switch = document.grids["Switch"]
         assert switch.text(switch.rows[0], 6) == text
     assert document.undo("Aya") is None
+
+
+def test_steps_that_waited_for_their_sheet_are_undone_in_their_order(document: Document) -> None:
+    switch = document.grids["Switch"]
+    for text in "one", "two", "three":
+        row = switch.rows[0]
+        document.set_cells("Aya", "Switch", [CellText(row, 6, text, switch.text(row, 6))])
+    document.sheets.delete("Cem", "Switch")
+    with pytest.raises(Refused, match="no sheet “Switch”"):
+        document.undo("Aya")
+    document.undo("Cem")
+    for text in "two", "one", "":
+        document.undo("Aya")
+        switch = document.grids["Switch"]
+        assert switch.text(switch.rows[0], 6) == text
+
+
+def test_a_step_is_kept_when_the_file_cannot_be_taken_over(document: Document, monkeypatch: pytest.MonkeyPatch) -> None:
+    look = document.grids["Look"]
+    document.set_cells("Aya", "Look", [CellText(look.rows[0], 6, "mine")])
+    edit(document.path, [SetCell("Look", 3, 6, "theirs")])
+
+    def fails(*_: object) -> None:
+        raise UnreadableFile("FILE002", "It is being written.")
+
+    with monkeypatch.context() as patch, pytest.raises(UnreadableFile):
+        patch.setattr(document.file, "whole", fails)
+        document.undo("Aya")
+    document.undo("Aya")
+    assert document.grids["Look"].text(document.grids["Look"].rows[0], 6) == ""
 
 
 def test_undo_of_a_move_finds_the_neighbour_by_its_new_name(document: Document) -> None:

@@ -89,11 +89,30 @@ def test_owner_and_group_stay(path, monkeypatch):
     assert cell(path, 3, 3) == "x" and stat.S_IMODE(path.stat().st_mode) == 0o664
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root gives files away")
-def test_owner_and_group_stay_when_root_writes(path):
-    os.chown(path, 1234, 1234)
+def test_owner_and_group_stay_on_the_disk(path):
+    mine = (1234, 1234) if os.geteuid() == 0 else (-1, os.getgroups()[-1])  # only root gives a file to another user
+    os.chown(path, *mine)
+    about = path.stat()
     edit(path, [SetCell(SHEET, 3, 3, "x")])
-    assert (path.stat().st_uid, path.stat().st_gid) == (1234, 1234)
+    assert (path.stat().st_uid, path.stat().st_gid) == (about.st_uid, about.st_gid)
+
+
+def test_a_group_that_cannot_be_kept_gives_its_rights_to_no_other(path, monkeypatch):
+    def chown(*_):
+        raise PermissionError
+
+    monkeypatch.setattr(files.os, "chown", chown)
+    os.chmod(path, 0o664)
+    edit(path, [SetCell(SHEET, 3, 3, "x")])
+    assert stat.S_IMODE(path.stat().st_mode) == 0o604
+
+
+def test_what_the_system_refuses_is_told(path, monkeypatch):
+    def refused_by_system(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(files, "file_bytes", refused_by_system)
+    assert "Permission denied" in refused(path, SetCell(SHEET, 3, 3, "x")).message
 
 
 def test_a_link_is_followed_but_not_when_its_name_must_be_free(tmp_path):
@@ -114,7 +133,7 @@ def test_what_is_being_written_is_not_swept_away(path, monkeypatch):
     real = files.os.fsync
 
     def slow(handle):
-        left = path.parent / f".{path.name}.0.part"
+        left = path.parent / f".{path.name}.0123abcd.part"
         left.write_bytes(b"left by a killed program")
         for half in path.parent.glob(".*.part"):
             os.utime(half, (time.time() - 10,) * 2)

@@ -465,6 +465,45 @@ def test_when_the_disk_is_full_all_files_of_a_folder_stay(folder, monkeypatch):
     assert contents(folder) == before
 
 
+def test_what_leads_back_is_not_swept_away(folder, monkeypatch):
+    """Somebody opens the workbook while an edit of it that fails is under way; what is kept for the way back is old."""
+    for name in "T.csv", "Mine.csv":
+        os.utime(folder / name, (1, 1))
+    (folder / "T.csv.Mine.csv").write_bytes(b"a\n1\n")  # its temporary files begin as those of T.csv
+    before, real = contents(folder), os.unlink
+
+    def opened_meanwhile(*paths, **options):
+        if Path(paths[0]).name == "Mine.csv":
+            files.clean_up(folder)
+            raise PermissionError(13, "Permission denied")
+        real(*paths, **options)
+
+    monkeypatch.setattr(files.os, "unlink", opened_meanwhile)
+    with pytest.raises(SheetsError, match="Permission denied"):
+        edit(folder, [*BOTH, SetCell("T.csv.Mine", 2, 1, "z"), DeleteSheet("Mine")])
+    assert contents(folder) == before
+
+
+def test_what_a_killed_program_left_in_a_folder_is_cleaned_up(folder):
+    before = contents(folder)
+    (folder / ".New.csv.0123abcd.part").write_bytes(b"half")
+    (folder / ".theirs.part").write_bytes(b"another program's")
+    os.utime(folder / ".New.csv.0123abcd.part", (1, 1))
+    files.clean_up(folder)
+    assert contents(folder) == before | {".theirs.part": b"another program's"}
+
+
+def test_a_linked_file_that_is_open_is_left(folder, tmp_path_factory):
+    far = tmp_path_factory.mktemp("far")
+    (folder / "T.csv").rename(far / "far.csv")
+    (folder / "T.csv").symlink_to(far / "far.csv")
+    (far / ".~lock.far.csv#").write_text("")
+    before = contents(folder)
+    with pytest.raises(SheetsError, match="open in LibreOffice"):
+        edit(folder, BOTH)
+    assert contents(folder) == before
+
+
 @pytest.mark.parametrize("links", [True, False])
 @pytest.mark.parametrize("name", ["T.csv", "Mine.csv"])
 def test_when_a_file_cannot_be_replaced_the_others_stay(folder, monkeypatch, name, links):

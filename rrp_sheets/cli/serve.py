@@ -54,7 +54,7 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     from rrp_sheets.web.password import folder_secret
     from rrp_sheets.web.requests import OneTimeTokens
     from rrp_sheets.web.services import WORKER_MODULES
-    from rrp_sheets.web.serving import bind, make_server, own_temp_folder
+    from rrp_sheets.web.serving import bind, make_server, own_temp_folder, run
     from rrp_sheets.workers.worker_process import fork_workers
 
     folder, page = _place(folder)
@@ -88,7 +88,7 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
         if not no_browser and _has_screen():
             # a link of its own: others on this computer can see which address a program was started with
             threading.Thread(target=webbrowser.open, args=(link(),), daemon=True).start()
-        server.run()  # until Ctrl-C, which it takes quietly
+        run(server)
     click.echo()
 
 

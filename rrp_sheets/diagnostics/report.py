@@ -88,7 +88,7 @@ _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN
 """The detail that holds what is misspelt; of other codes it is `name`."""
 LONGEST = 60  # letters of a name that are compared
 _TELLING = re.compile(r"\d|(?<![^\W_])[^\W_](?![^\W_])")
-"""What tells names apart that are alike on purpose: `Step 1` and `Step 2`, `Ball x` and `Ball y`."""
+"""Digits and single letters; names that differ in these are two names: `Step 1` and `Step 2`, `Ball x` and `Ball y`."""
 
 
 def meant(guess: str | None, otherwise: str, quoted: bool = False) -> dict[str, Any]:
@@ -115,15 +115,17 @@ def proposed(code: str, address: Address | None, details: Mapping[str, object]) 
     return (Fix("correct-spelling", title, (Replace(address, wrong, guess),), safe),)
 
 
-def surely(wrong: str, guess: str) -> bool:
-    """Return whether a guess is surely meant: at most one typing error, or one for every four letters, none a digit.
+def surely(wrong: str, guess: str, most: int = 0) -> bool:
+    """Return whether a guess is surely meant: no digit or single letter differs, and there are few typing errors.
+
+    That is at most one, or one for every four letters; or `most`, where that is given.
 
     >>> surely("Red bal", "Red ball"), surely("Sce", "Score"), surely("Step 2", "Step 1")
     (True, False, False)
     """
     if _TELLING.findall(wrong.casefold()) != _TELLING.findall(guess.casefold()):
         return False
-    return count_typos(wrong, guess) <= max(1, len(key(wrong)) // 4)
+    return count_typos(wrong, guess) <= (most or max(1, len(key(wrong)) // 4))
 
 
 def count_typos(first: str, second: str, most: int = LONGEST) -> int:
@@ -276,7 +278,6 @@ class _Causes:
         self.cells: set[Address] = set()
         self.rows: set[tuple[str, int]] = set()
         self.input_rows: set[tuple[str, int]] = set()
-        self.sheets: set[str] = set()
         self.names: set[tuple[str, str]] = set()  # keys of streams that are missing in a sheet
         self.lost: dict[str, set[int]] = {}  # by sheet: rows that give nothing under a name of their own
         self.wanted: dict[str, list[int]] = {}  # by sheet: rows of missing streams that are not just misspelt
@@ -306,7 +307,6 @@ class _Causes:
         if code in _WRONG_INPUTS:
             self.input_rows.add((at.sheet, at.row))
         if code in _LOST_OUTPUT or code in HIDE_CELL:
-            self.sheets.add(at.sheet)
             self.lost.setdefault(at.sheet, set()).add(at.row)
         if code == "SHEET004" or code in HIDE_CELL:
             self.anywhere.update(_UNREAD_SHEETS.get(key(at.sheet), ()))
@@ -328,7 +328,7 @@ class _Causes:
             d.address in self.cells
             or row in self.rows
             or (row in self.input_rows and d.code.startswith("FORM"))
-            or (d.address.sheet in self.sheets and d.code in _MISSING and not self._stands_alone(d, d.address))
+            or (d.address.sheet in self.lost and d.code in _MISSING and not self._stands_alone(d, d.address))
             or (d.code == "FORM004" and (d.address.sheet, key(str(d.details["name"]))) in self.names)
             or (d.code == "GRAPH011" and d.address.sheet in self.formulas)
         )
@@ -342,10 +342,10 @@ class _Causes:
         return d.code == "GRAPH001" and not follows
 
     def may_follow(self, d: Diagnostic) -> bool:
-        """Return whether a missing input may follow from a row that gives nothing, whose name is no guess."""
-        return d.code in _MISSING and d.address is not None and d.address.sheet in self.sheets
+        """Return whether a missing name may be one that a row of the sheet has lost, and not a misspelt one."""
+        return d.code in _MISSING and d.address is not None and d.address.sheet in self.lost
 
 
 def _is_misspelt(d: Diagnostic) -> bool:
     name, guess = d.details.get("name"), d.details.get("guess")
-    return isinstance(name, str) and isinstance(guess, str) and surely(name, guess) and count_typos(name, guess) <= 1
+    return isinstance(name, str) and isinstance(guess, str) and surely(name, guess, most=1)

@@ -56,6 +56,7 @@ from rrp_sheets.workbook.schema import recognise
 
 Step = RowStep | Batch | SheetStep
 MOST_BACK = 500  # steps that a person can undo
+_WAITS = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
 
 
 class Steps:
@@ -76,9 +77,9 @@ class Steps:
         pile.append(step)
         del pile[:-MOST_BACK]
 
-    def put_last(self, author: str, step: Step, *, redo: bool) -> None:
-        """Put back a step that cannot be made at present under all others, so that these can be made before it."""
-        (self._redo if redo else self._back).setdefault(author, []).insert(0, step)
+    def let_wait(self, author: str, waits: Callable[[Step], bool], *, redo: bool) -> None:
+        """Put the steps that cannot be made at present under all others, in their order: those are made before them."""
+        (self._redo if redo else self._back)[author].sort(key=lambda step: not waits(step))
 
     def take(self, author: str, *, redo: bool) -> Step | None:
         """Remove and return the newest step to undo, or to make again; None when there is none."""
@@ -182,19 +183,23 @@ class Document:
     def undo(self, author: str, *, redo: bool = False) -> Changed | None:
         """Take back one's own newest edit (or make it again); None when there is nothing to take back."""
         with self._changing():
+            self._synchronise()
             step = self._steps.take(author, redo=redo)
             if step is None:
                 return None
             version = self.version
             try:
                 changed, inverse = self._make(author, step)
-            except SheetMissing as missing:
-                self._steps.put_last(author, step, redo=redo)
-                remedy = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
-                raise Refused(missing.message, remedy) from missing
             except Exception as error:  # it can be tried again when the reason is gone
                 if isinstance(error, Refused) or self.version == version:  # else it is in the file already
                     self._steps.put(author, step, redo=redo)
+                if isinstance(error, SheetMissing):
+                    gone = error.sheet
+                    self._steps.let_wait(author, lambda s: s is step or self.current(s.sheet) == gone, redo=redo)
+                    then = N_(
+                        "It waits until somebody brings the sheet back. Once more goes on with the step before it."
+                    )
+                    raise Refused(error.message, then) from error
                 raise
             self._steps.put(author, inverse, redo=not redo)
             return changed
@@ -349,8 +354,8 @@ class Document:
     def _synchronise(self) -> None:
         if not self.file.has_changed():
             return
-        self.version += 1
         self._outside += self._take_over()
+        self.version += 1
         self._kept_rows = {}  # they are of the file before
         self._keep_rows()
 
@@ -386,7 +391,7 @@ class Document:
     def _grid(self, sheet: str) -> Grid:
         grid = self.grids.get(self.current(sheet))
         if grid is None:
-            raise SheetMissing(sheet)
+            raise SheetMissing(self.current(sheet))
         return grid
 
 
@@ -525,10 +530,12 @@ class WorkFile:
         seq = self.journal.add(self.path.name, author, edits, self.digest, requests_now())
         try:
             edited = edit(self.path, edits, expected_digest=self.digest)
-        except SheetsError as error:
+        except Exception as error:
             self.journal.drop(seq)
             self._stamp = None  # another program may have changed it since the last look: the next one reads it
-            raise Refused(error.message, error.remedy) from error
+            if isinstance(error, SheetsError):
+                raise Refused(error.message, error.remedy) from error
+            raise
         self.journal.stored(seq, self.path.name, edited.digest)
         self.digest, self._stamp, self._reading = edited.digest, stamp_if_there(self.path), None
         return edited.kept

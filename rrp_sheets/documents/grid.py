@@ -91,9 +91,10 @@ class Refused(SheetsError):
 
 
 class SheetMissing(Refused):
-    """An edit of a sheet that is not there any more."""
+    """An edit of a sheet that is not there any more, with the name that it had last."""
 
     def __init__(self, sheet: str) -> None:
+        self.sheet = sheet
         super().__init__(N_("There is no sheet “{sheet}” any more.", sheet=sheet), N_("Reload the page."))
 
 

@@ -11,7 +11,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -181,18 +181,6 @@ class Robot:
             and (set(mine.resources) & set(other.type.resources)
                  or (mine.payload is not None and other.type.payload == mine.payload))
         ]  # fmt: skip
-
-    @cached_property
-    def instead(self) -> dict[str, dict[str, list[str]]]:
-        """The devices to use instead of one that lacks a setting, by the keys of the device and the setting."""
-        known = {k for device in self.devices.values() for k in device.settings}
-        devices = [d for kind in ("sensor", "actuator") for n in self.device_names(kind) if (d := self.find(n))]
-        by_type = {
-            d.type.name: {k: [o.name for o in others] for k in known - set(d.type.settings)
-                          if (others := self.others_with(d, k))}
-            for d in {d.type.name: d for d in devices}.values()  # what to use instead does not depend on its name
-        }  # fmt: skip
-        return {key(d.name): settings for d in devices if (settings := by_type[d.type.name])}
 
     @property
     def postures(self) -> tuple[str, ...]:

@@ -184,7 +184,8 @@ def judge_limits(robot: Robot, shape: Shape, model: Robot, model_shape: Shape) -
         unit = f" {joint.unit}" if joint.unit else ""
         mine = {"lower": joint.lower, "upper": joint.upper, "velocity": joint.max_velocity}
         if not known:
-            mine |= dict(limits[joint.name].items() - usual[joint.name].items())
+            changed = limits[joint.name].items() - usual[joint.name].items()
+            mine |= dict(changed)
         low, high, fastest = mine["lower"], mine["upper"], min(mine["velocity"], _FASTEST)
         within = _within if known else _within_shape
         _judge_order(own.name, own.lower, own.upper, unit, CATALOGUE)
@@ -241,8 +242,9 @@ def _judge_shape(shape: Shape, model: Shape, file: str, *, known: bool) -> None:
         for name, limit in joint.limits.items():
             if name not in mine.limits:
                 raise CatalogueError("joint {joint} has no limit “{name}” in its shape", joint=joint.name, name=name)
-            low, high = (joint.limits["lower"], joint.limits["upper"]) if name in ("lower", "upper") else (0.0, limit)
             if known:
+                is_end = name in ("lower", "upper")
+                low, high = (joint.limits["lower"], joint.limits["upper"]) if is_end else (0.0, limit)
                 _within(joint.name, name, mine.limits[name], low, high)
         _judge_order(joint.name, mine.limits.get("lower", 0.0), mine.limits.get("upper", 0.0), " rad", file)
     if own:

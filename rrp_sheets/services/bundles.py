@@ -246,7 +246,9 @@ def _judged(archive: zipfile.ZipFile, most_bytes: int) -> list[zipfile.ZipInfo]:
         raise _Refused(N_("there is no {file} in it", file=VERSIONS_FILE))
     if len(names) != len(entries):
         first, second, *_ = (_shown(e) for e in entries if e.filename.casefold() == counts.most_common(1)[0][0])
-        raise _Refused(N_("“{first}” and “{second}” would be one file on some computers", first=first, second=second))
+        words = N_("“{first}” and “{second}” would be one file on some computers")
+        same = N_("two of its files have the name “{first}”")
+        raise _Refused(N_(same if first == second else words, first=first, second=second))
     if len(entries) > MOST_FILES:
         raise _Refused(N_("it has {n:,} files; {most:,} are possible", n=len(entries), most=MOST_FILES))
     unpacked_size, packed_size = sum(e.file_size for e in entries), sum(e.compress_size for e in entries)

@@ -160,7 +160,8 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
     """Return the suggestions for the cells of one workbook, in the format of the grid's script."""
     behaviours = [{"text": b.name} for b in workbook.behaviours]
     return {
-        "takes": _takes(robot, workbook), "instead": robot.instead,
+        "takes": _takes(robot, workbook),
+        "instead": _instead(robot),
         "joints": {key(j.name): _about(j) for j in robot.joints.values()},
         "gestures": [{"text": g.name, "help": g.help} for g in robot.motions.values()],
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
@@ -183,6 +184,18 @@ def _takes(robot: Robot, workbook: Workbook) -> dict[str, dict[str, Any]]:
                 for k, s in device.type.settings.items() if k not in device.preset
             }  # fmt: skip
     return found
+
+
+def _instead(robot: Robot) -> dict[str, dict[str, list[str]]]:
+    """Return the devices to use instead of one that lacks a setting, by the keys of the device and the setting."""
+    known = {k for device in robot.devices.values() for k in device.settings}
+    devices = [d for kind in ("sensor", "actuator") for n in robot.device_names(kind) if (d := robot.find(n))]
+    by_type = {
+        d.type.name: {k: [o.name for o in others] for k in known - set(d.type.settings)
+                      if (others := robot.others_with(d, k))}
+        for d in {d.type.name: d for d in devices}.values()  # what to use instead does not depend on its name
+    }  # fmt: skip
+    return {key(d.name): settings for d in devices if (settings := by_type[d.type.name])}
 
 
 def _choices(setting: Setting, robot: Robot, workbook: Workbook) -> list[Word]:

@@ -152,13 +152,12 @@ class Dispatcher(ThreadedTaskDispatcher):  # type: ignore[misc]
 
 THREADS = MOST_LISTENERS + MOST_OF_ALL + 8  # each page that listens keeps one, and the others are for requests
 LARGEST_BODY = 8_500_000  # bytes; what is larger is refused while it comes, so that it fills no disk
-SWITCH_S = 0.0005  # with Python's 5 ms, Stop waited up to 0.3 s for its turn among 60 pages that joined at once
+_SWITCH_SECONDS = 0.0005  # a tenth of Python's: Stop waited up to 0.3 s for its turn among 60 pages that joined at once
 _SECONDS = 60  # that a request may take to arrive, and that a connection may be silent between two requests
 
 
 def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
-    """Create a server on sockets that are bound already; `.run()` serves until Ctrl-C."""
-    sys.setswitchinterval(SWITCH_S)
+    """Create a server on sockets that are bound already; `run` lets it serve."""
     everything: dict[int, Any] = {}
     server = create_server(
         app, map=everything, sockets=list(sockets), _dispatcher=Dispatcher(THREADS), ident="",
@@ -171,6 +170,16 @@ def make_server(app: Flask, sockets: Sequence[socket.socket]) -> Any:
         if hasattr(one, "channel_class"):
             one.channel_class = Channel
     return server
+
+
+def run(server: Any) -> None:
+    """Serve until Ctrl-C, which is taken quietly, or until the server is closed; all threads then take short turns."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    try:
+        server.run()
+    finally:
+        sys.setswitchinterval(interval)
 
 
 def bind(hosts: Sequence[str], port: int | None) -> list[socket.socket]:

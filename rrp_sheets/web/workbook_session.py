@@ -447,6 +447,11 @@ class WorkbookSession(Broadcaster):
                 entry["order"] = {"version": version, "rows": renderer.grid.rows}
             return entry
 
+    def piece(self, sheet: str, first: int, count: int) -> Answer:
+        """Return rows of a long sheet from a place on, as several table bodies, with their serial number."""
+        with self._lock:
+            return {**self._now(sheet), "html": self.renderer(sheet).rows(first, count)}
+
     def _now(self, sheet: str) -> Answer:
         """Return the sheet and a new serial number, for an event with rows rendered now; call under the lock."""
         self._made += 1
@@ -522,8 +527,9 @@ class WorkbookSession(Broadcaster):
                 listener.tell(message("grid", about))
             listener.tell(message("checked", self._checked()))
         self._enter(listener, had)
-        for trouble in filter(None, self._troubles.values()):
-            listener.tell(message("trouble", {"message": trouble, "over": ""}))
+        with self._lock:
+            for trouble in filter(None, self._troubles.values()):
+                listener.tell(message("trouble", {"message": trouble, "over": trouble}))
         if run := self.about_run():
             listener.tell(run)
         self.tell_people()
@@ -581,8 +587,8 @@ class WorkbookSession(Broadcaster):
         """
         with self._lock:
             before, self._troubles[about] = self._troubles.get(about, ""), now
-        if now != before or again:
-            self.tell("trouble", {"message": now, "over": before})
+            if now != before or again:
+                self.tell("trouble", {"message": now, "over": before})
         return now != before
 
     def _tell_changes(self, changes: Sequence[Changed]) -> None:

@@ -22,7 +22,7 @@ import secrets
 import stat
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
@@ -215,15 +215,19 @@ def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None
     path = path.resolve()
     carry_out = _edit_csv if path.is_dir() or path.suffix.casefold() in SUFFIXES else _edit_file
     try:
-        with _alone(path if path.is_dir() else path.parent):
+        with _locked(path if path.is_dir() else path.parent):  # no other edit of ours runs here meanwhile
             return carry_out(path, edits, expected_digest)
     except FileNotFoundError:  # it, or a sheet of it, has just gone
         raise _changed(path) from None
+    except OSError as error:
+        raise unwritable(path, error, N_("Look whether you may open and change it, and try again.")) from error
 
 
 def clean_up(path: Path) -> None:
-    """Delete what a killed program of ours has left half-written beside a workbook; what is being written stays."""
-    _sweep(path.resolve(), older=_JUST_MADE_S)
+    """Delete what a killed program of ours has left half-written of a workbook; what is being written stays."""
+    path = path.resolve()
+    folder, beginning = (path, ".") if path.is_dir() else (path.parent, _half_name(path))
+    _sweep(folder, beginning, older=_JUST_MADE_S)
 
 
 def _edit_file(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited:
@@ -300,15 +304,12 @@ def _refuse_read_only(path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _alone(path: Path, wait: bool = True) -> Iterator[bool]:
-    """Let no other edit of ours run in this folder meanwhile, in this process or another; False where that is not sure.
-
-    On Windows, and in a folder whose file system has no locks, it is not sure.
-    """
+def _locked(path: Path, wait: bool = True) -> Iterator[bool | None]:
+    """Lock a file or folder meanwhile; False where another has it locked, None where there are no locks (Windows)."""
     try:
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    except OSError:  # Windows; a folder that cannot be read is told when the file is
-        yield False
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))  # else a pipe of that name would block
+    except OSError:  # a folder cannot be opened on Windows; elsewhere it is told when its file is read
+        yield None
         return
     try:
         yield _lock(handle, wait)
@@ -316,14 +317,16 @@ def _alone(path: Path, wait: bool = True) -> Iterator[bool]:
         os.close(handle)
 
 
-def _lock(handle: int, wait: bool = True) -> bool:
-    """Lock an open file until it is closed; False where another has it, or the system or its disk has no locks."""
+def _lock(handle: int, wait: bool = True) -> bool | None:
+    """Lock an open file until it is closed; returns as `_locked` yields."""
     try:
         import fcntl
 
         fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-    except (ImportError, OSError):
+    except BlockingIOError:
         return False
+    except (ImportError, OSError):
+        return None
     return True
 
 
@@ -398,6 +401,7 @@ def _refuse_large(data: bytes) -> None:
 _ABANDONED_S = 600
 _JUST_MADE_S = 0.1  # not locked yet
 _HALF = ".part"
+_RANDOM = "[0-9a-f]" * 8  # as a pattern
 _MOST_BYTES = 200  # of 255 that a name may have
 
 
@@ -439,16 +443,16 @@ def refuse_workbook(target: Path, source: Path) -> None:
 
 
 def _is_workbook(path: Path) -> bool:
-    """Return whether the file, which has the suffix of a workbook, is there and no text: Markdown without sheets."""
-    there = os.path.isfile(path)  # False, not an error, for a name that is too long
-    if not there or format_of(path) is not MARKDOWN:
-        return there
-    try:
-        open_book(path)
-    except UnreadableFile as error:
-        return error.code not in ("FILE015", "FILE017")  # blank, or no sheets
-    except OSError:
-        return True
+    """Return whether there is such a file; one in Markdown counts only if it has sheets, as it may be any text."""
+    if not os.path.isfile(path):  # False, not an error, for a name that is too long
+        return False
+    if format_of(path) is MARKDOWN:
+        try:
+            open_book(path)
+        except UnreadableFile as error:
+            return error.code not in ("FILE015", "FILE017")  # blank, or no sheets
+        except OSError:
+            return True
     return True
 
 
@@ -498,9 +502,10 @@ def _write_all(changes: Sequence[_Change]) -> None:
     What takes room on the disk is done before the first file gets its name, also for the way back.
     """
     several = len(changes) > 1
-    with contextlib.ExitStack() as made, contextlib.ExitStack() as undo:
-        ready = [_prepare(change, several, made) for change in changes]
-        for change, (target, half, back) in zip(changes, ready, strict=True):
+    changes = [replace(change, path=_target(change)) for change in changes]
+    with contextlib.ExitStack() as until_done, contextlib.ExitStack() as undo:
+        prepared = [_prepare(change, several, until_done) for change in changes]
+        for change, (half, back) in zip(changes, prepared, strict=True):
             with _told(change.path):
                 refuse_open_file(change.path)
                 if change.unchanged and not (change.path.exists() and stamp_of(change.path) == change.unchanged):
@@ -508,56 +513,81 @@ def _write_all(changes: Sequence[_Change]) -> None:
                     remedy = N_("Look at it again, and then make your change.")
                     raise SheetsError(N_(words, name=change.path.name), remedy)
                 if change.data is None:
-                    os.replace(target, half)
+                    os.unlink(change.path)
                 elif change.replace:
-                    os.replace(half, target)
+                    os.replace(half, change.path)
                 else:
-                    _take_name(half, target)
+                    _take_name(half, change.path)
                 if several:
-                    undo.callback(_restore, target, half if change.data is None else back)
+                    undo.callback(_put_back, change.path, back)
         undo.pop_all()
-    for folder in {target.parent for target, _, _ in ready}:
+    for folder in {change.path.parent for change in changes}:
         _keep_folder(folder)
 
 
-def _prepare(change: _Change, several: bool, made: contextlib.ExitStack) -> tuple[Path, str, str]:
-    """Return which file is changed, the temporary file with its contents, and that with the old ones, "" without."""
+def _target(change: _Change) -> Path:
+    """Return the file that is changed: where a link leads to, if its contents are replaced."""
+    follows = change.replace and change.data is not None and os.path.islink(change.path)
+    return Path(os.path.realpath(change.path)) if follows else change.path
+
+
+def _prepare(change: _Change, several: bool, until_done: contextlib.ExitStack) -> tuple[str, str]:
+    """Return a temporary file with the new contents and one with the old ones, for the way back; "" without any."""
     path = change.path
     refuse_open_file(path)
     with _told(path):
         if path.is_dir() or (path.exists() and not path.is_file()):
             raise SheetsError(N_("“{file}” is not a file that can be replaced.", file=str(path)), N_("Name a file."))
-        if change.replace and change.data is not None and os.path.islink(path):
-            path = Path(os.path.realpath(path))
-        _sweep(path)
-        half, back = (str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}") for _ in range(2))
+        _sweep(path.parent, _half_name(path))
         about = path.stat() if change.replace and path.exists() else None
-        made.callback(_restore, half)
-        if change.data is None:
-            return path, half, ""
-        _write_half(half, change.data, about, made)
-        if not several or about is None:
-            return path, half, ""
-        made.callback(_restore, back)
-        try:
+        half = back = ""
+        if change.data is not None:
+            half = _write_half(path, change.data, about, until_done)
+        if several and about is not None:
+            back = _linked(path, until_done) or _write_half(path, file_bytes(path), about, until_done)
+        return half, back
+
+
+def _linked(path: Path, until_done: contextlib.ExitStack) -> str:
+    """Give a file a second name until all is done, and keep it locked; "" where there are no links or no locks."""
+    back = _new_half(path, until_done)
+    with contextlib.suppress(OSError):
+        handle = os.open(path, os.O_RDONLY)
+        if _keep_locked(handle, until_done):
             os.link(path, back)
-        except OSError:  # a file system without links
-            _write_half(back, file_bytes(path), about, made)
-        return path, half, back
+            return back
+    return ""
 
 
-def _write_half(half: str, data: bytes, about: os.stat_result | None, made: contextlib.ExitStack) -> None:
-    """Write and store a temporary file, locked while it is one, with the rights of the file that `about` is of."""
+def _write_half(path: Path, data: bytes, about: os.stat_result | None, until_done: contextlib.ExitStack) -> str:
+    """Write and store a temporary file beside another one, with the rights that `about` tells; it is locked, too."""
+    half = _new_half(path, until_done)
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
     # a new file is as open as others of the process
     with os.fdopen(os.open(half, flags, 0o666 if about is None else 0o600), "wb") as file:
-        if _lock(file.fileno(), wait=False):
-            made.callback(os.close, os.dup(file.fileno()))
+        _keep_locked(os.dup(file.fileno()), until_done)
         file.write(data)
         file.flush()
         os.fsync(file.fileno())
     if about is not None:
         _keep_rights(half, about)
+    return half
+
+
+def _new_half(path: Path, until_done: contextlib.ExitStack) -> str:
+    """Return a name for a temporary file beside another one, which is deleted when all is done."""
+    half = str(path.parent / f"{_half_name(path)}{secrets.token_hex(4)}{_HALF}")
+    until_done.callback(_delete, half)
+    return half
+
+
+def _keep_locked(handle: int, until_done: contextlib.ExitStack) -> bool:
+    """Keep an open file locked until all is done, so that nobody takes it for left behind; else close it."""
+    if _lock(handle, wait=False):
+        until_done.callback(os.close, handle)
+        return True
+    os.close(handle)  # on Windows it could not be replaced
+    return False
 
 
 @contextlib.contextmanager
@@ -571,32 +601,42 @@ def _told(path: Path) -> Iterator[None]:
         raise unwritable(path, error, N_("Choose another folder, or free some space.")) from error
 
 
-def _restore(path: str | Path, back: str = "") -> None:
-    """Give a file its old contents, or delete one that was not there."""
-    with contextlib.suppress(OSError):  # what failed before is told; temporary files are swept away later
-        os.replace(back, path) if back else os.unlink(path)
+def _put_back(path: Path, back: str) -> None:
+    """Give a file its old contents, or delete it where there were none."""
+    if back:
+        with contextlib.suppress(OSError):  # what failed first is told
+            os.replace(back, path)
+    else:
+        _delete(path)
+
+
+def _delete(path: str | Path) -> None:
+    with contextlib.suppress(OSError):  # it is gone already, or is swept away later
+        os.unlink(path)
 
 
 def _keep_rights(half: str, about: os.stat_result) -> None:
     """Give a temporary file owner, group and mode of the file that it replaces: others may do what they could."""
-    for owner in (about.st_uid, -1) if hasattr(os, "chown") else ():
-        with contextlib.suppress(OSError):  # only root may give a file away; its group may be another one of ours
-            os.chown(half, owner, about.st_gid)
-            break
-    os.chmod(half, about.st_mode & 0o777)
+    mode = about.st_mode & 0o777
+    if hasattr(os, "chown"):
+        for owner in (about.st_uid, -1):  # only root may give a file away; its group may be another one of ours
+            with contextlib.suppress(OSError):
+                os.chown(half, owner, about.st_gid)
+                break
+        else:
+            mode &= 0o707  # its group is another one now, which may not do what the old one could
+    os.chmod(half, mode)
 
 
-def _sweep(path: Path, older: float = _ABANDONED_S) -> None:
-    """Delete what an attempt left that was killed in mid-writing, `older` seconds ago.
+def _sweep(folder: Path, beginning: str, older: float = _ABANDONED_S) -> None:
+    """Delete what attempts left that were killed in mid-writing, `older` seconds ago.
 
     Who writes it has it locked; where there are no locks, nobody writes for minutes.
     """
-    for left in path.parent.glob(f"{glob.escape(_half_name(path))}*{_HALF}"):
-        with contextlib.suppress(OSError):
-            age = time.time() - left.stat().st_mtime
-            with _alone(left, wait=False) as alone:
-                limit = older if alone else _ABANDONED_S
-            if age > limit:
+    for left in folder.glob(f"{glob.escape(beginning)}*{_RANDOM}{_HALF}"):
+        with contextlib.suppress(OSError), _locked(left, wait=False) as locked:
+            limit = older if locked else _ABANDONED_S
+            if locked is not False and time.time() - left.stat().st_mtime > limit:
                 left.unlink()
 
 

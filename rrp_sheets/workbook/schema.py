@@ -400,8 +400,9 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
             continue
         wanted = missing[0]
         named = key(sheet) == kind.name
-        known = _COMMON.intersection(wanted.synonyms) or (named and not kind.any_name)  # by more than common headers
-        if not known and not all(_has(c, keys, _COMMON) for c in kind.required if c is not wanted):
+        sure = (named and not kind.any_name) or _COMMON.intersection(wanted.synonyms)
+        # else the header that tells this kind may be the misspelt one: no other may be a common one
+        if not sure and not all(_has(c, keys, _COMMON) for c in kind.required if c is not wanted):
             continue
         free = [h for h in headers.values() if key(h) not in kind.spellings]
         spellings = (wanted.name, *(s for s in wanted.synonyms if s not in _COMMON))

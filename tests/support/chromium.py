@@ -20,7 +20,7 @@ from browser import COOKIE, TOKEN
 
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.requests import Lan
-from rrp_sheets.web.serving import bind, make_server
+from rrp_sheets.web.serving import bind, make_server, run
 
 CHROMIUM = next(
     (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), ""
@@ -60,7 +60,7 @@ def serving(folder: Path, lan: Lan | None = None) -> Iterator[str]:
     if LATEST_ANSWER:
         app.wsgi_app = _late(app.wsgi_app)  # type: ignore[method-assign]
     server = make_server(app, bind(["127.0.0.1"], None))
-    thread = threading.Thread(target=server.run, daemon=True)
+    thread = threading.Thread(target=run, args=(server,), daemon=True)
     thread.start()
     try:
         yield f"http://127.0.0.1:{server.effective_port}"
@@ -77,7 +77,7 @@ class OneServer:
         self._app: Any = None
         self._server = make_server(self._answer, bind(["127.0.0.1"], None))  # type: ignore[arg-type]
         self.url = f"http://127.0.0.1:{self._server.effective_port}"
-        threading.Thread(target=self._server.run, daemon=True).start()
+        threading.Thread(target=run, args=(self._server,), daemon=True).start()
 
     def _answer(self, environ: Any, start_response: Any) -> Any:
         if self._app is None:

@@ -7,6 +7,7 @@ that a warning shows to be meant otherwise, nor rows that depend on those: that 
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 
 from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.formulas import Compiled
@@ -35,7 +36,7 @@ def lint(
     """Report everything that the lints find; `running`: keys of the behaviours that run, or can be switched on."""
     routes = Paths(graph, compiled.formulas, compiled.facts)
     context = LintContext(workbook, robot, graph, compiled, running, routes, Report(report))
-    context.unclear.update(_unclear_rows(context))
+    context = replace(context, unclear=_unclear_rows(context))
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_unreachable, lint_failing_formulas, lint_input_specs,
         lint_unused_helpers, lint_unmatched, lint_deadlock,
@@ -46,7 +47,7 @@ def lint(
             report.extend([d])
 
 
-def _unclear_rows(context: LintContext) -> set[RowKey]:
+def _unclear_rows(context: LintContext) -> frozenset[RowKey]:
     """Return the rows that are not yet what is meant, because of a warning there or at what they depend on."""
     unclear: set[RowKey] = set()
     streams: set[str] = set()  # whose values are not what is meant
@@ -72,7 +73,7 @@ def _unclear_rows(context: LintContext) -> set[RowKey]:
             unclear.add(row)
         if row in unclear and not step.connector.is_sink:
             streams.add(step.output)
-    return unclear
+    return frozenset(unclear)
 
 
 def _calling(helpers: set[str], context: LintContext) -> set[str]:

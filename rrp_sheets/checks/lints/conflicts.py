@@ -79,8 +79,7 @@ def _tell_conflict(driver: _Driver, other: _Driver, told: set[tuple[str, ...]], 
 def _drivers(context: LintContext) -> Iterator[_Driver]:
     for behaviour in context.behaviours():
         for step in behaviour.steps:
-            unclear = row_key(step.row.output.address) in context.unclear
-            if unclear or not step.active or not step.connector.is_sink:
+            if not step.active or not step.connector.is_sink or row_key(step.row.output.address) in context.unclear:
                 continue
             fact = context.fact(step.ref)
             uses = _uses(step, fact, context)

@@ -36,8 +36,8 @@ class LintContext:
     running: frozenset[str]  # keys of the behaviours that run, or that a row can switch on
     routes: Paths
     report: Report
+    unclear: frozenset[RowKey] = frozenset()  # rows that are not yet what is meant, as a warning shows
     readers: dict[str, list[Step]] = field(init=False, default_factory=dict)
-    unclear: set[RowKey] = field(init=False, default_factory=set)  # rows that a warning shows to be meant otherwise
 
     def __post_init__(self) -> None:
         for step in self.steps():

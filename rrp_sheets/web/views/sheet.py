@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cache, partial
 from typing import Any, ClassVar
 
 from flask import Blueprint, Response, abort, jsonify, redirect, request, stream_with_context, url_for
@@ -34,7 +34,6 @@ from rrp_sheets.web.requests import (
     Asked,
     author_name,
     json_body,
-    page_language,
     sender_of,
     sheet_or_404,
     text_of,
@@ -160,7 +159,7 @@ def beside(name: str, sheet: str) -> str:
 
 
 @blueprint.get("/book/<name>/rows/<sheet>/<int:first>")
-def rows(name: str, sheet: str, first: int) -> str:
+def rows(name: str, sheet: str, first: int) -> Response:
     """Send further rows of a sheet."""
     session = workbook_or_404(name)
     sheet = session.document.current(sheet)
@@ -169,7 +168,7 @@ def rows(name: str, sheet: str, first: int) -> str:
     grid, after = session.document.grids[sheet], request.args.get("after", "")
     if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
         first = grid.index_of(after) + grid.has(after)
-    return str(session.renderer(sheet).rows(first, PIECE))
+    return jsonify(session.piece(sheet, first, PIECE))
 
 
 @blueprint.get("/book/<name>/vocabulary")
@@ -343,9 +342,9 @@ def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[PutTexts | AddRows]:
             yield PutTexts(grid.name, (CellText(rows[place], one.address.column, text, now),))
 
 
-@lru_cache
-def _first_words(_language: str) -> Markup:
-    """Return the suggestions of a page before the first check, which are the same for all pages in a language."""
+@cache
+def _first_words() -> Markup:
+    """Return the suggestions that all pages have at first, without their workbooks' own, which they fetch."""
     return script_json(completions.vocabulary(no_analysis()))
 
 
@@ -367,7 +366,7 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
         kind=grid.kind if grid else "", first=grid.first if grid else 1, rows=rows,
         heads=tuple(renderer.heads()) if renderer else (), count=len(grid.rows) if grid else 0,
         examples=bool(renderer and renderer.has_examples), tabs=sheet_tabs(document, name, sheet, live=live),
-        vocabulary=_first_words(page_language()),
+        vocabulary=_first_words(),
         panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
         errors=analysis.errors, newest_event=newest_event, version=version, live=live,
         acts=script_json(acts) if live else None,

@@ -21,7 +21,7 @@ export class Server {
     this.count = 0;
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.serials = new Map(); // row id → serial number of the HTML shown; HTML with a smaller one came late and is left out
-    this.early = new Map(); // row id → HTML that came before the row itself, whose insertion has older HTML
+    this.early = new Map(); // row id → HTML of a row that this page does not have yet: what brings the row may be older
     this.postponed = new Map(); // row id → what came for it while an edit of ours was on its way
     this.order = new Order(table, Number(grid.dataset.version));
     this.chain = Promise.resolve();
@@ -168,10 +168,10 @@ export class Server {
     for (const html of [...(change.insert ?? []).map((one) => one.html), ...(change.grown ?? [])]) {
       for (const row of parse(html)) {
         if (this.table.row(row.id)) this.show(row.id, row.outerHTML, change.made);
-        else this.order.came(change.made < (this.serials.get(row.id) ?? 0) && this.early.has(row.id) ? parse(this.early.get(row.id)) : [row]);
-        this.early.delete(row.id);
+        else this.order.came([this.newest(row, change.made)]);
       }
     }
+    for (const id of change.remove ?? []) this.early.delete(id);
     if (change.order) this.order.take(change.order);
     const settled = last && this.order.settle(change.tag);
     for (const { id, html } of change.replace ?? []) this.show(id, html, change.made);
@@ -179,8 +179,16 @@ export class Server {
     this.shown(before, change, Boolean(change.order || change.insert || settled) && this.order.show());
   }
 
-  /** The next piece of a long sheet, as bodies of the table. */
-  piece(bodies) {
+  /** A row that is new here, in its newest HTML: a change of it may have been quicker. */
+  newest(row, made) {
+    const html = this.early.get(row.id);
+    this.early.delete(row.id);
+    return html && made < this.serials.get(row.id) ? parse(html)[0] : row;
+  }
+
+  /** The next piece of a long sheet, as bodies of the table; `made` is its serial number. */
+  piece(bodies, made) {
+    for (const body of bodies) for (const row of [...body.rows]) row.replaceWith(this.newest(row, made));
     const before = this.hooks.before();
     this.shown(before, {}, this.order.append(bodies));
   }

@@ -122,14 +122,14 @@ async function fetchRest({ table, server }) {
   const wanted = Number(table.grid.dataset.count);
   let last = table.rows.at(-1)?.id;
   for (let count = table.rows.length; count < wanted;) {
-    const { ok, text } = await request(`${url}${count}?after=${last}`);
+    const { ok, json } = await request(`${url}${count}?after=${last}`);
     const holder = document.createElement("template");
-    holder.innerHTML = ok ? text : "";
+    holder.innerHTML = ok ? json.html : "";
     const rows = [...holder.content.querySelectorAll("tr")];
     if (!rows.length) return;
     last = rows.at(-1).id;
     count += rows.length;
-    server.piece([...holder.content.children]);
+    server.piece([...holder.content.children], json.made);
     await new Promise((resume) => setTimeout(resume, 0));
   }
 }

@@ -150,6 +150,7 @@ export class Selection {
     const at = this.table.at(row);
     const from = extend && this.head ? this.table.at(this.table.row(this.anchor.row)) : at;
     if (!extend || !this.head) this.go(row, 0);
+    else this.cell.focus({ preventScroll: true });
     this.surround(from, 0, at, this.table.width - 1);
   }
 
