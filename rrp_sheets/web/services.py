@@ -51,7 +51,7 @@ class Services:
     replays: Replays
 
     def close(self) -> None:
-        """End the processes of the services, and start no others; runs end with the program."""
+        """End the processes of the services, and start no others; a run goes on until its own end."""
         for service in (
             self.open_workbooks, self.queries, self.lookback_queries, self.drawer, self.exporter, self.printer,
             self.packer, self.replays, self.repository.worker,

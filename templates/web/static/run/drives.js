@@ -78,10 +78,12 @@ function draw(view) {
     parts.push(words);
   }
   svg.replaceChildren(...parts);
-  view.telling ??= setTimeout(() => { // not with each drawing, nobody could listen to it
+  const tell = () => {
     view.telling = null;
     svg.setAttribute("aria-label", words(view.lanes, view.bars));
-  }, 500);
+  };
+  if (!svg.hasAttribute("aria-label")) tell();
+  view.telling ??= setTimeout(tell, 500); // not with each drawing, nobody could listen to it
 }
 
 function drove(part, row, from, to) {

@@ -17,6 +17,7 @@ export async function robot3d(root) {
   const canvas = document.createElement("canvas");
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
+  describe(canvas);
   const caption = document.createElement("p");
   caption.className = "caption";
   caption.textContent = TURN;
@@ -95,7 +96,7 @@ async function open(canvas, hand) {
 }
 
 // what a screen reader tells; it changes seldom enough to be asked for, and is never announced by itself
-function describe(canvas, { things = {}, saying = "" }, { name = t("The robot") }) {
+function describe(canvas, { things = {}, saying = "" } = {}, { name = t("The robot") } = {}) {
   const seen = Object.entries(things).map(([thing, [x, y]]) => t("{thing} {n} m away", { thing, n: Math.hypot(x, y).toFixed(1) }));
   const parts = [t("{robot} in 3D", { robot: name }), saying && t("it says “{text}”", { text: saying }), seen.length ? listed(seen) : t("nothing near it")];
   const words = t("{what}. Arrow keys turn, plus and minus zoom, 0 is the front.", { what: parts.filter(Boolean).join("; ") });
