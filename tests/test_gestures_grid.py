@@ -47,13 +47,7 @@ def drawing(folder: Path, url: str, browsers: Any) -> Iterator[Books]:
 
 
 def test_a_gesture_is_played_on_the_robots_model(drawing: Books) -> None:
-    short = [
-        GESTURES[0],
-        GESTURES[1],
-        [*GESTURES[2][:1], "1.2", *GESTURES[2][2:]],
-        *GESTURES[3:],
-    ]  # drawing takes a core
-    grid = drawing.open({**SHEETS, "Gestures": short}, sheet="Gestures")
+    grid = drawing.open(SHEETS, sheet="Gestures")
     grid.go("B2")
     grid.page.evaluate(
         """() => { window.lowest = 9; window.pictures = new Set();
