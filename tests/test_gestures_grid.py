@@ -127,3 +127,5 @@ def test_pose_takes_the_joints_of_the_robot_that_runs(shelf: Books) -> None:
     assert float(keyframes(grid)[-1][2]["headyaw"]) == pytest.approx(0.7, abs=0.05)
     grid.page.click("[data-run=stop]")
     grid.page.wait_for_selector("body[data-run=ended]")
+    (run_folder,) = (shelf.folder / "runs").iterdir()
+    eventually((run_folder / "film.gif").is_file, "a run that is started from a page makes a film")
