@@ -86,7 +86,7 @@ class _Doctests:
 
 
 def pytest_configure(config):
-    """Not as a hook of this file, which would not be asked about the files of the program."""
+    """Registered as a plug-in: hooks of this file are only asked about files below tests/."""
     config.pluginmanager.register(_Doctests())
 
 
@@ -276,7 +276,7 @@ def page(browser, url):
 
 @pytest.fixture(scope="module")
 def unfilmed():
-    """Runs from pages make no film, which takes as long as a short run."""
+    """Runs that are started from pages make no film, which takes as long as a short run."""
     from functools import partial
 
     from rrp_sheets.runs import RunSettings

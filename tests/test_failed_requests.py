@@ -151,14 +151,11 @@ def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
     page.route("**/run/now", lambda route: route.fulfill(json=going))
     page.goto("/")
     expect(told).to_contain_text("Aya is running a.xlsx")
-    page.unroute("**/run/now")
     page.route("**/run/now", lambda route: route.abort())  # it asks again by itself
     expect(told).to_contain_text(f"It is not known if a.xlsx still runs. {AWAY}")
-    page.unroute("**/run/now")
     page.route("**/run/now", lambda route: route.fulfill(json=going))
     page.evaluate(LOOKED_AT)
     expect(told).to_contain_text("Aya is running a.xlsx")
-    page.unroute("**/run/now")
     page.route("**/run/now", lambda route: route.fulfill(status=403, body=FAULT))
     page.evaluate(LOOKED_AT)
     words = "You are not logged in any more, or the program"

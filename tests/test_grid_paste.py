@@ -67,7 +67,7 @@ def test_header_rows_of_a_pasted_block_are_left_out(shelf: Books) -> None:
         paste(grid, "A2", *block)
         warned = ".is-warning" if UNKNOWN in told else ":not(.is-warning)"
         expect(grid.page.locator(f"#status{warned}"), what).to_have_text(told)
-        grid.expect(f"B{len(wanted) + 1}", wanted[-1][1])
+        expect(grid.cell(f"B{len(wanted) + 1}"), what).to_have_attribute("data-v", wanted[-1][1])
         assert rows(grid) == wanted, what
         grid.press("Control+z")
         expect(grid.cell("B2"), what).not_to_have_attribute("data-v", "Red ball")
@@ -122,7 +122,7 @@ SHEETS = {
 
 
 @pytest.fixture(scope="module")
-def every(shelf: Books) -> Path:
+def of_every_kind(shelf: Books) -> Path:
     """A workbook with a sheet of every kind; each is changed by one test at most."""
     return shelf.file({**SHEETS, "T": [HEADER, ["", "Red ball", "map", "ROWS(parts)", "Distance", ""]]})
 
@@ -132,9 +132,11 @@ def test_the_sheets_of_every_kind_are_tried_here() -> None:
 
 
 @pytest.mark.parametrize("sheet", SHEETS)
-def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(shelf: Books, every: Path, sheet: str) -> None:
+def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(
+    shelf: Books, of_every_kind: Path, sheet: str
+) -> None:
     """By that alone the page knows a header row."""
-    text = shelf.page.request.get(f"{shelf.url}/book/{every.name}/sheet/{sheet}").text()
+    text = shelf.page.request.get(f"{shelf.url}/book/{of_every_kind.name}/sheet/{sheet}").text()
     columns = [spellings.split() for spellings in re.findall(r'data-spellings="([^"]*)"', text)]
     for header, spellings in zip(SHEETS[sheet][0], columns, strict=True):
         assert key(header) in spellings
@@ -143,9 +145,9 @@ def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(shelf: Boo
 
 
 @pytest.mark.parametrize("sheet", ["Gestures", "Parts"])
-def test_header_rows_are_left_out_on_other_kinds_of_sheets(shelf: Books, every: Path, sheet: str) -> None:
+def test_header_rows_are_left_out_on_other_kinds_of_sheets(shelf: Books, of_every_kind: Path, sheet: str) -> None:
     header, *_, line = SHEETS[sheet]
-    grid = shelf.open(path=every, sheet=sheet)
+    grid = shelf.open(path=of_every_kind, sheet=sheet)
     before = rows(grid, sheet)
     paste(grid, f"A{len(before) + 2}", header[::-1], line[::-1])
     expect(grid.page.locator("#status")).to_have_text(f"{OURS} {BY_NAME}")

@@ -42,17 +42,20 @@ def test_one_sees_what_the_other_types_where_and_is_not_disturbed_by_it(shelf: B
     eventually(lambda: not aya.page.locator("td.taken, .name-tag").count())  # nobody is told of their own editing
 
 
-def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str) -> Any:
-    """Mika changes a cell while Aya's edit of it is on its way; gives the dialog that asks Aya."""
+def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str, *, offline: bool = False) -> Any:
+    """Mika changes a cell while Aya's edit of it is on its way, or her line down; gives the dialog that asks Aya."""
     held: list[Any] = []
 
     def hold(route: Any) -> None:
-        held.append(route)
+        route.abort() if offline else held.append(route)
 
     aya.page.route("**/cells", hold)
     aya.go(cell)
     aya.write(mine)
-    until(aya.page, lambda: held)
+    if offline:
+        expect(aya.page.locator(".unsent")).to_contain_text("kept here")
+    else:
+        until(aya.page, lambda: held)
     mika.go(cell)
     mika.write(theirs)
     mika.saved()
@@ -77,7 +80,7 @@ def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(shelf:
             aya.press(*["Tab"] * ["Keep mine", "Keep theirs", "Keep both"].index(keep), "Enter")
         for page in (aya, mika):
             page.expect(cell, left)
-    quicker(aya, mika, "D3", "distance < 0.1", "distance < 0.2")
+    quicker(aya, mika, "D3", "distance < 0.1", "distance < 0.2", offline=True)
     aya.page.click("dialog button:has-text('mine as a note')")
     for page in (aya, mika):
         page.expect("D3", "distance < 0.2")

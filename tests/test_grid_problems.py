@@ -51,7 +51,7 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
 
 LATER = """() => {
   const soon = window.setTimeout, late = [];
-  window.setTimeout = (call, milliseconds, ...more) => milliseconds === 6000 ? late.push(call) : soon(call, milliseconds, ...more);
+  window.setTimeout = (call, milliseconds, ...more) => milliseconds === 6000 ? -late.push(call) : soon(call, milliseconds, ...more);
   window.later = () => late.at(-1)();
 }"""
 """Six seconds, after which a row is no longer being typed, go by at once when `later` is called."""

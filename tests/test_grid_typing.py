@@ -18,7 +18,7 @@ from rrp_sheets.workbook.files import edit, read_sheets
 
 EDITOR = ".editor textarea"
 BLANK_ROWS = 20
-ROWS_PASTED = 220  # more than a page has at first, and than a body of its table
+ROWS_PASTED = 220  # more than FIRST_ROWS, and than one body of the table
 
 
 def texts(path: Path, sheet: str = "T") -> list[tuple[str, ...]]:
@@ -335,7 +335,13 @@ def typing(grid: Shared, cell: str, text: str) -> None:
     expect(grid.page.locator(EDITOR)).to_have_value(text)
 
 
-def test_what_is_typed_survives_a_reload_one_is_nobody_else_and_a_closed_page_edits_nothing(shelf: Books) -> None:
+def away(grid: Shared, shelf: Books, cell: str, text: str) -> None:
+    """Type into a cell and leave the page."""
+    typing(grid, cell, text)
+    grid.page.goto(elsewhere(shelf))
+
+
+def test_what_is_typed_survives_a_reload_and_others_see_the_cell_free_when_its_page_closes(shelf: Books) -> None:
     aya, mika = shelf.two()
     typing(aya, "F4", "half a no")
     mika.page.wait_for_selector("td.taken:has-text('Aya is editing')")
@@ -362,8 +368,7 @@ def test_what_is_typed_survives_a_reload_one_is_nobody_else_and_a_closed_page_ed
 
 def test_what_is_typed_survives_going_back_and_a_crash_and_is_thrown_away_when_asked(shelf: Books) -> None:
     grid = shelf.open()
-    typing(grid, "F4", "half")
-    grid.page.goto(elsewhere(shelf))
+    away(grid, shelf, "F4", "half")
     grid.page.go_back()
     expect(grid.page.locator(f"{DIALOG} textarea")).to_have_value("half")
     grid.page.get_by_role("button", name="Discard").click()
@@ -411,12 +416,9 @@ def test_what_waits_behind_an_undo_is_among_what_is_not_saved_and_offered_after_
     expect(grid.page.locator(DIALOG)).to_have_count(0)
 
 
-def test_what_somebody_changed_meanwhile_is_asked_about_and_of_a_row_that_is_gone_it_can_be_copied(
-    shelf: Books,
-) -> None:
+def test_a_draft_meets_a_changed_cell_or_a_deleted_row(shelf: Books) -> None:
     aya, mika = shelf.two()
-    typing(aya, "F3", "mine")
-    aya.page.goto(elsewhere(shelf))
+    away(aya, shelf, "F3", "mine")
     mika.go("F3")
     mika.type("theirs")
     mika.saved()
@@ -426,8 +428,7 @@ def test_what_somebody_changed_meanwhile_is_asked_about_and_of_a_row_that_is_gon
     expect(aya.page.locator("dialog[open]")).to_contain_text("Somebody else was quicker")
     aya.page.get_by_role("button", name="Keep theirs").click()
     aya.saved()
-    typing(aya, "F4", "not to be lost")
-    aya.page.goto(elsewhere(shelf))
+    away(aya, shelf, "F4", "not to be lost")
     mika.go("B4")
     mika.press("Control+-")
     mika.saved()

@@ -163,16 +163,16 @@ def test_tab_and_enter_take_a_suggestion_that_was_chosen(
         for _ in range(20):
             before = option.all_inner_texts()  # read once: the next key alone changes it
             grid.press("ArrowDown")
-            eventually(lambda before=before: option.all_inner_texts() not in ([], before))
+            eventually(lambda before=before: option.all_inner_texts() not in ([], before), keys)
             if option.all_inner_texts() == [chosen]:
                 break
         else:
-            raise AssertionError(f"{chosen} is not offered")
+            raise AssertionError(f"{chosen} is not offered, to be taken by {keys}")
         grid.press(*keys)
-        becomes(lambda: grid.text(address), chosen)
-        becomes(lambda: grid.page.locator(".editor").count(), 0)
+        becomes(lambda: grid.text(address), chosen, keys)
+        becomes(lambda: grid.page.locator(".editor").count(), 0, keys)
         grid.press("Control+z")
-        becomes(lambda: grid.text(address), "")
+        becomes(lambda: grid.text(address), "", keys)
 
 
 def test_suggestions_come_when_the_words_have_come_and_leave_what_is_wrong_in_sight(shelf: Books) -> None:

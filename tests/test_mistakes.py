@@ -225,7 +225,7 @@ def test_what_excel_turned_into_a_date(name, cell, excel, again, tmp_path):
 
 # ---- every cell of the workbooks, spoilt in several ways
 
-BOOKS = sorted(set(NAMES))
+BOOKS = tuple(sorted(set(NAMES)))
 SPOILT = {
     "deleted": lambda text: "",
     "cut": lambda text: text[:-1],
@@ -242,16 +242,13 @@ HARMLESS = {
 EVERY = 23  # of all cells and ways; together about 300 workbooks
 
 
-def spoilt(ways, books=BOOKS) -> list[tuple[str, str, str, str]]:
-    changed = []
+@cache
+def spoilt(*, harmless: bool = False, books: tuple[str, ...] = BOOKS) -> list[tuple[str, str, str, str]]:
+    ways, changed = HARMLESS if harmless else SPOILT, []
     for name in books:
         for cell, text in base(name).items():
             changed += [(name, cell, way, spoil(text)) for way, spoil in ways.items() if text and spoil(text) != text]
     return changed[::EVERY]
-
-
-every_spoilt = cache(lambda: spoilt(SPOILT))
-every_harmless = cache(lambda: spoilt(HARMLESS))
 
 
 @cache
@@ -267,7 +264,7 @@ def followed(name: str, cell: str, text: str) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize("name", BOOKS)
 def test_a_spoilt_cell_gives_one_finding_at_most(name):
-    for book, cell, _, text in every_spoilt():
+    for book, cell, _, text in spoilt():
         if book == name and (cell, text) != ("Devices!C1", ""):  # every device that needs the column misses it
             told = followed(book, cell, text)
             assert len(told) <= 1, (cell, text, told)
@@ -277,14 +274,14 @@ def test_a_spoilt_cell_gives_one_finding_at_most(name):
 @pytest.mark.parametrize("name", THERAPY)
 def test_a_spoilt_cell_of_a_larger_workbook_is_told_with_remedies(name):
     """There one cell of a table may be wrong for several rows: each says so."""
-    for _, cell, _, text in spoilt(SPOILT, (name,)):
+    for _, cell, _, text in spoilt(books=(name,)):
         told = [d for d in found({**base(name), cell: text}) if d[1]]
         assert len({d[:2] for d in told}) == len(told) and all(d[2] for d in told), (cell, text)
 
 
 @pytest.mark.parametrize("name", BOOKS)
 def test_other_spellings_of_a_cell_are_no_mistake(name):
-    for book, cell, _, text in every_harmless():
+    for book, cell, _, text in spoilt(harmless=True):
         if book == name and '"' not in text:  # within a text letters are letters
             assert followed(book, cell, text) == []
 

@@ -74,7 +74,7 @@ def test_a_run_is_for_its_user_only(tmp_path: Path, there: bool) -> None:
     if there:
         out.mkdir(parents=True)
     with Watched(out) as watched:
-        ended = api.run_apart(book, api.RunSettings(seconds=0.3, fast=True, out=out, film=not there))
+        ended = api.run_apart(book, api.RunSettings(seconds=0.3, fast=True, out=out))
     assert ended.result is not None and len(list(out.iterdir())) > 6
     for found in (open_to_others(out), watched.seen):
         assert set(found) <= ({"one"} if there else set()), found

@@ -226,14 +226,11 @@ def child_of(pid: int, module: str) -> int:
 def test_no_process_is_left_behind(who, tmp_path):
     out = tmp_path / "o"
     command = [*COMMAND, "run", str(BOOK), "--out", str(out)]
-    start = subprocess.Popen if who == "program" else forked.Forked
-    with limited(start(command, start_new_session=True, **PIPES)) as process:
+    with limited(subprocess.Popen(command, start_new_session=True, **PIPES)) as process:
         acts(process)
-        modules = ("runs.engine_process", "sim.server")
-        if who == "program":
-            engine, simulator = (child_of(process.pid, f"rrp_sheets.{name}") for name in modules)
-        else:
-            engine, simulator = (workers(process.pid, name.split(".")[1]).pop() for name in modules)
+        engine, simulator = (
+            child_of(process.pid, f"rrp_sheets.{name}") for name in ("runs.engine_process", "sim.server")
+        )
         left = {engine, simulator, *children(engine), *children(simulator)}
         assert len(left) == 4, "each has a guard"
         ends = {os.pidfd_open(pid) for pid in left}
@@ -379,9 +376,7 @@ def test_a_file_name_that_is_no_proper_text_and_what_a_stranger_writes_cannot_st
     done = forked.run([*COMMAND, "run", book, "--fast", "--for", "0.2s", "--out", str(tmp_path / "o")], env=ENV,
                       capture_output=True, timeout=300)  # fmt: skip
     assert done.returncode == 0 and b"Traceback" not in done.stderr
-    assert (
-        "\u202e".encode() not in done.stdout
-        and b"\x1b" not in done.stdout
-        and "Print ← “a\ufffdb”".encode() in done.stdout
-    )
+    assert "\u202e".encode() not in done.stdout
+    assert b"\x1b" not in done.stdout
+    assert "Print ← “a\ufffdb”".encode() in done.stdout
     assert json.loads((tmp_path / "o" / "trace.jsonl").read_text().splitlines()[0])["type"] == "header"

@@ -200,23 +200,23 @@ def test_presses_are_counted_on_and_dones_know_their_command(tmp_path, book):
     assert done["completed"] is False and done["value"] == 2 and done["seconds"] == pytest.approx(0.066666, abs=0.04)
 
 
-REFUSED = [
-    ("Red bal", "", "No row of this run reads a sensor stream “Red bal”", "Did you mean Red ball?"),
-    ("Distance", "1", "“Distance” is no sensor stream", "Red ball"),
-    ("Red ball", "distanc=1", "has no field “distanc”", "Did you mean distance?"),
-    ("Red ball", "distance=", "cannot be sent", ""),
-    ("Red ball", "5", "is a single value", "Write fields of it"),
-    ("Head yaw", "Hello", "“Hello” is no number", "between quotes"),
-    ("Head yaw", "1/0", "divides by zero", "send again"),
-    ("Head yaw", "x = 1; x = 2", "", ""),
-    ]  # fmt: skip
+REFUSED = {
+    "a wrong stream": ("Red bal", "", "No row of this run reads a sensor stream “Red bal”", "Did you mean Red ball?"),
+    "no sensor": ("Distance", "1", "“Distance” is no sensor stream", "Red ball"),
+    "a wrong field": ("Red ball", "distanc=1", "has no field “distanc”", "Did you mean distance?"),
+    "no formula": ("Red ball", "distance=", "cannot be sent", ""),
+    "no fields": ("Red ball", "5", "is a single value", "Write fields of it"),
+    "a text for a number": ("Head yaw", "Hello", "“Hello” is no number", "between quotes"),
+    "no result": ("Head yaw", "1/0", "divides by zero", "send again"),
+    "fields of a number": ("Head yaw", "x = 1; x = 2", "", ""),
+}
 
 
 def test_what_cannot_be_sent_is_refused_with_a_remedy(tmp_path, book, untouched):
-    script = Script({1: [wish("send", stream=stream, text=text) for stream, text, _, _ in REFUSED]})
+    script = Script({1: [wish("send", stream=stream, text=text) for stream, text, _, _ in REFUSED.values()]})
     made = Run(tmp_path, book, script, EVENTS)
-    for (kind, message, told), (_, _, words, remedy) in zip(script.refusals, REFUSED, strict=True):
-        assert kind == "send" and words in message and remedy in told
+    for (kind, message, told), (case, (_, _, words, remedy)) in zip(script.refusals, REFUSED.items(), strict=True):
+        assert kind == "send" and words in message and remedy in told, case
     assert made.plain == untouched.plain and not script.acts
 
 

@@ -303,7 +303,7 @@ def test_who_only_looks_changes_nothing(tmp_path):
     traces = []
     for look in (False, True):
         run, panel, thread, _ = begin(
-            bundled("workbooks", "greeter.xlsx"), out=tmp_path / str(look), fast=True, seconds=2.6
+            bundled("workbooks", "greeter.xlsx"), out=tmp_path / str(look), fast=True, seconds=3
         )
         run.command("look", wanted=look)
         thread.join(300)

@@ -182,7 +182,8 @@ def test_a_page_of_another_program_loads_again_when_nothing_is_typed(shelf: Book
         route.fulfill(response=answer, body=answer.text().replace('data-program="', 'data-program="old'))
 
     page.route(f"**/book/{path.name}", old, times=1)
-    grid = shelf.open(path=path)
+    page.goto(f"{shelf.url}/book/{path.name}", wait_until="commit")
+    grid = Shared(page, path)
     page.wait_for_selector("#listen:not([data-program^=old])", state="attached")  # it has loaded again by itself
     page.wait_for_selector("#listen[data-htmx-powered]", state="attached")
     grid.go("F2")

@@ -75,7 +75,10 @@ def ends_well(page: Shelf, task: str, made: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("task", [pytest.param("walkthrough", marks=pytest.mark.soak), "tracking"])
 def test_by_keyboard_alone_and_soon_enough(browser: Any, url: str, folder: Path, tmp_path: Path, task: str) -> None:
-    """In every run the longer task, whose first rows are typed as those of the walkthrough and must be as quick."""
+    """The first rows of Tracking take the keys of the walkthrough, and must be as quick.
+
+    `make soak` types the walkthrough itself.
+    """
     recorder = Recorder()
     page = Shelf(browser, url, recorder)
     page.new_by_keyboard(f"{task} by keys")

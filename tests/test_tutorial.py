@@ -131,13 +131,13 @@ def row_of(page: GridPage, text: str, below: str) -> int:
 def go(page: GridPage, letter: str, row: int) -> None:
     """The cursor to a cell, with the arrows; again when an answer of the server has moved it meanwhile."""
     bar = page.page.locator("#formula-bar b")
-    for _ in range(50):
+    for _ in range(60):
         at, number = re.fullmatch(r"([A-Z])(\d+)", bar.inner_text()).groups()
         down, right = row - int(number), ord(letter) - ord(at)
         page.press(*["ArrowDown" if down > 0 else "ArrowUp"] * abs(down))
         page.press(*["ArrowRight" if right > 0 else "ArrowLeft"] * abs(right))
         with suppress(TimeoutError):
-            page.page.wait_for_selector(f"#formula-bar b:text-is('{letter}{row}')", timeout=500)
+            page.page.wait_for_selector(f"#formula-bar b:text-is('{letter}{row}')", timeout=5_000)
             return
     raise AssertionError(f"the cursor does not come to {letter}{row}")
 

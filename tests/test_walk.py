@@ -83,8 +83,7 @@ def test_it_stops_before_what_is_in_its_way(thing, values):
     kind = "wall" if thing == "Wall" else "person"
     robot = Robot([WALK], scene=[SceneAction(0, thing, "appear", values, kind=kind)])
     robot.order(("walk", (1, 0, 0)))
-    robot.until_done("walk", 5, every=8)
-    robot.go(0.2, every=8)
+    robot.go(5, every=8)
     assert [d["completed"] for d in robot.dones("walk")] == [False]
     assert [(h.kind, h.row) for h in robot.told] == [("note", "Test!2")]
     assert f"{thing} is in the way" in robot.told[0].text

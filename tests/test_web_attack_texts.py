@@ -18,9 +18,10 @@ from xml.etree import ElementTree
 import pytest
 from browser import HOME, book, checked, get, visit
 from chromium import becomes, eventually, let_in, listening
+from click.testing import CliRunner
 from playwright.sync_api import expect
 
-from rrp_sheets import api
+from rrp_sheets.cli.main import group
 from rrp_sheets.workbook.files import make_workbook
 
 CELL = (
@@ -63,10 +64,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     good = {"T": [BEHAVIOUR, ["", "Red ball", "map", "redBall.x", "MARKX", ""], ["", "MARKX", "map", '"said"', "MARKY", ""],
                   ["", "MARKY", "subscribe", "", "Say", ""]]}  # fmt: skip
     make_workbook(good, folder / "good.xlsx")
-    settings = api.RunSettings(
-        seconds=1.0, fast=True, out=runs / RUN, participant=CELL, condition=CELL, operator=PERSON
-    )
-    assert api.run_apart(folder / "good.xlsx", settings).result is not None
+    options = ["--fast", "--for", "1 s", "--participant", CELL, "--condition", CELL, "--operator", PERSON]
+    done = CliRunner().invoke(group, ["run", str(folder / "good.xlsx"), *options, "--out", str(runs / RUN)])
+    assert done.exit_code == 0, done.output
     trace = runs / RUN / "trace.jsonl"
     inside = json.dumps(CELL, ensure_ascii=False)[1:-1]
     trace.write_text(
@@ -84,7 +84,7 @@ def client(folder: Path) -> Any:
     return client
 
 
-def pages() -> list[str]:
+def kinds_of_pages() -> list[str]:
     """Each kind of page, and of question that comes back, once."""
     sheets = [f"{book(NAME)}/sheet/{quote(sheet, safe='')}" for sheet in hostile_sheets()]
     run = f"/runs/{quote(RUN, safe='')}"
@@ -102,7 +102,7 @@ def addresses() -> list[str]:
     """Every page that shows something of a workbook, a run or a person, and every question that comes back."""
     run, asked = f"/runs/{quote(RUN, safe='')}", quote(CELL, safe="")
     return [
-        *pages(), book(NAME), f"/compare?book={quote(NAME, safe='')}", f"/book/{asked}/print", "/compare",
+        *kinds_of_pages(), book(NAME), f"/compare?book={quote(NAME, safe='')}", f"/book/{asked}/print", "/compare",
         f"{book(NAME)}/run/{quote(SHEET, safe='')}", f"{book('good.xlsx')}/versions", f"/runs/{asked}/marbles",
         f"{run}/lookback/overview.json", f"{run}/lookback/piece/0.json", f"{run}/replay",
         f"{run}/replay/result?with=book/{quote(NAME, safe='')}",
@@ -200,9 +200,12 @@ def page_of(browser: Any, url: str, client: Any, troubles: list[str]) -> Callabl
     return opened
 
 
-def test_nothing_runs_on_any_page(page_of: Callable[[str], Any], url: str, troubles: list[str]) -> None:
+@pytest.mark.parametrize("shown", [kinds_of_pages, pytest.param(addresses, marks=pytest.mark.soak)])
+def test_nothing_runs_on_any_page(
+    page_of: Callable[[str], Any], url: str, troubles: list[str], shown: Callable[[], list[str]]
+) -> None:
     page = page_of(PERSON)
-    for address in pages():
+    for address in shown():
         page.goto(f"{url}{address}")
         if page.query_selector("#listen"):
             listening(page)

@@ -31,7 +31,7 @@ SOME = pytest.mark.parametrize("every", [pytest.param(3, id="some"), pytest.para
 Names in addresses of files and folders are always tried with all of them, for one of a route's actions: see `OPENED`.
 """
 OPENED = frozenset({"file", "filename", "name", "run"})
-"""Parts of addresses by which files or folders are opened."""
+"""Parts of addresses that open files: they are tried with all cases in every run, for the first action of each route."""
 
 PLACES: dict[str, Any] = {
     "name": BOOK, "sheet": SHEET, "run": RUN, "number": 1, "first": 0, "filename": "style.css", "action": "stop",

@@ -9,7 +9,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 LOOP_SECONDS = 0.045  # of processor time, for `_loop` on the machine on which the limits were set
-MOST_STRETCHED = 10.0  # times longer: how long a queue is, the time in which somebody waits does not tell
+MOST_STRETCHED = 10.0
+"""The most by which waiting stretches a limit; the share of time in which somebody waits does not tell how many wait."""
 
 
 class Span:
@@ -64,7 +65,11 @@ def slowness() -> float:
 
 
 def _stretched(share: float) -> float:
-    """The factor for what goes on only while nobody waits for a core, which somebody does for a share of the time."""
+    """Return the factor for work that goes on only while nobody waits for a core.
+
+    Args:
+        share: of the time in which somebody does.
+    """
     return 1 / max(1 - share, 1 / MOST_STRETCHED)
 
 

@@ -136,7 +136,7 @@ class Browsers:
 
 
 def _patient(new: Callable[..., Any]) -> Callable[..., Any]:
-    """Let what a browser opens have long time limits from the beginning."""
+    """Wrap a browser's `new_context` or `new_page`, so that pages wait up to LONGEST_WAIT and not Playwright's 30 s."""
 
     def opened(**options: Any) -> Any:
         made = new(**options)
@@ -169,10 +169,10 @@ def browsing() -> Iterator[Any]:
         browsers.close()
 
 
-_LOOK = {
+_NEW_LOOK = {
     "color_scheme": "light", "reduced_motion": "no-preference", "forced_colors": "none", "contrast": "no-preference",
 }  # fmt: skip
-"""How a new page looks; a test may emulate another look."""
+"""Media features of a new page; `take` sets them again, as a test may have emulated others."""
 
 
 class Pages:
@@ -189,12 +189,12 @@ class Pages:
 
     def take(self, browser: Any, url: str, name: str = "", **options: Any) -> Any:
         """A page of somebody's who is let in; `problems` are the errors of its scripts."""
-        options = {"viewport": {"width": 1280, "height": 800}, **_LOOK} | options
+        options = {"viewport": {"width": 1280, "height": 800}, **_NEW_LOOK} | options
         kind = repr((id(browser), url, name, sorted(options.items())))
         if free := self._free.get(kind):
             page = free.pop()
             page.set_viewport_size(options["viewport"])
-            page.emulate_media(media="null", **{name: options[name] for name in _LOOK})
+            page.emulate_media(media="null", **{name: options[name] for name in _NEW_LOOK})
             _give_cookie(page.context, url)
         else:
             context = browser.new_context(**options)

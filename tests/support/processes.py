@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import select
 import signal
-import time
-from collections.abc import Iterator, Set
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -30,15 +29,6 @@ def workers(pid: int, module: str) -> set[int]:
             if Path(f"/proc/{each}/comm").read_text().strip() == module:
                 parents[each] = int(Path(f"/proc/{each}/stat").read_text().rsplit(")", 1)[1].split()[1])
     return {each for each, parent in parents.items() if parent not in parents}
-
-
-def only_worker(pid: int, module: str, others: Set[int] = frozenset()) -> int:
-    """The worker process that there is besides others; waits while there is none, or one more that is about to end."""
-    deadline = time.monotonic() + 300
-    while len(found := workers(pid, module) - others) != 1:
-        assert time.monotonic() < deadline, found
-        time.sleep(0.02)
-    return found.pop()
 
 
 def killed(pid: int) -> None:
