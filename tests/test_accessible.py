@@ -50,12 +50,22 @@ WORDLESS = """selector => [...document.querySelectorAll(selector)].filter((e) =>
     return shown && !e.innerText.trim() && !e.ariaLabel && !shape;
 }).map((e) => e.outerHTML.slice(0, 120))"""
 
+# Pictures are given their names with their drawing, not some time after it.
+WATCH_NAMES = """(() => {
+    const nameless = "[role=img]:not([aria-label], [aria-labelledby], [aria-hidden=true], :has(> title))";
+    window.onceNameless = [];
+    new MutationObserver(() => {
+        for (const e of document.querySelectorAll(nameless)) if (e.checkVisibility()) window.onceNameless.push(e.outerHTML.slice(0, 120));
+    }).observe(document, { childList: true, subtree: true, attributes: true, attributeFilter: ["hidden"] });
+})()"""
+
 
 class Tour:
     """A browser page that goes from screen to screen."""
 
     def __init__(self, page: Any, url: str) -> None:
         self.page, self.url = page, url
+        page.add_init_script(WATCH_NAMES)
 
     def enter(self) -> None:
         if not self.page.context.cookies():
@@ -90,6 +100,8 @@ class Tour:
         found = violations_by_look(self.page, looks, unchanged)
         if wordless := self.page.evaluate(WORDLESS, COLOURED):
             found["by colour alone"] = wordless
+        if nameless := self.page.evaluate("onceNameless"):
+            found["without a name at first"] = nameless
         return found
 
 

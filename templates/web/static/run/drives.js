@@ -14,7 +14,7 @@ const EMPTY = t("Parts of the robot and the rows that drive them appear here dur
 /** Fill `#drives`. */
 export function drives(root) {
   root.classList.add("drives");
-  const svg = element("svg", { role: "img" });
+  const svg = element("svg", { role: "img", hidden: "" });
   const nothing = document.createElement("p");
   nothing.className = "quiet";
   nothing.textContent = EMPTY;
