@@ -61,8 +61,8 @@ texts: setup  ## renew the catalogues of rrp_sheets/locale: new texts come in un
 traces: setup  ## the traces of all workbooks beside those of other Pythons: make traces OTHERS="DIR/bin/python …"
 	$(BIN)/python tests/benchmarks/traces.py $(BIN)/python $(OTHERS)
 
-soak: setup  ## what is too long for every day
-	$(BIN)/python -m pytest -m soak
+soak: setup  ## what is too long for every day, and property tests with examples that are newly drawn
+	$(BIN)/python -m pytest -m "soak or hypothesis" --hypothesis-profile=drawn
 
 lock:  ## renew requirements.lock (needs uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --extra dev --no-emit-index-url \

@@ -16,9 +16,11 @@ import pytest
 from _pytest.doctest import DoctestModule
 from jinja2.bccache import Bucket, BytecodeCache
 
+# Property tests try the same examples each time, so that a run is red for what was changed; `make soak` draws others.
 # How long one example takes says more about the machine than about the program.
-hypothesis.settings.register_profile("patient", deadline=None)
-hypothesis.settings.load_profile("patient")
+hypothesis.settings.register_profile("same", deadline=None, derandomize=True)
+hypothesis.settings.register_profile("drawn", deadline=None)
+hypothesis.settings.load_profile("same")
 
 if os.environ.pop("PYTHONDONTWRITEBYTECODE", ""):
     # The hundreds of processes that the tests start would each compile the program anew. (Not PYTHONPYCACHEPREFIX: what

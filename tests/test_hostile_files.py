@@ -208,6 +208,7 @@ REFUSED: dict[str, tuple[str, Callable[[], bytes], str]] = {
     "path above": ("x.xlsx", lambda: zipped(parts(**{"xl/../../x": "x"})), "FILE009"),
     "Windows path": ("x.xlsx", lambda: zipped(parts(**{"C:\\x": "x"})), "FILE009"),
     "two parts of one name": ("x.xlsx", overlapping_names, "FILE009"),
+    "a part without a name": ("x.xlsx", lambda: zipped(parts(**{"evil": "x"})).replace(b"evil", b"\0vil"), "FILE009"),
     "names that differ in capitals": ("x.xlsx", lambda: zipped(parts(**{"xl/Workbook.xml": "x"})), "FILE009"),
     "document type": (
         "x.xlsx",

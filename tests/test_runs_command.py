@@ -266,6 +266,9 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
     with zipfile.ZipFile(folder / "papers.zip", "w") as packed:
         packed.writestr("protocol.pdf", b"%PDF P07")
         packed.writestr("runs/1/film.gif", b"GIF89a P07;")
+    with zipfile.ZipFile(folder / "nameless.zip", "w") as packed:
+        packed.writestr("evil", "with P07")
+    (folder / "nameless.zip").write_bytes((folder / "nameless.zip").read_bytes().replace(b"evil", b"\0vil"))
     (folder / "damaged.zip").write_bytes(b"PK\x03\x04 no zip")
     with zipfile.ZipFile(folder / "scratched.zip", "w", zipfile.ZIP_DEFLATED) as packed:
         packed.writestr("a.txt", "nothing " * 99)
@@ -291,7 +294,7 @@ def test_where_the_code_stands_elsewhere_is_told(folder: Path) -> None:
         ".rrp-sheets/journal.sqlite (the version “another” of x.xlsx)",
         ".rrp-sheets/journal.sqlite (the version “with P07” of x.xlsx)",
         "P07 consent.pdf (its name)", "bundle.zip", "contact.png",
-        "letters.docx", "runs/9-x/trace.jsonl", "table.csv", "texts.xlsx",
+        "letters.docx", "nameless.zip", "runs/9-x/trace.jsonl", "table.csv", "texts.xlsx",
     ]  # fmt: skip
     today = f"{date.today().day} {date.today():%B %Y}"
     assert sorted(map(str, planned.unsearched)) == [

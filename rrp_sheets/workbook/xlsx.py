@@ -379,6 +379,8 @@ class XlsxBook:
             if e.flag_bits & 0x1:
                 raise unreadable("FILE005", name=self.name)
             spelt = e.filename.casefold()
+            if not spelt:  # zipfile cuts names at a NUL
+                raise unreadable("FILE009", name=self.name, what=N_("a part has no name"))
             if spelt.startswith("/") or "\\" in spelt or ":" in spelt or ".." in spelt.split("/"):
                 raise unreadable("FILE009", name=self.name, what=N_("a part has the name of a file outside"))
             if spelt in seen:
