@@ -9,7 +9,7 @@ from typing import Any
 import panel
 import pytest
 from busy import Span, within
-from chromium import GridPage, becomes, eventually, press_twice
+from chromium import GridPage, becomes, eventually, press_twice, until
 from panel import LIVE, ended, row, run, running, told_of_stop, trace
 from playwright.sync_api import expect
 
@@ -117,7 +117,7 @@ def it_is_stopped(at: GridPage) -> None:
     page.click("[data-do=name]")
     press_twice(page)
     page.wait_for_function("() => !document.querySelector('dialog[open]')")
-    assert len(asked) == 6
+    until(page, lambda: len(asked) == 6)
     at.press("Escape", "a", "Escape", "ArrowDown")
     assert len(asked) == 6
     page.unroute("**/run/stop?*")
