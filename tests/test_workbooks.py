@@ -36,13 +36,13 @@ FASTER = {
     "complex-tracking": 3, "complex-tracking-fixed": 3, "debugging-exercise": 5, "distance-to-brightness": 5, "greeter": 5,
     "reflect-ball-colour": 5, "say-ball-colour": 3, "say-ball-colour-ja": 3, "say-ball-colour-merge": 3,
 }  # fmt: skip
-"""How many times as fast a workbook is played in CI; `make soak` plays it as it is."""
+"""Workbooks whose times are divided by a number in CI, as their runs are long; `make soak` runs them as they are."""
 SHORTER = {
     "complex-tracking-fixed": ("[1] < 1 ", "[1] < 1/3 "), "debugging-exercise": ("500 ms", "100 ms"),
     "distance-to-brightness": ("500 ms", "100 ms"), "greeter": ("10 s", "2 s"), "say-ball-colour": ("3 s", "1 s"),
     "say-ball-colour-ja": ("3 s", "1 s"), "say-ball-colour-merge": ("3 s", "1 s"),
 }  # fmt: skip
-"""A duration in the rows of such a workbook, and what it is then."""
+"""The duration in the rows of such a workbook that is replaced, and by which one."""
 ENDS = {
     "complex-tracking": 14, "complex-tracking-fixed": 13, "debugging-exercise": 13, "greeter": 41,
     "reflect-ball-colour": 13, "say-ball-colour": 14.5, "say-ball-colour-ja": 15, "say-ball-colour-merge": 16,

@@ -90,7 +90,8 @@ def test_owner_and_group_stay(path, monkeypatch):
 
 
 def test_owner_and_group_stay_on_the_disk(path):
-    mine = (1234, 1234) if os.geteuid() == 0 else (-1, os.getgroups()[-1])  # only root gives a file to another user
+    groups = [os.getgid(), *os.getgroups()]
+    mine = (1234, 1234) if os.geteuid() == 0 else (-1, groups[-1])  # only root gives a file to another user
     os.chown(path, *mine)
     about = path.stat()
     edit(path, [SetCell(SHEET, 3, 3, "x")])

@@ -56,7 +56,6 @@ from rrp_sheets.workbook.schema import recognise
 
 Step = RowStep | Batch | SheetStep
 MOST_BACK = 500  # steps that a person can undo
-_WAITS = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
 
 
 class Steps:
@@ -78,7 +77,7 @@ class Steps:
         del pile[:-MOST_BACK]
 
     def let_wait(self, author: str, waits: Callable[[Step], bool], *, redo: bool) -> None:
-        """Put the steps that cannot be made at present under all others, in their order: those are made before them."""
+        """Move steps that cannot be made at present below all others, in their order, so that the others come first."""
         (self._redo if redo else self._back)[author].sort(key=lambda step: not waits(step))
 
     def take(self, author: str, *, redo: bool) -> Step | None:
@@ -190,16 +189,15 @@ class Document:
             version = self.version
             try:
                 changed, inverse = self._make(author, step)
+            except SheetMissing as missing:
+                gone = missing.sheet
+                self._steps.put(author, step, redo=redo)
+                self._steps.let_wait(author, lambda s: s is step or self.current(s.sheet) == gone, redo=redo)
+                remedy = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
+                raise Refused(missing.message, remedy) from missing
             except Exception as error:  # it can be tried again when the reason is gone
                 if isinstance(error, Refused) or self.version == version:  # else it is in the file already
                     self._steps.put(author, step, redo=redo)
-                if isinstance(error, SheetMissing):
-                    gone = error.sheet
-                    self._steps.let_wait(author, lambda s: s is step or self.current(s.sheet) == gone, redo=redo)
-                    then = N_(
-                        "It waits until somebody brings the sheet back. Once more goes on with the step before it."
-                    )
-                    raise Refused(error.message, then) from error
                 raise
             self._steps.put(author, inverse, redo=not redo)
             return changed

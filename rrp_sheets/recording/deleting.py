@@ -188,7 +188,8 @@ class _Searcher:
         name, shown = about.filename.casefold(), f"{within}: {about.filename[:200]}"
         if self._stands_in(about.filename.encode("utf-8", "replace")):
             return True
-        if name.endswith(_PICTURES) or _is_film(about.filename) or name.endswith("/"):
+        is_folder = name.endswith("/")  # `is_dir` fails for a blank name
+        if is_folder or name.endswith(_PICTURES) or _is_film(about.filename):
             return False
         if name.endswith(_PACKED) or about.file_size > _MOST_MEMBER:
             self.skipped.append(shown)

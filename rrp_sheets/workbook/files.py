@@ -401,7 +401,7 @@ def _refuse_large(data: bytes) -> None:
 _ABANDONED_S = 600
 _JUST_MADE_S = 0.1  # not locked yet
 _HALF = ".part"
-_RANDOM = "[0-9a-f]" * 8  # as a pattern
+_RANDOM = "[0-9a-f]" * 8  # pattern of what `_new_half` puts before the suffix
 _MOST_BYTES = 200  # of 255 that a name may have
 
 
