@@ -76,26 +76,37 @@ def pytest_addoption(parser):
     parser.addoption("--regenerate-golden", action="store_true", help="write tests/golden anew, for review as a diff")
 
 
-class _Doctests:
-    """Looks for examples in docstrings only where there are any: to look through every module took a fifth of a start."""
+class _Collection:
+    """How the workers find their tests."""
 
     @pytest.hookimpl(wrapper=True)
     def pytest_collect_file(self, file_path):
+        """Look for examples only in modules that have any: to look through every module took a fifth of a start."""
         found = yield
         if file_path.suffix == ".py" and b">>>" not in file_path.read_bytes():
             found = [collector for collector in found if not isinstance(collector, DoctestModule)]
         return found
 
+    @pytest.hookimpl(wrapper=True)
+    def pytest_make_collect_report(self, collector):
+        """Begin with another file in each worker, so that each compiles a part of the files and reads the rest."""
+        report = yield
+        worker = getattr(collector.config, "workerinput", None)
+        if worker and isinstance(collector, pytest.Dir):
+            first = len(report.result) * int(worker["workerid"].removeprefix("gw")) // worker["workercount"]
+            report.result = [*report.result[first:], *report.result[:first]]
+        return report
+
 
 def pytest_configure(config):
     """Registered as a plug-in: hooks of this file are only asked about files below tests/."""
-    config.pluginmanager.register(_Doctests())
+    config.pluginmanager.register(_Collection())
 
 
 def pytest_collection_modifyitems(items):
-    """Order the files, not the tests within one."""
+    """Order the files, in each worker alike, not the tests within one."""
     places = {name: place for place, name in enumerate(LONGEST)}
-    items.sort(key=lambda item: places.get(item.path.name, len(places)))
+    items.sort(key=lambda item: (places.get(item.path.name, len(places)), item.path))
 
 
 def pytest_collection_finish():
