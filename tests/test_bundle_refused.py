@@ -148,6 +148,8 @@ CATALOGUES: dict[str, Spoiled] = {
     "no number": ("robot.toml", "height = ", "height = nan # ", "no robot has"),
     "a text for a number": ("robot.toml", "height = ", "height = 'tall' # ", "not what it is"),
     "a joint of its own": ("robot.toml", 'name = "HeadYaw"', 'name = "Tail"', "other ones than those that can be simulated"),
+    "a text too long to show": ("robot.toml", 'help = "', 'help = "' + 2_001 * "x", "a text that cannot be shown"),
+    "a text that cannot be shown": ("robot.toml", 'help = "', 'help = "\\u0007', "a text that cannot be shown"),
     "no table": ("robot.toml", "[robot]", "[robot", "no table"),
     "a table that is gone": ("robot.toml", "[camera.top]", "[lens.top]", "is missing"),
     "a gesture that is none": ("gestures.toml", "frames = ", "pictures = ", "do not fit together"),

@@ -319,6 +319,20 @@ def test_only_the_streams_that_were_named(session: Path, tmp_path: Path) -> None
     assert "Distance, Red ball.x, Red ball.distance" in caught.value.remedy
 
 
+def test_a_curve_rises_with_its_values_within_its_frame_and_its_name_stands_above_what_it_is(tmp_path: Path) -> None:
+    place = write_run(tmp_path, "rise", HEADER, *(EVENT | {"t": n / 10, "value": n / 10} for n in range(30)), END)
+    api.export([place], tmp_path / "r.svg")
+    tree = ET.parse(tmp_path / "r.svg")
+    way = next(e.get("d", "") for e in tree.iter(f"{SVG}path") if e.get("stroke") == "#2e7d32")
+    heights = [float(piece.split()[1]) for piece in way[1:].split("L")]
+    assert heights == sorted(heights, reverse=True)
+    frame = next(e for e in tree.iter(f"{SVG}rect") if e.get("fill") == "none")
+    top = float(frame.get("y", ""))
+    assert top <= heights[-1] < heights[0] <= top + float(frame.get("height", ""))
+    texts = {e.text: float(e.get("y", "")) for e in tree.iter(f"{SVG}text")}
+    assert top < texts["Distance"] < next(y for text, y in texts.items() if text and "30 values" in text)
+
+
 def test_a_line_does_not_go_across_a_gap(tmp_path: Path) -> None:
     times = [*(n / 10 for n in range(30)), *(20 + n / 10 for n in range(30))]
     place = write_run(tmp_path, "gap", HEADER, *(EVENT | {"t": t, "value": t} for t in times), END)

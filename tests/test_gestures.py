@@ -106,6 +106,13 @@ def test_no_keyframes_whatever_lead_beyond_the_limits(lines, yaw, share):
         assert max(abs(v) for _, v in samples) <= share * j.max_velocity * MARGIN * 1.01
 
 
+def test_the_head_nods_less_while_it_turns_past_a_shoulder():
+    ways = sampled([Keyframe(1, {"HeadYaw": 0.0, "HeadPitch": 0.29}), Keyframe(3, {"HeadYaw": 2.0, "HeadPitch": 0.29})])
+    high = LIMITS.of("HeadPitch", 1.5)[1]
+    assert high < 0.29 < min(LIMITS.of("HeadPitch", yaw)[1] for yaw in (0.0, 2.0)), "both ends alone allow it"
+    assert max(angle for angle, _ in ways["HeadPitch"]) <= high + 0.001
+
+
 # ---- interrupted
 
 

@@ -342,6 +342,7 @@ def test_streams_and_times_are_chosen(trace):
     )
     signs = re.findall(r"^[□○▣◇·] (\w+)", out, re.MULTILINE)
     assert signs == ["Inverse", "Say"]
+    assert len({columns(line) for line in out.splitlines() if "──" in line}) == 1, "lines are of one length"
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,7 @@ def test_merged_and_hidden(tmp_path: Path) -> None:
     sheet.merge_cells("A3:A4")
     sheet.merge_cells("C6:D6")
     sheet.merge_cells("Z1:Z9")
+    sheet.merge_cells("A60:B61")  # below the table
     for row in (5, 6, 9, 40):
         sheet.row_dimensions[row].hidden = True
     reading = saved(book, tmp_path)

@@ -307,6 +307,8 @@ def match(old: Sequence[RowTexts], new: Sequence[RowTexts]) -> list[int | None]:
 
     >>> match([{1: "a"}, {1: "b", 2: "x"}], [{1: "new"}, {1: "a"}, {1: "b", 2: "y"}])
     [None, 0, 1]
+    >>> match([{1: "x", 2: "y"}, {1: "a", 2: "b"}], [{1: "a", 2: "c"}])
+    [1]
     """
     top, most = 0, min(len(old), len(new))
     while top < most and old[top] == new[top]:
