@@ -77,7 +77,7 @@ def pytest_addoption(parser):
 
 
 class _Collection:
-    """How the workers find their tests."""
+    """Hooks of how tests are collected."""
 
     @pytest.hookimpl(wrapper=True)
     def pytest_collect_file(self, file_path):
