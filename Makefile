@@ -10,10 +10,10 @@ STAMP := $(VENV)/.installed
 
 CATALOGUES := $(patsubst %.po,%.mo,$(wildcard rrp_sheets/locale/*/LC_MESSAGES/*.po))
 
-.PHONY: help setup demo test lint house bench strips texts traces soak serve lock clean
+.PHONY: help setup demo test test-slow lint house bench strips texts traces soak serve lock clean
 
 help:  ## this list
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
 
 setup: $(STAMP) $(CATALOGUES)  ## make .venv with everything in it
 
@@ -36,9 +36,15 @@ serve: setup  ## open the grid on copies of the workbooks, in my-workbooks
 	@for book in workbooks/*.xlsx; do [ -e "my-workbooks/$${book##*/}" ] || cp "$$book" my-workbooks/; done
 	$(BIN)/rrp-sheets serve my-workbooks
 
-test: setup  ## install what the tests need, and run them
+PYTEST := $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
+
+test: setup  ## install what the tests need, and run them: all that reach something of their own
 	@sh .ci/apt-packages
-	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder
+	$(PYTEST) -m "not soak and not slow"
+
+test-slow: setup  ## the tests that take long and reach nothing which the others do not; CI runs them after the others
+	@sh .ci/apt-packages
+	$(PYTEST) -m "slow and not soak"
 
 lint: setup  ## style, types, layers
 	$(BIN)/ruff check .

@@ -285,6 +285,7 @@ def looks_of(screen: str) -> list[tuple[str, int]]:
     return [LOOKS[sheets.index(screen) % len(LOOKS)]] if screen in sheets else LOOKS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("screen", SCREENS)
 def test_no_screen_has_a_violation(tour: Tour, screen: str) -> None:
     tour.enter()
@@ -293,6 +294,7 @@ def test_no_screen_has_a_violation(tour: Tour, screen: str) -> None:
     tour.page.unroute_all()
 
 
+@pytest.mark.slow
 def test_the_login_has_no_violation(tour: Tour, tmp_path: Path) -> None:
     lan = Lan(Password("green otter lamp"), ("127.0.0.1",))
     with serving(tmp_path, lan) as url:

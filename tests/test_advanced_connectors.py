@@ -259,6 +259,7 @@ REFERENCES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("row", "reference"), REFERENCES, ids=lambda r: getattr(r, "__name__", ""))
 @settings(max_examples=40, deadline=None)
 @given(events=EVENTS)

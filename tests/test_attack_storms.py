@@ -41,6 +41,7 @@ def storm(checked: Checked, engine_type: type[FrameEngine] | type[EventEngine]) 
     return caught.value, engine.row, sum(s.arrived for s in engine.streams.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", [FrameEngine, EventEngine])
 @pytest.mark.parametrize("body", [DOUBLING_CIRCLE, DOUBLING_ROWS])
 def test_values_that_double_end_the_run_soon(body: str, engine: type[FrameEngine] | type[EventEngine]) -> None:
@@ -61,6 +62,7 @@ def test_a_test_of_rows_that_double_fails_and_says_why(body: str) -> None:
     assert "multiply" in json.dumps(as_dict(report))
 
 
+@pytest.mark.slow
 def test_many_rows_on_one_stream_are_no_storm() -> None:
     body = "".join(f"| Red ball | map | redBall.x + {i} | S{i} |\n" for i in range(3000))
     played = play(

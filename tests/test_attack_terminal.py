@@ -25,6 +25,7 @@ WORKBOOK = f"""## {BAD}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [

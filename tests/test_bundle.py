@@ -45,6 +45,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 # ---- what is in it
 
 
+@pytest.mark.slow
 def test_everything_that_is_needed_is_in_it(place: Path) -> None:
     content = files(place / "song.zip")
     assert content["song.md"] == (place / "song.md").read_bytes()

@@ -59,11 +59,13 @@ WRONG = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), WRONG)
 def test_one_mistake_one_finding_at_its_cell(text, expected):
     assert findings(rows(text)) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "word", sorted({*keyword.kwlist, *keyword.softkwlist, "blank", "null", "xor", "value", "pi"} - {"_"})
 )
@@ -101,6 +103,7 @@ def test_everything_is_reported_at_once():
 LOST = "| Red ball | map | 1 | Say |\n"  # nothing is given under a name of its own
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
@@ -235,6 +238,7 @@ def test_a_device_declared_twice():
 HELPERS = "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("lines", "use", "expected"),
     [
@@ -296,6 +300,7 @@ def test_a_helper_above_a_circle_of_helpers():
 PROTOCOL = "## Protocol\n| Field | Value |\n|---|---|\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "expected"),
     [

@@ -93,6 +93,7 @@ def test_postures_and_the_ways_between_them(shapes):
         shapes.check(((one, other, n), pose) for n, pose in enumerate(between))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOT.gestures)
 def test_gestures(shapes, name):
     shapes.check(((name, t), pose) for t, pose in plan_of(ROBOT.motions[key(name)].timed(), HOME))

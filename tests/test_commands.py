@@ -32,6 +32,7 @@ def commands(page: Any) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.mark.slow
 def test_help_on_keys_has_the_lines_of_the_table(commands: list[dict[str, Any]]) -> None:
     lines = [*HEAD]
     for entry in commands:
@@ -84,6 +85,7 @@ def test_every_button_of_a_page_names_a_command(commands: list[dict[str, Any]]) 
     assert {"help", "name", "test"} <= named <= {one["name"] for one in commands if "name" in one}
 
 
+@pytest.mark.slow
 def test_buttons_of_a_workbook_without_sheets_do_no_harm(page: Any) -> None:
     def without_sheet(route: Any) -> None:
         answer = route.fetch()

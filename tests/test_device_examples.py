@@ -43,6 +43,7 @@ def test_it_is_in_order_uses_the_device_and_its_test_holds(name: str, checked: C
     assert report.cases and report.passed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DEVICES)
 def test_its_help_shows_it_whole(name: str, checked: Callable[[str], Checked]) -> None:
     title = ROBOT.devices[key(name)].example.partition("\n")[0].removeprefix("# ")

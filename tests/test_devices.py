@@ -56,6 +56,7 @@ def test_the_devices_of_the_catalogue_are_those_that_have_a_class(kind):
     assert set(classes[kind]) == carried_out and not set(SENSORS) & set(ACTUATORS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("device", list(ROBOT.devices.values()), ids=lambda d: d.name)
 def test_every_device_tells_what_it_is(device):
     assert device.help and device.says
@@ -69,6 +70,7 @@ def test_what_the_engine_carries_out():
     assert {d.name for d in ROBOT.devices.values() if d.engine} == {"Timer", "Wait", "EndRun", "Behaviour"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "columns", "name", "value"),
     [

@@ -140,6 +140,7 @@ def test_sensors_are_on_top_and_actuators_at_the_bottom(binary):
     assert max(heights["sensor"]) < min(heights["row"]) <= max(heights["row"]) < min(heights["actuator"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_the_dot_text_of_the_workbooks(name, golden):
     checked = api.check(bundled("workbooks") / f"{name}.xlsx")
@@ -184,6 +185,7 @@ def test_hostile_names_stay_text(binary):
     assert "=<" not in page.dot and "\x1b" not in page.svg and "\u202e" not in page.svg
 
 
+@pytest.mark.slow
 @given(st.text(max_size=60), st.text(max_size=60))
 @settings(max_examples=25, deadline=None)
 def test_any_name_gives_a_well_formed_picture(name, formula):
@@ -231,6 +233,7 @@ def test_parts_do_not_cut_anonymous_streams_when_they_need_not():
     assert len(first) >= 10
 
 
+@pytest.mark.slow
 def test_a_hundred_rows_are_quick():
     graph = graph_of(*chains(100))
     with within(2):

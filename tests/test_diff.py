@@ -199,6 +199,7 @@ def test_edit(tmp_path, name):
     assert comparison.same == all(line.startswith("~") for line in expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EDITS)
 def test_the_other_way_round_the_opposite_is_told(tmp_path, name):
     text = edited(*EDITS[name][0])

@@ -164,6 +164,7 @@ def test_of_a_long_behaviour_what_changed_and_what_is_joined_with_it(tmp_path: P
     assert "from row 10" in page.svg
 
 
+@pytest.mark.slow
 def test_a_thousand_changed_rows_are_bounded(tmp_path: Path) -> None:
     behaviour = behaviour_of(tmp_path, 1_000, frozenset(range(1_000)))
     assert len(drawn_rows(behaviour)) == MOST_DRAWN
@@ -239,6 +240,7 @@ def test_hostile_names_are_texts(tmp_path: Path) -> None:
 # ---- in the browser
 
 
+@pytest.mark.slow
 def test_compare_draws_after_its_text(pair: tuple[Path, Path], tmp_path: Path) -> None:
     for path in pair:
         api.convert(path, tmp_path / f"{path.stem}.xlsx")

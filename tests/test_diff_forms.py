@@ -258,6 +258,7 @@ def repository(tmp_path):
     return folder, command
 
 
+@pytest.mark.slow
 def test_git_compares_workbooks_row_by_row(repository):
     folder, command = repository
     first, second = (bundled("workbooks", name) for name in ("complex-tracking.xlsx", "complex-tracking-fixed.xlsx"))
@@ -273,6 +274,7 @@ def test_git_compares_workbooks_row_by_row(repository):
     assert told.startswith("Different behaviour:")
 
 
+@pytest.mark.slow
 def test_git_shows_nothing_where_only_the_package_changed(repository):
     folder, _ = repository
     path = folder / "protocol.xlsx"

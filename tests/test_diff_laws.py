@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_diff import BASE
@@ -45,6 +46,7 @@ def compare(before: str, after: str) -> Comparison:
         return api.diff(*paths)
 
 
+@pytest.mark.slow
 @BOUNDED
 @given(BOOK)
 def test_nothing_differs_from_itself(book):
@@ -54,6 +56,7 @@ def test_nothing_differs_from_itself(book):
 OPPOSITE = {"added": "removed", "removed": "added", "on": "off", "off": "on"}
 
 
+@pytest.mark.slow
 @BOUNDED
 @given(BOOK, BOOK)
 def test_both_ways_round_the_opposite_is_told(first, second):

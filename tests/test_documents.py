@@ -300,6 +300,7 @@ OTHERS = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(changes=OTHERS)
 def test_what_another_program_writes_is_told_as_a_difference(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import check, findings, play, rows
@@ -84,6 +85,7 @@ def test_several_formulas_with_helpers_that_call_helpers():
 EVENTS = st.lists(st.tuples(st.integers(0, 2000), st.sampled_from([YAW, PITCH]), st.integers(-5, 5)), max_size=30)
 
 
+@pytest.mark.slow
 @given(EVENTS)
 @settings(max_examples=40, deadline=None)
 def test_watching_a_run_does_not_change_it(events):

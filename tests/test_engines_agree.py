@@ -200,6 +200,7 @@ BOUNDED = settings(max_examples=60, deadline=None, suppress_health_check=[Health
 LONG = settings(max_examples=3_000, deadline=None, suppress_health_check=list(HealthCheck))
 
 
+@pytest.mark.slow
 @given(graphs(UNTIMED + TIMED), EVENTS)
 @BOUNDED
 def test_frames_do_what_the_rows_mean(lines, events):
@@ -225,6 +226,7 @@ def both(lines, events):
         assert in_frame.values(name) == in_loop.values(name)
 
 
+@pytest.mark.slow
 @given(graphs(UNTIMED, apart=True), EVENTS)
 @BOUNDED
 def test_the_engines_agree_where_frames_make_no_difference(lines, events):

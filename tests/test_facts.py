@@ -50,6 +50,7 @@ def facts(text: str) -> dict[int, Fact]:
 PRINT = "\n| X | subscribe | | Print |"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "example", "kind"),
     [
@@ -94,6 +95,7 @@ def test_a_row_of_a_table_keeps_its_fields_through_connectors(row, connector):
     assert findings(rows(text, PARTS, DEVICES, HELPERS))[0] == ("FORM007", "C5")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formula", "low", "high"),
     [
@@ -113,6 +115,7 @@ def test_bounds(formula, low, high):
     assert (known.low, known.high) == (pytest.approx(low), pytest.approx(high))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "kind", "hz"),
     [

@@ -76,6 +76,7 @@ def test_a_piece_that_does_not_come_is_told_and_asked_for_again(page: Any, addre
     expect(trouble).to_have_count(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("address", FORMS)
 def test_a_form_that_fails_stays_as_it_was_with_the_words_beside_it(page: Any, address: str) -> None:
     pattern, form, (name, typed) = FORMS[address]
@@ -94,6 +95,7 @@ def test_a_form_that_fails_stays_as_it_was_with_the_words_beside_it(page: Any, a
     expect(page.locator("main")).to_have_count(1)
 
 
+@pytest.mark.slow
 def test_the_panels_of_a_grid_stay_when_their_renewal_fails(page: Any) -> None:
     page.goto("/book/a.xlsx")
     listening(page)
@@ -111,6 +113,7 @@ def test_the_panels_of_a_grid_stay_when_their_renewal_fails(page: Any) -> None:
     page.unroute("**/help?*")
 
 
+@pytest.mark.slow
 def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
     going = {"phase": "running", "book": "a.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
     page.route("**/run/now", lambda route: route.fulfill(json=going))
@@ -145,6 +148,7 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
     expect(page.locator("#run-strip")).to_be_hidden(timeout=9_000)  # sooner than a refusal goes by itself
 
 
+@pytest.mark.slow
 def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
     going = {"phase": "running", "book": "a.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
     told = page.locator("#run-strip .what")
@@ -163,6 +167,7 @@ def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
     page.unroute("**/run/now")
 
 
+@pytest.mark.slow
 def test_keys_that_cannot_stop_a_run_say_why_unless_there_is_none(page: Any) -> None:
     page.goto("/book/a.xlsx")
     listening(page)
@@ -185,6 +190,7 @@ def test_keys_that_cannot_stop_a_run_say_why_unless_there_is_none(page: Any) -> 
     page.unroute("**/run/stop?*")
 
 
+@pytest.mark.slow
 def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page: Any) -> None:
     with page.expect_response("**/run/now"):
         page.goto("/")
@@ -220,6 +226,7 @@ def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page
     page.clock.resume()
 
 
+@pytest.mark.slow
 def test_a_pdf_that_cannot_be_made_says_why(page: Any) -> None:
     page.goto("/book/a.xlsx/print")
     for answer, words in (
@@ -247,6 +254,7 @@ def test_every_page_with_htmx_refuses_errors_as_content_and_its_settings_are_kno
         assert f'"{name}"' in settings and f"{name}:" in script
 
 
+@pytest.mark.slow
 def test_looking_back_says_why_there_is_nothing_to_see(page: Any) -> None:
     pattern = "**/lookback/overview.json"
     for answer, words in (
@@ -259,6 +267,7 @@ def test_looking_back_says_why_there_is_nothing_to_see(page: Any) -> None:
         page.unroute(pattern)
 
 
+@pytest.mark.slow
 def test_the_print_page_waits_as_long_as_a_protocol_may_take(page: Any) -> None:
     page.goto("/book/a.xlsx/print")
     page.wait_for_function("() => htmx.config.defaultTimeout === 150000 && htmx.config.noSwap.includes('5xx')")

@@ -72,6 +72,7 @@ def test_a_gentle_push_does_not(posture):
     assert (upright(robot) < 0.95) == bool(posture)  # and it sits as before
 
 
+@pytest.mark.slow
 def test_postures_rest_on_the_floor_and_let_it_stand_up_again():
     robot = Robot([POSTURE, use("walk", "Walk")])
     lying = set(ROBOT.data["posture_leans"])
@@ -101,6 +102,7 @@ def _lowest(robot: Robot, link: int) -> float | None:
     return min((p[8] for p in near), default=None)
 
 
+@pytest.mark.slow
 def test_stop_ends_every_motion_within_a_tenth_of_a_second():
     devices = (use("say", "SayInput"), use("walk", "Walk"), use("arm", "Tracker", mode="Move", effector="Left arm"),
                use("head", "Tracker", mode="Head"), use("wave", "Gesture", name="Wave"))  # fmt: skip

@@ -77,6 +77,7 @@ def without_typed(said: object) -> object:
     return 0 if isinstance(said, int | float) else ""
 
 
+@pytest.mark.slow
 def test_nothing_of_the_programs_words_stays_english(checked):
     findings, _ = checked
     assert len({d.code for d in findings}) > 100

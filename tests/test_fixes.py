@@ -125,6 +125,7 @@ def test_both_remedies_for_a_stale_combination(text, fix, tmp_path):
     assert found == [] and any(c.old is None for c in changes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fix", ["forget-old-value", "join-close-in-time"])
 def test_the_classic_mistake_mended_stays_mended_and_keeps_the_users_notes(fix, tmp_path):
     out = tmp_path / "out.xlsx"

@@ -124,6 +124,7 @@ JSON = st.recursive(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @given(
     st.text(max_size=30) | st.sampled_from(["x", "x & 1", "x.a", "[x]", "x = x"]),
     st.dictionaries(st.text(max_size=3) | st.just("x"), JSON, max_size=3),

@@ -25,6 +25,7 @@ def evaluate(text, **inputs):
     return formula.prepare(GuardedInterpreter())(*inputs.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_function_has_help_and_an_example_in_the_users_spelling_that_is_true(name):
     function = FUNCTIONS[name]
@@ -107,6 +108,7 @@ ODD = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(FUNCTIONS)), st.lists(st.sampled_from(ODD), max_size=5), st.data())
 @settings(max_examples=500, deadline=None)
 def test_every_function_answers_any_values_with_a_value_or_with_words(name, values, data):

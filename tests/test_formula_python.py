@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import warnings
 
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -53,6 +54,7 @@ CONSTANTS = (
 TREES = nodes(st.builds(ast.Constant, CONSTANTS) | st.builds(lambda n: ast.Name(n, LOAD), st.sampled_from(NAMES)))
 
 
+@pytest.mark.slow
 @given(TREES)
 @settings(max_examples=400, deadline=None)
 def test_the_parser_reads_what_pythons_own_reads(tree):
@@ -71,6 +73,7 @@ def test_the_parser_reads_what_pythons_own_reads(tree):
     assert ast.dump(ours) == ast.dump(ast.parse(text, mode="eval").body), text
 
 
+@pytest.mark.slow
 @given(TREES)
 @settings(max_examples=250, deadline=None)
 def test_values_are_pythons_where_both_have_one(tree):

@@ -28,6 +28,7 @@ def refused(text, inputs=INPUTS):
     return caught.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sheet", "python"),
     [
@@ -121,6 +122,7 @@ def test_what_is_refused_is_told_with_how_to_write_it(text, code, remedy):
     assert (problem.code, remedy in problem.remedy) == (code, True), problem.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "marked"),
     [

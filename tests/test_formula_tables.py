@@ -32,6 +32,7 @@ def evaluate(text, inputs=None, helpers=None, picker=None, **scope):
     return formula.prepare(GuardedInterpreter(), picker)(*inputs.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "value"),
     [

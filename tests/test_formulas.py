@@ -75,6 +75,7 @@ def test_refused_before_evaluation(text, code):
     assert rejected(text) == code
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "code"),
     [
@@ -166,6 +167,7 @@ WORDS = st.sampled_from(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @given(st.lists(WORDS, max_size=25).map(" ".join))
 @settings(max_examples=400, deadline=None)
 def test_any_formula_ends_soon_with_a_value_or_a_message(text):

@@ -49,6 +49,7 @@ def folder(begun: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(begun, tmp_path, dirs_exist_ok=True))
 
 
+@pytest.mark.slow
 def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> None:
     before = (folder / "b.xlsx").read_bytes()
     with Served(folder, FULL) as server:
@@ -71,6 +72,7 @@ def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> 
     )
 
 
+@pytest.mark.slow
 def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(browser: Any, folder: Path) -> None:
     with Served(folder, FULL) as server:
         page = server.page(browser, "book/b.xlsx")
@@ -104,6 +106,7 @@ def test_what_cannot_be_kept_of_a_run_is_told_and_the_rest_is_whole(tmp_path: Pa
     assert api.replay(out).same
 
 
+@pytest.mark.slow
 def test_a_folder_on_a_medium_that_is_read_only_can_be_looked_at(tmp_path: Path) -> None:
     make_workbook({"T": [HEADER, ["", "", "", "", "", "start"]]}, tmp_path / "b.xlsx")
     (tmp_path / ".rrp-sheets").write_text("in the way, also of root", encoding="utf-8")

@@ -59,6 +59,7 @@ def test_every_format_gives_the_same_gesture(form, tmp_path):
     assert checked.robot.devices["gesture"].resources_for({"name": "Salute"}) == {"right arm", "head"}
 
 
+@pytest.mark.slow
 def test_it_is_made_and_held_by_the_simulated_robot():
     robot = check(EXAMPLE).robot
     use = DeviceUse("g", "Show", "Gesture", {"name": "Salute"})
@@ -157,6 +158,7 @@ def posed(tmp_path_factory):
     return path, parts, said
 
 
+@pytest.mark.slow
 def test_poses_become_the_keyframes_of_a_new_sheet(posed):
     path, _, said = posed
     workbook = read(path).workbook

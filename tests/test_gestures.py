@@ -67,6 +67,7 @@ def test_the_gestures_that_a_therapist_expects_are_there():
     assert all(len(g.help) > 8 and not g.help.endswith(".") for g in ROBOT.motions.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOT.gestures)
 def test_a_gesture_keeps_the_limits_and_comes_back(name):
     gesture = ROBOT.motions[key(name)]
@@ -92,6 +93,7 @@ angles = st.fixed_dictionaries(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.floats(0.01, 2), angles), min_size=1, max_size=6), st.floats(-2, 2), st.floats(0.05, 1))
 def test_no_keyframes_whatever_lead_beyond_the_limits(lines, yaw, share):
     at, frames = 0.0, []
@@ -186,6 +188,7 @@ def waved():
     return Watched((WAVE, NOD), {0: [("wave", 1), ("nod", 1)], 20: [("wave", 2)]}, 130)
 
 
+@pytest.mark.slow
 def test_one_done_event_for_each_command(waved):
     assert waved.short == [("wave", 1, False), ("nod", 1, True), ("wave", 2, True)]
 
@@ -203,6 +206,7 @@ def test_the_same_again_lets_it_go_on(waved):
     assert lifted == sorted(lifted, reverse=True)
 
 
+@pytest.mark.slow
 def test_the_same_again_while_the_arm_goes_back_is_made_again(waved):
     """It began as the arm returned: a wave of its own, at whose end it is completed, and back where it was at first."""
     end = max(
@@ -214,6 +218,7 @@ def test_the_same_again_while_the_arm_goes_back_is_made_again(waved):
     assert again.joints[-1] == pytest.approx(HOME, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_gesture_gives_way_to_a_larger_priority_and_is_refused_below_it():
     turn = DeviceUse("turn", "Turn", "SetJointPosition", {"joint": "HeadYaw", "speed": 0.3})
     p = Watched((NOD, turn), {0: [("nod", 1)], 6: [("turn", 0.5, 1.0)], 8: [("nod", 2)]}, 55)
@@ -224,6 +229,7 @@ def test_a_gesture_gives_way_to_a_larger_priority_and_is_refused_below_it():
     assert p.told == ["error"]
 
 
+@pytest.mark.slow
 def test_blank_brings_the_arm_back():
     p = Watched((WAVE,), {0: [("wave", 1)], 30: [("wave", None)]}, 97)
     assert p.short == [("wave", 1, False)]

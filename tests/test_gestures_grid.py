@@ -74,6 +74,7 @@ def test_a_gesture_is_played_on_the_robots_model(drawing: Books) -> None:
     assert not grid.errors
 
 
+@pytest.mark.slow
 def test_pose_writes_the_start_posture_below_the_row_and_is_taken_back(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="Gestures")
     before = keyframes(grid)
@@ -97,6 +98,7 @@ def test_a_sheet_without_joints_is_told_what_it_lacks(shelf: Books) -> None:
     grid.status("no gesture in this row yet")
 
 
+@pytest.mark.slow
 def test_cells_say_what_their_joint_can_do_and_names_are_offered(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="Gestures")
     grid.checked()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 from chromium import becomes, eventually, some
 from grid_books import HEADER, Books, Shared
 
@@ -30,6 +31,7 @@ def width(grid: Shared, letter: str) -> int:
     return int(grid.page.evaluate("l => document.querySelector(`th[data-letter='${l}']`).offsetWidth", letter))
 
 
+@pytest.mark.slow
 def test_letters_stand_over_the_headers_and_no_header_is_cut(shelf: Books) -> None:
     for sheet in SHEETS:
         grid = shelf.open(SHEETS, sheet=sheet)
@@ -42,6 +44,7 @@ def test_letters_stand_over_the_headers_and_no_header_is_cut(shelf: Books) -> No
             becomes(lambda: grid.here, f"{letter}2")
 
 
+@pytest.mark.slow
 def test_columns_and_the_panel_beside_the_grid_are_made_wider_by_mouse_and_keys_and_stay_so(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     before = width(grid, "F"), width(grid, "B")
@@ -94,6 +97,7 @@ def test_every_connector_has_the_icon_of_the_diagram() -> None:
         assert drawn == connector.icon.replace('class="f"', 'fill="currentColor" stroke="none"')
 
 
+@pytest.mark.slow
 def test_a_comment_in_the_first_column_is_seen(shelf: Books) -> None:
     grid = shelf.open({"T": [HEADER, ["# what follows is only for visitors", *[""] * 5]]})
     seen = "c => { const w = c.querySelector('.word').getBoundingClientRect(); return [w.height < 20, w.width > 150]; }"
@@ -101,6 +105,7 @@ def test_a_comment_in_the_first_column_is_seen(shelf: Books) -> None:
     becomes(lambda: grid.page.locator("tbody input").count(), 0)
 
 
+@pytest.mark.slow
 def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books) -> None:
     rows = [["", "Red ball", "map", "redBall.x", "A", ""], ["", "Red ball", "map", "redBall.y", "B", ""],
             ["", "A, B", "combineLatest", "a + c", "C", ""], ["", "C", "subscribe", "", "Say", ""]]  # fmt: skip
@@ -111,6 +116,7 @@ def test_a_flagged_connector_of_the_longest_name_stands_on_one_line(shelf: Books
     eventually(lambda: grid.page.evaluate(high, grid.cell("C4").element_handle()) < 20)
 
 
+@pytest.mark.slow
 def test_a_large_diagram_is_first_seen_where_something_is_in_it(shelf: Books) -> None:
     rows = [
         ["", "Red ball", "map", f"redBall.distance + {n}", f"A very long name of a stream {n}", ""] for n in range(9)

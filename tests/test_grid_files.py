@@ -24,6 +24,7 @@ More words.
 """
 
 
+@pytest.mark.slow
 def test_a_markdown_workbook_is_edited_and_its_words_stay(shelf: Books) -> None:
     path = shelf.folder / "plan.md"
     path.write_text(MARKDOWN, encoding="utf-8")
@@ -90,6 +91,7 @@ def test_a_file_that_is_open_in_excel_deleted_protected_or_replaced_under_an_ope
     grid.expect("B2", "Face")
 
 
+@pytest.mark.slow
 def test_japanese_names_and_what_an_input_method_composes(shelf: Books) -> None:
     book = {
         "追跡": [
@@ -119,6 +121,7 @@ def test_japanese_names_and_what_an_input_method_composes(shelf: Books) -> None:
     assert read_sheets(grid.path)[0].cells[3, 6].text == "子供"
 
 
+@pytest.mark.slow
 def test_sixty_columns_and_very_long_texts(shelf: Books) -> None:
     header = [*HEADER, *(f"Mine {n}" for n in range(54))]
     long = "word " * 4000
@@ -142,6 +145,7 @@ def test_sixty_columns_and_very_long_texts(shelf: Books) -> None:
     assert read_sheets(grid.path)[0].cells[3, 6].text == f"{long.strip()} end"
 
 
+@pytest.mark.slow
 def test_rows_go_into_a_sheet_that_is_longer_than_its_drop_downs(shelf: Books, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         "rrp_sheets.web.views.sheet.MOST_DRAWN_ROWS", 100

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from chromium import becomes, eventually
 from grid_books import HEADER, Books
 from playwright.sync_api import expect
@@ -24,6 +25,7 @@ HELP = {"C3": "sample (connector)", "D2": "CLAMP(value; low; high)", "B2": "Red 
         "B3": "Head yaw (sensor)", "A2": "Keys of the grid", "D4": "FORM"}  # fmt: skip
 
 
+@pytest.mark.slow
 def test_f1_explains_what_stands_in_the_cell_or_is_typed_and_gives_the_focus_back(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     grid.page.wait_for_selector("td[aria-invalid=true]")
@@ -121,6 +123,7 @@ def test_help_on_a_helper_that_is_gone_shows_the_other_topics(shelf: Books) -> N
     assert shelf.page.request.get(f"{shelf.url}/help?topic=ABS").status == 200
 
 
+@pytest.mark.slow
 def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_own_is_read(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="T")
     grid.go("C3")

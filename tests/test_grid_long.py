@@ -53,6 +53,7 @@ def held(grid: GridPage, folder: Path) -> list[str]:
     return shown()
 
 
+@pytest.mark.slow
 def test_all_rows_are_there_and_the_last_is_changed_as_the_first(grid: GridPage, folder: Path) -> None:
     assert held(grid, folder)[:COUNT] == list(NOTED.values())
     grid.go("F2")
@@ -63,6 +64,7 @@ def test_all_rows_are_there_and_the_last_is_changed_as_the_first(grid: GridPage,
     assert held(grid, folder)[COUNT - 1] == "the last"
 
 
+@pytest.mark.slow
 def test_rows_move_across_the_bodies(grid: GridPage, folder: Path) -> None:
     grid.go("F51")
     grid.press("Alt+ArrowDown")
@@ -73,6 +75,7 @@ def test_rows_move_across_the_bodies(grid: GridPage, folder: Path) -> None:
     assert held(grid, folder)[48:52] == ["note 50", "note 51", "note 52", "note 53"]
 
 
+@pytest.mark.slow
 def test_a_selection_grows_by_keys_across_the_bodies(grid: GridPage) -> None:
     grid.go("F45")
     grid.press(*["Shift+ArrowDown"] * 12)
@@ -81,6 +84,7 @@ def test_a_selection_grows_by_keys_across_the_bodies(grid: GridPage) -> None:
     becomes(lambda: selected.last.evaluate("e => e.parentElement.cells[0].textContent"), "57")
 
 
+@pytest.mark.slow
 def test_many_rows_come_and_go(grid: GridPage, folder: Path) -> None:
     before = held(grid, folder)
     grid.go("F52")

@@ -61,6 +61,7 @@ BLOCKS = {
 }
 
 
+@pytest.mark.slow
 def test_header_rows_of_a_pasted_block_are_left_out(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
     for what, (block, told, wanted) in BLOCKS.items():
@@ -74,6 +75,7 @@ def test_header_rows_of_a_pasted_block_are_left_out(shelf: Books) -> None:
         assert rows(grid) == [], what
 
 
+@pytest.mark.slow
 def test_cells_go_to_the_columns_that_the_pasted_header_row_names(shelf: Books) -> None:
     grid = shelf.open({"T": [HEADER, ["", "", "", "", "", "stays"]]})
     paste(grid, "D2", ["Output", "Who", "From", "Connector", "Formula"],
@@ -83,6 +85,7 @@ def test_cells_go_to_the_columns_that_the_pasted_header_row_names(shelf: Books) 
     assert rows(grid) == [["", "Red ball", "map", "redBall.distance", "Distance", "stays"]]
 
 
+@pytest.mark.slow
 def test_a_pasted_part_with_its_headers_is_known_and_a_header_row_alone_changes_nothing(shelf: Books) -> None:
     grid = shelf.open()
     paste(grid, "C5", HEADER[2:4], ["map", "1 + 1"])
@@ -95,6 +98,7 @@ def test_a_pasted_part_with_its_headers_is_known_and_a_header_row_alone_changes_
     assert rows(grid) == [*ROWS, ["", "", "map", "1 + 1", "", ""], ["", "", "", "2 + 2", "", ""]]
 
 
+@pytest.mark.slow
 def test_what_only_looks_like_a_header_row_is_pasted(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
     block = [
@@ -131,6 +135,7 @@ def test_the_sheets_of_every_kind_are_tried_here() -> None:
     assert len(SHEETS) == len(KINDS) + 1  # and a table of the user's own
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sheet", SHEETS)
 def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(
     shelf: Books, of_every_kind: Path, sheet: str
@@ -144,6 +149,7 @@ def test_every_kind_of_sheet_tells_the_page_how_its_headers_are_spelt(
     assert len(set(known)) == len(known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sheet", ["Gestures", "Parts"])
 def test_header_rows_are_left_out_on_other_kinds_of_sheets(shelf: Books, of_every_kind: Path, sheet: str) -> None:
     header, *_, line = SHEETS[sheet]

@@ -12,6 +12,7 @@ from playwright.sync_api import expect
 from rrp_sheets.workbook.files import read_sheets
 
 
+@pytest.mark.slow
 def test_one_sees_what_the_other_types_where_and_is_not_disturbed_by_it(shelf: Books) -> None:
     aya, mika = shelf.two()
     aya.go("F4")
@@ -65,6 +66,7 @@ def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str, *, off
     return aya.page.wait_for_selector("dialog.ask[open]")
 
 
+@pytest.mark.slow
 def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(shelf: Books) -> None:
     """By mouse and by keyboard; or both are kept, one's own as a note of the row, or in the note itself."""
     aya, mika = shelf.two()
@@ -88,6 +90,7 @@ def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(shelf:
     aya.status("Both are kept.")
 
 
+@pytest.mark.slow
 def test_one_gives_oneself_a_name_and_others_see_where_one_is(shelf: Books) -> None:
     path = shelf.file()
     aya, mika = shelf.open(path=path), shelf.open(path=path, name="Mika")
@@ -129,6 +132,7 @@ def test_two_browsers_fill_200_cells_at_once_and_nothing_is_lost(shelf: Books) -
     assert [(sheet.cells[n, 4].typed, sheet.cells[n, 6].typed) for n in range(5, 25)] == screens[0]
 
 
+@pytest.mark.slow
 def test_what_another_changes_while_a_long_sheet_is_loaded_is_shown(shelf: Books) -> None:
     path = shelf.file({"T": [HEADER, *([["", "", "", "", "", "old"]] * 260)]})
     mika = shelf.open(path=path, name="Mika")

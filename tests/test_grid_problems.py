@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import pytest
 from chromium import becomes, eventually, some, until
 from grid_books import EMPTY, TRACKING, Books
 from playwright.sync_api import expect
@@ -16,6 +17,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
 
 
+@pytest.mark.slow
 def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -> None:
     grid = shelf.open()
     grid.go("D3")
@@ -57,6 +59,7 @@ LATER = """() => {
 """Six seconds, after which a row is no longer being typed, go by at once when `later` is called."""
 
 
+@pytest.mark.slow
 def test_a_row_that_is_being_typed_does_not_scold_until_it_is_left(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
     grid.go("B2")
@@ -87,6 +90,7 @@ def passes(path: Path) -> bool:
     return report.passed
 
 
+@pytest.mark.slow
 def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passes(shelf: Books) -> None:
     pattern = bundled("workbooks") / "complex-tracking.xlsx"
     assert not passes(pattern)
@@ -125,6 +129,7 @@ def test_a_row_that_a_fix_inserts_is_shown_as_the_check_after_it_says_however_la
     grid.page.wait_for_selector("td.flagged:not(.is-info)", state="detached")
 
 
+@pytest.mark.slow
 def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf: Books) -> None:
     rows = "".join(
         f"| {word} | Red ball | map | 1 | Y{i} |\n" for i, word in enumerate(["FALSCH", "いいえ", "はい", "WAHR", ""])
@@ -155,6 +160,7 @@ def test_the_tick_says_what_the_reader_does_with_words_of_other_languages(shelf:
     becomes(lambda: grid.page.evaluate(is_off, words), [truth_of(word) is False for word in words])
 
 
+@pytest.mark.slow
 def test_on_is_not_ticked_in_rows_where_nothing_stands(shelf: Books) -> None:
     grid = shelf.open(TRACKING)
     becomes(lambda: grid.page.locator("tbody tr:nth-child(-n+3) td.on input:checked").count(), 3)

@@ -79,6 +79,7 @@ def insert_above(at: Restarted, row: int) -> None:
     at.page.get_by_role("menuitem", name="Insert above").click()
 
 
+@pytest.mark.slow
 def test_what_is_typed_while_the_server_is_away_is_saved_in_order_when_it_is_back(at: Restarted) -> None:
     insert_above(at, 3)
     at.saved()
@@ -132,6 +133,7 @@ def test_an_edit_whose_answer_was_lost_is_made_once(at: Restarted) -> None:
     assert list(at.notes().values()).count("start 5") == 1 and max(at.notes()) <= ROWS + 2
 
 
+@pytest.mark.slow
 def test_what_is_not_saved_is_sent_by_the_page_that_is_loaded_again(at: Restarted) -> None:
     at.page.route("**/cells", lambda route: route.abort())
     at.type(2, "kept over a reload")
@@ -144,6 +146,7 @@ def test_what_is_not_saved_is_sent_by_the_page_that_is_loaded_again(at: Restarte
     assert at.notes()[2] == "kept over a reload"
 
 
+@pytest.mark.slow
 def test_a_browser_that_is_signed_out_keeps_its_edits_until_it_is_let_in(at: Restarted) -> None:
     at.kill()
     at.type(2, "typed when signed out")
@@ -163,6 +166,7 @@ def test_a_browser_that_is_signed_out_keeps_its_edits_until_it_is_let_in(at: Res
     assert at.notes()[2] == "typed when signed out"
 
 
+@pytest.mark.slow
 def test_what_the_server_does_not_take_any_more_can_be_copied_and_discarded(shelf: Books) -> None:
     grid = shelf.open()
     page = grid.page

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from chromium import becomes, eventually
 from grid_books import EMPTY, Books
 
 
+@pytest.mark.slow
 def test_cells_tell_column_row_and_text_the_cursor_tells_more_and_editing_rows_and_undo_are_told(shelf: Books) -> None:
     grid = shelf.open()
     role = grid.page.get_by_role
@@ -46,6 +48,7 @@ def test_cells_tell_column_row_and_text_the_cursor_tells_more_and_editing_rows_a
     grid.status("Undone: row 4 is there.")
 
 
+@pytest.mark.slow
 def test_the_grid_with_everything_open_has_no_fault_for_axe(shelf: Books) -> None:
     grid = shelf.open(EMPTY)
     grid.go("B2")

@@ -51,6 +51,7 @@ def grid(timed: Timed, url: str) -> Timed:
     return timed
 
 
+@pytest.mark.slow
 def test_a_message_goes_by_itself_and_the_next_one_has_its_whole_time(grid: Timed) -> None:
     grid.go("C2")
     grid.press("Control+c")
@@ -65,6 +66,7 @@ def test_a_message_goes_by_itself_and_the_next_one_has_its_whole_time(grid: Time
     expect(grid.page.get_by_role("button", name="Close the message")).to_be_hidden()
 
 
+@pytest.mark.slow
 def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
     grid.page.evaluate("navigator.clipboard.writeText('a\\tb\\tc')")
     grid.go("F2")
@@ -87,6 +89,7 @@ def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
     expect(grid.line).to_be_empty()
 
 
+@pytest.mark.slow
 def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed) -> None:
     grid.page.route("**/cells", lambda route: route.fulfill(json={"message": "Not now."}))
     grid.go("F2")
@@ -112,6 +115,7 @@ def test_an_error_stays_until_it_is_closed_or_something_else_is_done(grid: Timed
     expect(grid.line).to_be_empty()
 
 
+@pytest.mark.slow
 def test_an_error_goes_when_what_was_wrong_is_over(grid: Timed, folder: Path) -> None:
     path = folder / "a.xlsx"
     whole = path.read_bytes()

@@ -40,6 +40,7 @@ def outside(grid: Shared, *edits: Any) -> None:
 # ---- another program changes the file
 
 
+@pytest.mark.slow
 def test_an_editor_and_a_selection_stay_with_their_rows_while_another_program_changes_the_file(shelf: Books) -> None:
     grid = shelf.open()
     grid.go("B7")
@@ -90,6 +91,7 @@ def insert_above(grid: Shared) -> None:
     grid.press("Control++")
 
 
+@pytest.mark.slow
 def test_keys_after_insert_above_go_into_the_new_row_and_can_be_copied_when_it_is_refused(shelf: Books) -> None:
     grid = shelf.open()
     with SlowAnswers(grid.page) as slow:
@@ -121,6 +123,7 @@ def note(grid: Shared, text: str) -> None:
     grid.saved()
 
 
+@pytest.mark.slow
 def test_what_is_for_the_grid_waits_for_what_an_undo_brings_back(shelf: Books) -> None:
     grid = shelf.open()
     note(grid, "far")
@@ -175,6 +178,7 @@ def test_what_is_for_the_grid_waits_for_what_an_undo_brings_back(shelf: Books) -
     becomes(lambda: (texts(grid.path)[1][5], grid.here), ("no", "E4"))
 
 
+@pytest.mark.slow
 def test_no_draft_stays_of_what_waited_while_the_sheet_was_given_another_name(shelf: Books) -> None:
     grid, mika = shelf.two()
     grid.go("F3")
@@ -198,6 +202,7 @@ def centre(grid: Shared, address: str) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
+@pytest.mark.slow
 def test_rows_of_two_people_and_another_program_come_to_the_same_order_whatever_arrives_first(shelf: Books) -> None:
     """Aya's answer comes before what Mika did earlier, and after what Mika did later."""
     aya, mika = shelf.two()
@@ -244,6 +249,7 @@ def test_rows_of_two_people_and_another_program_come_to_the_same_order_whatever_
         page.expect("F5", "mine")
 
 
+@pytest.mark.slow
 def test_two_who_edit_the_same_cell_are_both_heard_however_late_the_answers(shelf: Books) -> None:
     aya, mika = shelf.two()
     with SlowAnswers(aya.page) as slow:
@@ -268,6 +274,7 @@ def test_two_who_edit_the_same_cell_are_both_heard_however_late_the_answers(shel
         expect(aya.page.locator("dialog[open]")).to_contain_text("from Aya")
 
 
+@pytest.mark.slow
 def test_hundreds_of_rows_are_pasted_and_gone_on_below_before_any_answer(shelf: Books) -> None:
     grid = shelf.open()
     grid.go("B5")
@@ -341,6 +348,7 @@ def away(grid: Shared, shelf: Books, cell: str, text: str) -> None:
     grid.page.goto(elsewhere(shelf))
 
 
+@pytest.mark.slow
 def test_what_is_typed_survives_a_reload_and_others_see_the_cell_free_when_its_page_closes(shelf: Books) -> None:
     aya, mika = shelf.two()
     typing(aya, "F4", "half a no")
@@ -366,6 +374,7 @@ def test_what_is_typed_survives_a_reload_and_others_see_the_cell_free_when_its_p
     mika.page.wait_for_selector("td.taken", state="detached")
 
 
+@pytest.mark.slow
 def test_what_is_typed_survives_going_back_and_a_crash_and_is_thrown_away_when_asked(shelf: Books) -> None:
     grid = shelf.open()
     away(grid, shelf, "F4", "half")
@@ -389,6 +398,7 @@ def test_what_is_typed_survives_going_back_and_a_crash_and_is_thrown_away_when_a
     becomes(lambda: grid.page.evaluate("Object.keys(sessionStorage).filter(k => k.startsWith('drafts:'))"), [])
 
 
+@pytest.mark.slow
 def test_what_waits_behind_an_undo_is_among_what_is_not_saved_and_offered_after_a_reload(shelf: Books) -> None:
     grid = shelf.open()
     note(grid, "far")
@@ -416,6 +426,7 @@ def test_what_waits_behind_an_undo_is_among_what_is_not_saved_and_offered_after_
     expect(grid.page.locator(DIALOG)).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_a_draft_meets_a_changed_cell_or_a_deleted_row(shelf: Books) -> None:
     aya, mika = shelf.two()
     away(aya, shelf, "F3", "mine")
@@ -438,6 +449,7 @@ def test_a_draft_meets_a_changed_cell_or_a_deleted_row(shelf: Books) -> None:
     expect(aya.page.get_by_role("button", name="Go on typing")).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_a_duplicated_tab_is_another_page_and_does_not_offer_what_the_first_one_types(shelf: Books) -> None:
     grid = shelf.open()
     typing(grid, "F4", "half")
@@ -551,6 +563,7 @@ def compared(slow: Shared, plain: Shared, answers: SlowAnswers, seed: int, count
         becomes(lambda: slow.here == plain.here, True, told)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "count"), [(None, 10), *(pytest.param(seed, 14, marks=pytest.mark.soak) for seed in range(10))]
 )
@@ -597,6 +610,7 @@ def test_any_sequence_with_answers_up_to_two_seconds_late_gives_the_same_file(sh
     becomes(lambda: (shown(late), late.here) == (shown(plain), plain.here), True, actions)
 
 
+@pytest.mark.slow
 def test_an_edit_of_a_cell_takes_three_requests_and_none_where_a_sheet_can_only_be_read(shelf: Books) -> None:
     grid = shelf.open()
     grid.checked()

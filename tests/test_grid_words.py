@@ -56,6 +56,7 @@ def at(shelf: Books, book: Path):
     return offered
 
 
+@pytest.mark.slow
 def test_behaviours(at) -> None:
     assert {"Gaze", "Red ball", "Say done", "Distance", "Sum"} <= {
         *at("T", "B6", " "),
@@ -82,6 +83,7 @@ def test_behaviours(at) -> None:
     assert at("T", "D2", '"redBall.') == []  # within a text
 
 
+@pytest.mark.slow
 def test_devices_offer_what_the_device_takes(at, shelf: Books) -> None:
     assert at("Devices", "B4", "oper")[0] == "Operator button"
     assert "HeadYaw" in at("Devices", "C2", "heady")
@@ -90,12 +92,14 @@ def test_devices_offer_what_the_device_takes(at, shelf: Books) -> None:
     becomes(lambda: shelf.page.evaluate(readonly.replace("nth-child(2)", "nth-child(1)")), ["Label"])
 
 
+@pytest.mark.slow
 def test_helpers(at) -> None:
     assert "how far" in at("Helpers", "C2", "how") or "howFar" in at("Helpers", "C2", "how")
     assert at("Helpers", "C2", "roun")[0].startswith("ROUND")
     assert at("Helpers", "C2", "lim")[0] == "limit"
 
 
+@pytest.mark.slow
 def test_scenes(at) -> None:
     assert "Red ball" in at("Scene", "B5", "red")
     assert at("Scene", "C2", "m")[0] == "moves" and "enters" not in at("Scene", "C2", "e")
@@ -105,22 +109,26 @@ def test_scenes(at) -> None:
     assert at("Scene", "D4", "g") == ["Go"] or at("Scene", "D4", "s") == ["Start"]
 
 
+@pytest.mark.slow
 def test_tests(at) -> None:
     assert "Red ball" in at("Try", "B3", "red") and "Distance" in at("Try", "B3", "dis")
     assert "distance=" in at("Try", "C2", "d") and "x=" in at("Try", "C2", "distance=1; x")
     assert {"any", "nothing", "nothing or blank"} <= {*at("Try", "D2", "a"), *at("Try", "D2", "no")}
 
 
+@pytest.mark.slow
 def test_protocols(at, shelf: Books) -> None:
     assert "Seed" in at("Protocol", "A4", "se")
     assert at("Protocol", "B2", "ev") == ["event loop"]
     assert at("Protocol", "B3", "T, u") == ["Uses"]
 
 
+@pytest.mark.slow
 def test_tables_of_ones_own(at) -> None:
     assert "colours" in at("Uses", "D2", "col")
 
 
+@pytest.mark.slow
 def test_tab_and_enter_take_what_is_offered(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="Try")
     grid.checked()
@@ -144,6 +152,7 @@ def test_tab_and_enter_take_what_is_offered(shelf: Books) -> None:
         becomes(lambda: grid.text("D2"), text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("sheet", "address", "typed", "chosen"),
     [
@@ -175,6 +184,7 @@ def test_tab_and_enter_take_a_suggestion_that_was_chosen(
         becomes(lambda: grid.text(address), "", keys)
 
 
+@pytest.mark.slow
 def test_suggestions_come_when_the_words_have_come_and_leave_what_is_wrong_in_sight(shelf: Books) -> None:
     held: list[Any] = []
 
@@ -208,6 +218,7 @@ def test_suggestions_come_when_the_words_have_come_and_leave_what_is_wrong_in_si
     becomes(lambda: grid.page.locator("td .mend:visible").count(), 1)
 
 
+@pytest.mark.slow
 def test_words_are_fetched_only_when_they_have_changed(shelf: Books) -> None:
     grid = shelf.open()
     grid.checked()
@@ -229,6 +240,7 @@ def test_words_are_fetched_only_when_they_have_changed(shelf: Books) -> None:
     assert len(words) <= 2, "once for each check at most"
 
 
+@pytest.mark.slow
 def test_a_text_for_a_device_that_takes_none_is_kept_and_leads_to_the_device_that_takes_it(shelf: Books) -> None:
     rows = [["Stream", "Device", "Text", "Notes"], ["Say praise", "", "", ""], ["Neck", "Head yaw", "", ""]]
     grid = shelf.open({**SHEETS, "Devices": rows}, sheet="Devices")

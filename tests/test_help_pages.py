@@ -50,17 +50,20 @@ def test_a_page_is_prose_of_its_own_code():
             assert not re.search(r"[{}]|\*\*|https?:", text), text
 
 
+@pytest.mark.slow
 def test_the_wrong_example_gives_this_code_and_nothing_else():
     codes = sorted(set(TABLED) - set(AT_RUN_TIME))
     given = {code: {d.code for d in check(completed(load_page(code).wrong)).report} for code in codes}
     assert {code: found for code, found in given.items() if found != {code}} == {}
 
 
+@pytest.mark.slow
 def test_the_right_example_gives_nothing():
     given = {c: check(completed(load_page(c).right)).report.flatten(["code", "cell", "message"]) for c in TABLED}
     assert {code: found for code, found in given.items() if found} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", AT_RUN_TIME)
 @pytest.mark.parametrize("which", ["wrong", "right"])
 def test_examples_of_what_goes_wrong_while_running(code, which):

@@ -89,6 +89,7 @@ def test_the_readme_names_topics_that_there_are():
     assert linked and all((FILES.parents[1] / path).is_file() for path in linked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("word", "topic"),
     [("sensors", "devices"), ("actuators", "devices"), ("operators", "connectors"), ("Formula", "formulas"),
@@ -153,6 +154,7 @@ def table(name: str, heading: str) -> list[list[str]]:
     return [re.split(r" +\| +", line[2:]) for line in text.split("\n") if line.startswith("* ")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", table("formulas", "Two ways of writing")[1:], ids=lambda line: line[0])
 def test_both_spellings_mean_the_same(line):
     inputs = {"distance": 1.5, "colour": "red"}
@@ -258,6 +260,7 @@ def test_a_time_of_a_setting_says_its_unit():
     assert "A number alone means seconds." in " ".join(help_on("Wait").split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CONNECTORS)
 def test_the_example_of_a_connector_is_a_workbook_in_order(name):
     assert not checked(workbook(CONNECTORS[name])).report.errors

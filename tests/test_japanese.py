@@ -131,6 +131,7 @@ def test_what_a_robot_of_ones_own_says_is_translated_as_far_as_it_is_the_program
 # ---- explanations ----
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_nothing_english_is_left_in_the_explanations(name: str) -> None:
     """All that is left in Latin letters are names, texts and formulas of the workbook, and names of the robot's joints."""
@@ -212,6 +213,7 @@ def test_the_words_of_a_diagram_are_japanese(greeting: Path) -> None:
     assert not re.search(r">(off|Row|Sensor)\b", page.svg)
 
 
+@pytest.mark.slow
 def test_parts_of_a_long_behaviour_refer_to_each_other_in_japanese(tmp_path: Path) -> None:
     rows = "".join(
         f"| Head yaw | map | headYaw * {n} | Yaw {n} | |\n| Yaw {n - 1 if n else 0} | subscribe | | Print | |\n"
@@ -257,6 +259,7 @@ def svg_of(run, path: Path, folder: Path, options: list[str]) -> str:
 # ---- the ethics pack ----
 
 
+@pytest.mark.slow
 def test_nothing_of_the_programs_own_is_english_in_a_japanese_pack() -> None:
     """Names of the Protocol's fields and of settings stand as they are typed; so do what is said and the formulas."""
     found = gather(bundled("workbooks", "mixed-control.xlsx"), language="ja")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from chromium import PAGES, set_clock
 
 KEPT = "[location.pathname, localStorage.length, sessionStorage.length, document.cookie, innerWidth, window.name]"
@@ -13,6 +14,7 @@ HELD = """() => new Promise((done) => addEventListener("mousemove", (e) =>
   done([e.buttons, e.altKey, e.ctrlKey, e.metaKey, e.shiftKey]), { once: true }))"""
 
 
+@pytest.mark.slow
 def test_a_page_that_is_used_again_is_as_new(browser: Any, url: str) -> None:
     page = PAGES.take(browser, url, "Somebody")
     cookies = page.context.cookies()
@@ -55,6 +57,7 @@ def test_a_page_with_a_clock_of_its_own_is_not_used_again(browser: Any, url: str
     assert page.is_closed()
 
 
+@pytest.mark.slow
 def test_a_page_of_a_test_that_has_failed_is_not_used_again(browser: Any, url: str) -> None:
     free, taken = PAGES.take(browser, url), PAGES.take(browser, url)
     PAGES.put_back(free)
@@ -63,6 +66,7 @@ def test_a_page_of_a_test_that_has_failed_is_not_used_again(browser: Any, url: s
     assert taken.is_closed() and not free.is_closed()
 
 
+@pytest.mark.slow
 def test_a_page_that_was_closed_is_not_used_again(browser: Any, url: str) -> None:
     page = PAGES.take(browser, url)
     PAGES.put_back(page)

@@ -33,6 +33,7 @@ def folder(tmp_path: Path) -> Path:
 # ---- the password itself ----
 
 
+@pytest.mark.slow
 def test_a_password_is_kept_as_a_hash_only() -> None:
     password = Password(WORDS)
     assert password.fits(WORDS) and not any(password.fits(t) for t in ("", WORDS + " ", WORDS.upper(), "x" * 100_000))

@@ -261,6 +261,7 @@ def test_old_values_with_new_ones(text, expected):
     assert [f for f in lints(text) if f[0] == "LINT001"] == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), FLOODED)
 def test_endless_speech(text, expected):
     assert lints(text) == expected
@@ -271,6 +272,7 @@ def test_rows_in_each_others_way(text, expected):
     assert lints(text) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), NEVER)
 def test_what_never_happens(text, expected):
     assert lints(text) == expected
@@ -281,11 +283,13 @@ def test_different_kinds_of_values_joined(text, expected):
     assert lints(text) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), WAITING)
 def test_rows_that_wait_for_themselves(text, expected):
     assert [f for f in lints(text) if f[0] == "LINT017"] == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), [case for case in WAITING if "| Ask |" in case[0]])
 def test_the_engine_agrees_on_which_rows_wait_for_themselves(text, expected):
     touches = [(1000.0 * n, "Touch", example("Touch")) for n in range(5)]
@@ -331,6 +335,7 @@ def test_helpers(lines, use, expected):
     assert lints(f"| Red ball | map | {use} | X | |\n| X | subscribe | | Print | |", HELPERS + lines) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(bundled("workbooks").glob("*.xlsx")), ids=lambda p: p.stem)
 def test_the_workbooks_that_come_with_the_program_hold_one_mistake_only(path: Path):
     found = [d.code for d in api.check(path).report if d.code.startswith("LINT")]

@@ -93,6 +93,7 @@ def rows_of_the_trace(place: Path, t: float) -> dict[str, tuple[float, Any]]:
 
 
 # ---- values
+@pytest.mark.slow
 @pytest.mark.parametrize("t", [0.0, 0.55, 1.234, 2.0, 2.99, 3.2, SECONDS])
 def test_the_values_of_a_time_are_those_of_the_trace(run: Path, t: float) -> None:
     mine, theirs = rows_told(run, t), rows_of_the_trace(run, t)
@@ -175,6 +176,7 @@ def test_the_camera_saw_the_ball(run: Path) -> None:
     assert seen and min(seen) >= 0.5 and max(seen) <= 3.0
 
 
+@pytest.mark.slow
 def test_nothing_of_a_run_depends_on_the_recording_and_pictures_can_be_left_out(
     book: Path, run: Path, tmp_path: Path
 ) -> None:

@@ -66,12 +66,14 @@ def test_edits_and_switches_of_a_run_are_told_with_their_times(tmp_path: Path) -
     assert ask(tmp_path, "piece") == {"words": ["1", "2"], "series": {"0": {"t": [4, 5], "v": [0, 1]}}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "kept"), [("kept", True), ("", True), ("Not kept", False)])
 def test_the_protocol_says_whether_pictures_are_kept(tmp_path: Path, text: str, kept: bool) -> None:
     sheets = {**BOOK, "Protocol": [*BOOK["Protocol"], ["Camera pictures", text]]}
     assert api.check(make_workbook(sheets, tmp_path / "look.xlsx")).run.keeps_pictures is kept
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sensors", "camera"), [((RED,), False), ((), True)], ids=["forbidden", "no row looks"])
 def test_where_no_picture_may_be_kept_the_film_has_none(
     tmp_path: Path, sensors: tuple[DeviceUse, ...], camera: bool

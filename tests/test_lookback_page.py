@@ -71,6 +71,7 @@ def words(place: Path, t: float) -> dict[str, str]:
     return {**found, **{row: text for row, (_, text) in failed.items()}}
 
 
+@pytest.mark.slow
 def test_pieces_that_cannot_be_read_are_asked_for_again(page: Any) -> None:
     before = len(page.problems)
     script = STORE.read_text(encoding="utf-8")
@@ -99,6 +100,7 @@ def test_pieces_that_cannot_be_read_are_asked_for_again(page: Any) -> None:
     assert page.problems[before:] == []
 
 
+@pytest.mark.slow
 def test_values_by_keyboard_at_times_are_those_of_the_trace(page: Any, folder: Path) -> None:
     look(page, "one", "#t=1.2")
     expect(page.locator("#now")).to_have_text("0:01.2")
@@ -123,6 +125,7 @@ def test_values_by_keyboard_at_times_are_those_of_the_trace(page: Any, folder: P
     expect(page).to_have_url(re.compile("#t=0.1$"))
 
 
+@pytest.mark.slow
 def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any, folder: Path) -> None:
     look(page, "one")
     page.get_by_label("Speed").select_option("4")
@@ -144,6 +147,7 @@ def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any
     assert page.problems == []
 
 
+@pytest.mark.slow
 def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(page: Any, folder: Path) -> None:
     look(page, "one", "#t=2.4")
     formula = page.locator("#r0-4 .formula")
@@ -167,6 +171,7 @@ def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(
     assert page.problems == []
 
 
+@pytest.mark.slow
 def test_a_run_that_was_recorded_before_has_rows_and_diagram_and_says_what_is_missing(page: Any) -> None:
     look(page, "old", "#t=2.4")
     expect(page.get_by_text("How the robot stood was not recorded in this run.")).to_be_visible()

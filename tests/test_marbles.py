@@ -152,6 +152,7 @@ def boxes(root):
     return sorted(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 5, 40, 120, 3000])
 @pytest.mark.parametrize("kind", ["sensor", "stream", "actuator", "done", "anonymous"])
 def test_marbles_do_not_overlap(count, kind):
@@ -254,6 +255,7 @@ def test_any_values_are_drawn(values, width):
 # ---- connectors' examples
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("connector", list(dict.fromkeys(connectors())), ids=lambda c: c.name)
 def test_every_connector_has_a_picture_from_a_real_run(connector):
     score = example_score(connector)
@@ -325,6 +327,7 @@ def test_a_file_that_is_no_trace_is_refused_or_drawn_and_never_breaks(trace, lin
     assert result.exception is None or isinstance(result.exception, SheetsError), result.exception
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png", ".txt"])
 def test_formats(trace, tmp_path, suffix):
     target = tmp_path / f"marbles{suffix}"

@@ -143,11 +143,13 @@ DOES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted({m[0] for m in mistakes()}))
 def test_the_workbooks_are_in_order(name):
     assert found(base(name)) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mistake", mistakes(), ids=lambda m: f"{m[0]} {m[1]} {m[2]} {m[3]}"[:90])
 def test_one_mistake_one_finding_and_a_remedy_that_mends_it(mistake):
     name, where, text, finding, says, mended = mistake
@@ -194,6 +196,7 @@ FINE = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cell", "text"), FINE)
 def test_what_is_typed_differently_but_is_fine(cell, text):
     book = base("simple-tracking")
@@ -201,6 +204,7 @@ def test_what_is_typed_differently_but_is_fine(cell, text):
     assert found({**book, cell: text}) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "cell", "excel", "again"),
     [
@@ -279,6 +283,7 @@ def test_a_spoilt_cell_of_a_larger_workbook_is_told_with_remedies(name):
         assert len({d[:2] for d in told}) == len(told) and all(d[2] for d in told), (cell, text)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOOKS)
 def test_other_spellings_of_a_cell_are_no_mistake(name):
     for book, cell, _, text in spoilt(harmless=True):

@@ -111,6 +111,7 @@ def test_an_open_workbook_is_found_while_its_file_is_in_the_folder(open_workbook
     assert open_workbooks.find(path.name) is session
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ["closed", "forgotten"])
 def test_what_looks_after_the_files_ends(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rrp_sheets.web.workbook_session.POLL_EVERY", 0.01)

@@ -84,6 +84,7 @@ def view(opened: View) -> View:
     return opened
 
 
+@pytest.mark.slow
 def test_wheel_zooms_when_the_picture_has_the_focus_or_ctrl_is_held(view: View) -> None:
     azimuth, elevation, distance = FRONT
     notch = 0.95**2.4
@@ -122,6 +123,7 @@ def test_keys_turn_and_zoom(view: View) -> None:
         view.shows(*seen)
 
 
+@pytest.mark.slow
 def test_view_turns_neither_over_the_top_nor_below_the_floor(view: View) -> None:
     for key, elevation in (("ArrowUp", math.pi / 2 - 0.12), ("ArrowDown", math.pi / 2 - 1.62)):
         for _ in range(15):

@@ -79,6 +79,7 @@ def assert_taken(stage, name):
         assert joints[joint] == pytest.approx(angle, abs=0.07), (name, joint)
 
 
+@pytest.mark.slow
 def test_it_sits_down_and_stands_up_again(stage):
     s = stage()
     height = s.world.state().base[2]
@@ -96,6 +97,7 @@ def test_it_sits_down_and_stands_up_again(stage):
     assert all(abs(foot.position[2]) < 0.008 and foot.rotation[2, 2] > 0.99 for foot in feet)
 
 
+@pytest.mark.slow
 def test_it_lies_down_and_does_not_sink_in(stage):
     s = stage(speed=1.0)
     s.take("LyingBelly")
@@ -106,11 +108,13 @@ def test_it_lies_down_and_does_not_sink_in(stage):
     assert s.take("LyingBelly") < 0.6  # there already
 
 
+@pytest.mark.slow
 def test_a_faster_speed_is_faster(stage):
     slow, fast = stage(speed=0.2), stage(speed=1.0)
     assert slow.take("Crouch") > 1.5 * fast.take("Crouch")
 
 
+@pytest.mark.slow
 def test_another_posture_on_the_way_and_blank(stage):
     s = stage(NOD)
     assert s.go(20, Command("p", "Sit")) == []
@@ -141,6 +145,7 @@ def test_what_is_no_posture_is_told(stage, value, words):
     assert (completed, seconds) == (False, 0) and words in s.told[0][1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOT.postures)
 def test_every_posture_is_reached_from_every_other_by_way_of_crouching(name):
     ways = ROBOT.data["posture_ways"]

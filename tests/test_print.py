@@ -74,6 +74,7 @@ def pages(pdf):
     return texts_of(pdf)
 
 
+@pytest.mark.slow
 def test_every_page_has_its_number_and_the_hash(pages, printed):
     digest = api.read(bundled("workbooks", "complex-tracking.xlsx")).digest
     for number, text in enumerate(pages, 1):
@@ -154,6 +155,7 @@ def test_hash_formulas_and_names_can_be_copied_and_searched(tmp_path):
         assert not [line for line in whole.splitlines() if line.lstrip().startswith((";", ",", ")"))]
 
 
+@pytest.mark.slow
 def test_no_page_is_half_empty_or_turned_and_diagrams_stand_in_their_order():
     pages = read_pdf(make(bundled("workbooks", "mixed-control.xlsx"), today=DAY).data).pages
     assert min(map(filled, pages[:-1])) > 0.6
@@ -226,6 +228,7 @@ def test_gestures_and_postures_are_listed_where_the_texts_are(tmp_path):
     ]
 
 
+@pytest.mark.slow
 def test_what_the_protocol_does_not_state_is_open_on_the_first_page(tmp_path):
     fields = ("Version", "Purpose", "Participants", "Contact", "Ethics reference", "Data kept", "Retention", "Consent")
     rows, button = (

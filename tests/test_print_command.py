@@ -19,6 +19,7 @@ WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 GOLDEN = Path(__file__).parent / "golden" / "print"
 
 
+@pytest.mark.slow
 def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatch):
     rows = (
         "| Red ball | map | redBall.distance | Near | |\n| Near | filter | near < 1 | Close | |\n"
@@ -58,6 +59,7 @@ def test_a_workbook_with_errors_is_printed_as_a_draft_only(tmp_path, monkeypatch
     assert "DRAFT with an open error: it cannot run as it is, and what is said below is incomplete" in pages[0]
 
 
+@pytest.mark.slow
 def test_texts_of_strangers_print_as_texts(tmp_path):
     evil = '<script>x</script> #panic("x") $x$ \\u{41} @problems {n} `a'
     rows = f"| Red ball | map | redBall.distance | N{'o' * 250} | |\n| Red ball | map | 1 | {evil} | |\n"

@@ -72,6 +72,7 @@ def protocol(client: Any, name: str, **choice: str) -> str:
 # ---- what it says ----
 
 
+@pytest.mark.slow
 def test_the_page_says_everything_that_the_pdf_says(client: Any, folder: Path) -> None:
     text = protocol(client, "complex-tracking.xlsx")
     pack = gather(folder / "complex-tracking.xlsx").pack
@@ -155,6 +156,7 @@ def test_it_is_compared_with_the_version_that_was_approved(tmp_path: Path) -> No
 # ---- the PDF ----
 
 
+@pytest.mark.slow
 def test_the_pdf_is_made_in_a_process_of_its_own_and_kept(folder: Path) -> None:
     press = ProtocolPrinter()
     path = folder / "挨拶.md"
@@ -189,6 +191,7 @@ def drawn(page: Any, name: str) -> None:
     page.wait_for_selector("[data-print]:enabled")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "paper", "width"),  # px at 96 dpi, without the margins of 14 mm
     [("complex-tracking.xlsx", "A4", 794 - 106), ("挨拶.md", "Letter", 816 - 106)],
@@ -210,6 +213,7 @@ def test_nothing_is_cut_on_paper(page: Any, name: str, paper: str, width: int) -
     page.set_viewport_size({"width": 1280, "height": 800})
 
 
+@pytest.mark.slow
 def test_sixty_rows_are_printed_whole(page: Any) -> None:
     drawn(page, "long.md")
     becomes(lambda: page.locator(".of-behaviour tbody tr").count(), 60)
@@ -242,6 +246,7 @@ def test_the_buttons_print_and_give_the_pdf(page: Any, tmp_path: Path) -> None:
     page.wait_for_selector("#changes")
 
 
+@pytest.mark.slow
 def test_trouble_with_the_pdf_is_told(page: Any) -> None:
     drawn(page, "挨拶.md")
     page.evaluate("document.querySelector('[name=against] option').value = 'version/99/挨拶.md'")

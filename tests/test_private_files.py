@@ -64,6 +64,7 @@ class Watched:
         self._thread.join()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("there", [False, True], ids=["new", "there already, and open"])
 def test_a_run_is_for_its_user_only(tmp_path: Path, there: bool) -> None:
     folder = tmp_path / "books"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from play import check, rows
@@ -33,6 +34,7 @@ def test_proposals_end_when_very_many_names_were_looked_at():
     assert [propose("Streem 7", names) for _ in range(5)] == ["Stream 7"] * 4 + [None]
 
 
+@pytest.mark.slow
 def test_the_first_of_many_unknown_names_get_a_proposal_and_all_are_told():
     lines = [f"| Streem {i} | map | value | Stream {i} |" for i in range(800)]
     errors = check(rows("\n".join(lines))).report.errors

@@ -47,6 +47,7 @@ def run(real: Path) -> str:
 # ---- the list ----
 
 
+@pytest.mark.slow
 def test_the_list_says_what_a_run_was(client: FlaskClient, run: str) -> None:
     text = get(client, "/runs").text
     for expected in ("say-ball-colour-ja.xlsx", "P-07", "Aya", "Pilot: never data", "4.0 s", "its time was over"):

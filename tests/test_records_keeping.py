@@ -240,6 +240,7 @@ def test_runs_in_folders_below_go_when_they_are_ticked(tmp_path: Path) -> None:
 # ---- by hand ----
 
 
+@pytest.mark.slow
 def test_by_hand(browser: Any, url: str, folder: Path) -> None:
     page = PAGES.take(browser, url, base_url=url)
     page.goto("/runs")

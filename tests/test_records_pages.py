@@ -35,6 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     page.goto("/runs")
     assert violations(page) == []
@@ -63,6 +64,7 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     assert page.problems == []
 
 
+@pytest.mark.slow
 def test_versions_by_hand(page: Any, folder: Path) -> None:
     page.evaluate("localStorage.setItem('name', 'Aya')")
     page.goto("/book/greeter.xlsx/versions")

@@ -132,6 +132,7 @@ def write(folder: Path, lines) -> None:
     (folder / "trace.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
 
 
+@pytest.mark.slow
 def test_everything_comes_again(acted):
     found = api.replay(acted.result.folder)
     assert found.same and found.differences == () and found.remarks == ()
@@ -331,6 +332,7 @@ def long_session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return a_session(tmp_path_factory.mktemp("long") / "run", 24)
 
 
+@pytest.mark.slow
 def test_the_lines_of_a_long_session_are_not_kept(long_session: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.xlsx"
     shutil.copy(bundled("workbooks", "complex-tracking.xlsx"), other)

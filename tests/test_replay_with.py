@@ -82,6 +82,7 @@ def other(run: Run, folder: Path, *changes: tuple[str, str]) -> Path:
     return path
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.sampled_from(sorted({2 * v for v in VALUES})) | st.floats(-5, 20), st.booleans())
 def test_a_changed_threshold_shows_exactly_the_events_it_concerns(filtered, threshold, strict):

@@ -20,6 +20,7 @@ def replayed(name, seconds, folder):
     return found
 
 
+@pytest.mark.slow
 def test_a_run_with_the_simulated_robot_comes_out_the_same(tmp_path):
     assert replayed("story.xlsx", 2.0, tmp_path).compared > 3
 

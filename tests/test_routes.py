@@ -71,6 +71,7 @@ def test_only_the_login_needs_no_cookie_and_only_its_forms_no_header(app: Flask)
     assert {where for needs, where in posts if "X-RRP" not in needs} == {"`views.login.enter`", "`views.login.leave`"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("template", sorted(bundled("templates", "web").glob("*.html")), ids=lambda path: path.name)
 def test_pages_link_to_routes_that_exist(app: Flask, template: Path) -> None:
     calls = re.findall(r"url_for\(([^,)]*)", template.read_text(encoding="utf-8"))

@@ -80,6 +80,7 @@ def acts(process):
     assert any("Head tracker" in line for line in process.stdout)
 
 
+@pytest.mark.slow
 def test_a_forked_process_has_the_cores_of_its_starter():
     command = [sys.executable, "-c", "import os; print(*os.sched_getaffinity(0))"]
 
@@ -138,6 +139,7 @@ def ran(tmp_path_factory):
     return twice(folder / "talking.md", 1.5, folder)
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_bytes_however_busy_the_machine(ran):
     _, one, other = ran
     assert events(one) == events(other) and len(events(one)) > 30
@@ -175,6 +177,7 @@ def test_a_path_with_spaces_and_japanese_letters_the_default_folder_and_a_reader
     assert {"run.xlsx", "strip.png", "film.gif", "diagram.svg"} <= {p.name for p in run.iterdir()}
 
 
+@pytest.mark.slow
 def test_ctrl_c_stops_in_order_and_leaves_everything(tmp_path):
     out = tmp_path / "o"
     with limited(
@@ -222,6 +225,7 @@ def child_of(pid: int, module: str) -> int:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("who", ["program", "engine"])
 def test_no_process_is_left_behind(who, tmp_path):
     out = tmp_path / "o"
@@ -368,6 +372,7 @@ def test_a_device_is_never_replaced_by_a_file():
     assert done.returncode == 2 and Path("/dev/null").is_char_device()
 
 
+@pytest.mark.slow
 def test_a_file_name_that_is_no_proper_text_and_what_a_stranger_writes_cannot_steer_the_terminal(tmp_path):
     book = os.fsencode(tmp_path) + b"/n\xf6.xlsx"
     rows = [["Head yaw", "map", '"a" + MID("\u202eb", 1, 2)', "X"], ["X", "subscribe", "", "Print"]]

@@ -75,6 +75,7 @@ def untouched(tmp_path_factory, book):
 
 
 # ---- the clock
+@pytest.mark.slow
 def test_a_pause_changes_nothing_but_is_recorded(tmp_path, untouched, book):
     script = Script({3: wish("pause")}, [(), wish("mark", note="he laughs"), wish("resume", "Bo")])
     made = Run(tmp_path, book, script, EVENTS)
@@ -116,6 +117,7 @@ def test_time_that_was_paused_is_not_caught_up_with_and_speeds_count_from_now():
     assert pace.left(500_000) == pytest.approx(0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", ["running", "paused", "slow", "not begun"])
 def test_stop_works_at_once_whatever_it_is_doing(before, tmp_path, book):
     asked = []

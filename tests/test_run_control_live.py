@@ -254,6 +254,7 @@ def begin(book, **settings):
     return run, panel, thread, ended
 
 
+@pytest.mark.slow
 def test_a_panel_in_another_process_does_it_all(tmp_path):
     run, panel, thread, ended = begin(bundled("workbooks", "simple-tracking.xlsx"), out=tmp_path / "o")
     run.command("look", wanted=True)
@@ -299,6 +300,7 @@ def test_a_panel_in_another_process_does_it_all(tmp_path):
     assert (lines[-1]["ended"], lines[-1]["stopped_by"]) == ("stopped", "Bo") and ended[0].result.broken is None
 
 
+@pytest.mark.slow
 def test_who_only_looks_changes_nothing(tmp_path):
     traces = []
     for look in (False, True):
@@ -312,6 +314,7 @@ def test_who_only_looks_changes_nothing(tmp_path):
     assert traces[0] == traces[1]
 
 
+@pytest.mark.slow
 def test_stop_is_heard_while_events_flood_the_wire(tmp_path):
     book = tmp_path / "b.md"
     body = "| Again done | subscribe | | Again |\n| Red ball | subscribe | | Again |\n| Red ball | subscribe | | Head tracker |"

@@ -257,6 +257,7 @@ class Held(CheckWorker):
         return found
 
 
+@pytest.mark.slow
 def test_a_mistake_that_is_mended_before_its_check_has_ended_does_not_stay_unused(tmp_path: Path) -> None:
     rows = [["", "Red ball", "map", "redBall.distance", "Distance", ""], ["", "Distance", "subscribe", "", "Print", ""]]
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")

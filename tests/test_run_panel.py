@@ -221,6 +221,7 @@ def run_by_keyboard(page: Any) -> None:
     running(page)
 
 
+@pytest.mark.slow
 def test_by_keyboard_alone_and_stop_is_quick_in_a_flood_of_events(browser, url: str, folder: Path) -> None:
     at = GridPage(browser, url, "long.xlsx", name="Aya")
     at.page.evaluate("localStorage.setItem('run-follow', 'off')")  # the table stays where it is
@@ -239,6 +240,7 @@ def test_by_keyboard_alone_and_stop_is_quick_in_a_flood_of_events(browser, url: 
     at.close()
 
 
+@pytest.mark.slow
 def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str) -> None:
     at = GridPage(browser, url, "wrong.xlsx/run")
     page = at.page

@@ -214,6 +214,7 @@ def test_findings_settings_and_errors_arrive_as_they_were():
         assert getattr(again, "code", "") == getattr(error, "code", "")
 
 
+@pytest.mark.slow
 def test_a_server_starts_a_run_gets_its_events_and_stops_it(process_start, tmp_path):
     pytest.importorskip("pybullet")
 

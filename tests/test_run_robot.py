@@ -76,6 +76,7 @@ def test_the_model_has_every_joint_of_the_catalogue_and_all_its_meshes() -> None
     assert model["units"]["distance"] == "m"
 
 
+@pytest.mark.slow
 def test_the_robot_is_drawn_when_it_moves_and_only_then(panel: RobotPanel) -> None:
     panel.live(t=0.1, robot={**panel.real.robot, "things": {}})
     panel.still()
@@ -90,6 +91,7 @@ def test_the_robot_is_drawn_when_it_moves_and_only_then(panel: RobotPanel) -> No
     assert panel.still() == drawn, "nothing moves, and it is drawn all the same"
 
 
+@pytest.mark.slow
 def test_balls_stand_in_the_room_and_one_can_look_around(panel: RobotPanel) -> None:
     def red(picture: Any) -> float:
         return float(((picture[:, :, 0] > 120) & (picture[:, :, 1] < 70) & (picture[:, :, 2] < 70)).mean())
@@ -117,6 +119,7 @@ def test_balls_stand_in_the_room_and_one_can_look_around(panel: RobotPanel) -> N
     assert back < turned / 3, "0 is the view from the front; only its fineness may have changed"
 
 
+@pytest.mark.slow
 def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: RobotPanel) -> None:
     page, canvas, caption = panel.page, panel.page.locator("#robot3d canvas"), panel.page.locator("#robot3d .caption")
     page.emulate_media(reduced_motion="reduce")  # draws what comes, nothing between
@@ -211,6 +214,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
     page.emulate_media(reduced_motion="no-preference")
 
 
+@pytest.mark.slow
 def test_the_panel_with_the_robot_in_it_has_no_violation(panel: RobotPanel) -> None:
     panel.live(t=2.0, robot=panel.real.robot)
     panel.still()

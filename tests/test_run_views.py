@@ -28,6 +28,7 @@ def panel(browser: Any, url: str) -> Iterator[Panel]:
     PAGES.put_back(made.page)
 
 
+@pytest.mark.slow
 def test_without_webgl_words_say_so(panel: Panel) -> None:
     panel.live(t=1.0, robot=panel.real.robot)
     eventually(lambda: "cannot draw the robot in 3D" in panel.page.inner_text("#robot3d"))
@@ -60,6 +61,7 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:
     """Pictures are made only while somebody asks, so a page that waits for news of one waits forever."""
     page = panel.page
@@ -104,6 +106,7 @@ def stream(value: str, at: float, kind: str = "stream") -> dict[str, Any]:
     return {"v": value, "at": at, "n": 1, "kind": kind}
 
 
+@pytest.mark.slow
 def test_what_is_said_stands_in_a_bubble_with_its_age(panel: Panel) -> None:
     panel.live(t=3.0, robot={**panel.real.robot, "saying": "Hello Kai"})
     bubble = panel.page.locator("#speech .bubble")
@@ -127,6 +130,7 @@ def test_what_is_said_stands_in_a_bubble_with_its_age(panel: Panel) -> None:
     becomes(lambda: panel.page.locator("#speech [aria-live]").text_content(), "The robot says: Hello Kai")
 
 
+@pytest.mark.slow
 def test_plots_and_drives(panel: Panel) -> None:
     page = panel.page
     events = []
@@ -217,6 +221,7 @@ def row(value: str, at: float) -> dict[str, Any]:
     return {"v": value, "at": at, "n": 1, "e": ""}
 
 
+@pytest.mark.slow
 def test_the_diagram_leads_to_the_rows_and_back_and_keeps_zoom_and_focus(panel: Panel) -> None:
     page = panel.page
     box = page.get_by_role("button", name="Row 3, filter: distance < 0.8")

@@ -25,11 +25,13 @@ def source(name: str) -> str:
     return (FOLDER / "source" / f"{name}.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", THERAPY)
 def test_nothing_is_found_not_even_information(name: str) -> None:
     assert checked(name).report.flatten(["code", "cell"]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", THERAPY)
 def test_it_says_what_it_is_for_and_how_to_change_it(name: str) -> None:
     book = checked(name).workbook
@@ -41,6 +43,7 @@ def test_it_says_what_it_is_for_and_how_to_change_it(name: str) -> None:
     assert sum(1 for note in notes if note) >= len(notes) // 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", THERAPY)
 def test_its_own_tests_hold(name: str) -> None:
     report = run_tests(checked(name))
@@ -69,6 +72,7 @@ CHANGES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "before", "after"), CHANGES, ids=lambda t: re.sub(r"\W+", " ", t)[:30])
 def test_a_change_of_a_therapist_is_in_order(name: str, before: str, after: str) -> None:
     assert before in source(name)

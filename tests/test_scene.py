@@ -52,6 +52,7 @@ UNDERSTOOD = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("row", "verb", "values"), UNDERSTOOD)
 def test_what_a_row_means(row: str, verb: str, values: dict[str, object]) -> None:
     report = Report()

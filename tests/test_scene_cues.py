@@ -21,6 +21,7 @@ ROWS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ROWS)
 def test_when_a_row_that_waits_has_its_turn(case: str) -> None:
     times, events, expected = ROWS[case]

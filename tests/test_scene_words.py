@@ -43,6 +43,7 @@ UNDERSTOOD = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("row", "kind", "values"), UNDERSTOOD)
 def test_what_a_row_means(row: str, kind: str, values: dict[str, object]) -> None:
     report = Report()
@@ -58,6 +59,7 @@ TIMES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "expected"), TIMES)
 def test_what_a_time_means(text: str, expected: tuple[int, int, str]) -> None:
     report = Report()

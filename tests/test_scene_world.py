@@ -65,6 +65,7 @@ def played() -> dict[str, Any]:
         world.close()
 
 
+@pytest.mark.slow
 def test_everything_stands_where_its_row_says(played: dict[str, Any]) -> None:
     before, after = played["states"][6], played["states"][57]
     assert before.things["Red cup"] == pytest.approx((0.8, 0.5, 0.3)) and after.things["Red cup"][2] == pytest.approx(

@@ -51,6 +51,7 @@ def copied(path: Path, folder: Path) -> Path:
     return Path(shutil.copy(path, folder / path.name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["template", "formulas", "tables", "comments", "outline", "chart", "images"])
 def test_a_deleted_sheet_comes_back_with_all_its_parts(made: dict[str, Path], name: str, tmp_path: Path) -> None:
     path = copied(made[name], tmp_path)

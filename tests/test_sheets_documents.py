@@ -146,6 +146,7 @@ def test_what_excel_does_to_sheets_meanwhile_is_taken_over(document: Document) -
     assert "Other" in document.grids and read_sheets(document.path)[0].cells[9, 6].text == "by another program"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["add", "rename", "delete", "bring"])
 def test_a_server_that_was_killed_in_between_stores_it_when_it_starts(
     document: Document, what: str, monkeypatch
@@ -176,6 +177,7 @@ def test_a_server_that_was_killed_in_between_stores_it_when_it_starts(
     assert expected[what] and not Journal(document.path.parent).waiting("b.xlsx")
 
 
+@pytest.mark.slow
 def test_versions_and_comparing_know_sheets_that_came_and_went(document: Document, tmp_path: Path) -> None:
     document.keep_version("Aya", "before")
     document.sheets.delete("Aya", "Check")
@@ -192,6 +194,7 @@ def test_versions_and_comparing_know_sheets_that_came_and_went(document: Documen
     assert ("removed", "Devices") in {(c.kind, c.sheet or c.name) for c in api.diff(old, document.path).changes}
 
 
+@pytest.mark.slow
 def test_undo_on_a_deleted_sheet_is_refused_and_kept(document: Document) -> None:
     document.sheets.move("Aya", "Parts", "Look")
     document.sheets.rename("Ben", "Switch", "Off")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from chromium import becomes, some
 from grid_books import Books, Shared
 from playwright.sync_api import expect
@@ -36,6 +37,7 @@ def choose(page: Any, name: str) -> None:
     page.locator("[role=menu]:not([hidden]) [role=menuitem]", has_text=name).press("Enter")
 
 
+@pytest.mark.slow
 def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     grid = shelf.open(SHEETS)
     page = grid.page
@@ -174,6 +176,7 @@ def delete(grid: Shared) -> None:
     grid.page.locator("dialog[open] button", has_text="Delete").click()
 
 
+@pytest.mark.slow
 def test_a_page_of_another_program_loads_again_when_nothing_is_typed(shelf: Books) -> None:
     page, path = shelf.page, shelf.file(SHEETS)
 
@@ -196,6 +199,7 @@ def test_a_page_of_another_program_loads_again_when_nothing_is_typed(shelf: Book
     grid.expect("F2", "being typed")
 
 
+@pytest.mark.slow
 def test_why_a_run_cannot_start_leads_to_the_place(shelf: Books) -> None:
     wrong = {**SHEETS, "Check": [SHEETS["Check"][0], ["0", "Red ball", "", ""], ["0", "Nothing", "", "any"]]}
     grid = shelf.open(wrong)

@@ -86,6 +86,7 @@ def test_a_sentence_is_done_when_its_audio_is():
     assert 1.0 < seconds < 2.5 and frame == pytest.approx(seconds * RATE, abs=1.1)
 
 
+@pytest.mark.slow
 def test_the_voice_queues_one_and_a_newer_one_takes_its_place():
     p = Play((SAY, OTHER), {0: [("say", "First.")], 3: [("say", "Second."), ("other", 1)]}, 50)
     assert p.short == [("say", "Second.", False), ("say", "First.", True), ("other", 1, True)]
@@ -111,6 +112,7 @@ def test_blank_for_one_stream_lets_the_other_speak():
     assert p.short == [("say", "A first long sentence.", False), ("other", 1, True)]
 
 
+@pytest.mark.slow
 def test_a_joint_is_done_when_it_is_there():
     p = Play((YAW, PITCH), {0: [("yaw", 1.0), ("pitch", 0.2)]}, 60)
     assert sorted(p.short) == [("pitch", 0.2, True), ("yaw", 1.0, True)]  # two joints of the head do not conflict
@@ -118,6 +120,7 @@ def test_a_joint_is_done_when_it_is_there():
     assert p.state.joints["HeadYaw"] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_newer_command_for_the_same_joint_replaces():
     p = Play((YAW, HEAD), {0: [("yaw", 1.0)], 6: [("head", (-0.5, 0.0))]}, 70)
     assert p.short == [("yaw", 1.0, False), ("head", (-0.5, 0.0), True)]
@@ -128,12 +131,14 @@ def test_blank_stops_a_joint():
     assert p.short == [("yaw", 1.5, False)] and 0.05 < p.state.joints["HeadYaw"] < 1.2
 
 
+@pytest.mark.slow
 def test_a_tracker_that_is_fed_again_and_again_is_one_command():
     p = Play((TRACK,), {**{f: [("track", f)] for f in range(0, 36, 3)}, 45: [("track", None)]}, 55)
     assert p.short == [("track", 33, False)]
     assert p.dones[0][4] == pytest.approx(45 / RATE, abs=0.01)
 
 
+@pytest.mark.slow
 def test_an_outranked_tracker_resumes():
     feed = {f: [("track", 1)] for f in range(0, 90, 3)}
     p = Play((TRACK, YAW), {**feed, 31: [("yaw", -1.0, 5)]}, 90)
@@ -155,6 +160,7 @@ def test_a_tracker_of_smaller_priority_waits_and_is_told_once():
     assert p.state.joints["HeadYaw"] > 0.2
 
 
+@pytest.mark.slow
 def test_a_tracker_that_gets_no_more_events_gives_way_to_another_mode():
     feed = {f: [("arm", 1)] for f in range(45, 80, 3)}
     p = Play((TRACK, ARM), {0: [("track", 1)], **feed}, 80)
@@ -179,6 +185,7 @@ def test_what_the_simulator_lacks_is_told_once_and_done_at_once(monkeypatch):
     assert [(n.kind, n.row) for n in (*first.notices, *second.notices)] == [("note", "T!2")]
 
 
+@pytest.mark.slow
 def test_rows_that_command_each_other_in_a_circle_do_not_send_a_growing_value(tmp_path):
     book = rows(
         "| Start, Say done | subscribe | | Say |\n| Start, Wait done | merge | | M |\n| M | timestamp | | T |\n"
@@ -192,6 +199,7 @@ def test_rows_that_command_each_other_in_a_circle_do_not_send_a_growing_value(tm
     assert len(lines) > 100 and max(len(line) for line in lines[1:-1]) < 400
 
 
+@pytest.mark.slow
 def test_two_plays_are_equal():
     commands = {0: [("say", "One."), ("say", "Two."), ("track", 1)], 20: [("yaw", 1, 2)], 25: [("eyes", "red")]}
     first, second = (Play((SAY, TRACK, YAW, EYES), commands, 60) for _ in range(2))
@@ -239,6 +247,7 @@ def sequence(tmp_path_factory):
     return trace_of(tmp_path_factory.mktemp("sequence"), SEQUENCE)
 
 
+@pytest.mark.slow
 def test_a_sequence_through_done_streams_runs_and_its_trace_is_the_same_again(tmp_path, sequence):
     first, second = sequence, trace_of(tmp_path, SEQUENCE)
     assert first[1:] == second[1:]

@@ -77,6 +77,7 @@ def filmed(scene: tuple[SceneAction, ...], orders: dict[float, str], seconds: fl
     return film.shots
 
 
+@pytest.mark.slow
 def test_a_caption_goes_when_the_newest_picture_has_nothing() -> None:
     shots = filmed((PERSON, SceneAction(SECOND, "Mia", "disappear")), {}, 1.4, FACE)
     assert [s.sees for s in shots if s.us < SECOND] == ["Face"] * 3

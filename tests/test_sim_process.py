@@ -24,6 +24,7 @@ ROBOT = load_robot()
 RED = DeviceUse("redball", "Red ball", "RedBall", {"rate": 10})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("process_start")
 def test_a_dead_simulator_is_told_at_once() -> None:
     world = SimulatedWorld(ROBOT, (RED,), (), ())

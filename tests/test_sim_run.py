@@ -95,6 +95,7 @@ def follow(stream: str, value: Any) -> list[tuple[str, Any]]:
     return [("tracker", True)]
 
 
+@pytest.mark.slow
 def test_it_stands_still() -> None:
     joint = DeviceUse("knee", "Knee", "JointPosition", {"joint": "LKneePitch"})
     played = play((), {}, 5, sensors=(joint,), scene="")
@@ -104,6 +105,7 @@ def test_it_stands_still() -> None:
     assert [v for _, _, v in played.events] == [pytest.approx(0.7, abs=0.01)]  # once at the start, then no change
 
 
+@pytest.mark.slow
 def test_the_head_follows_a_moving_ball() -> None:
     scene = """
     | 0 | Red ball | appears | at 1, 0, 0.45 |
@@ -120,6 +122,7 @@ def test_the_head_follows_a_moving_ball() -> None:
     assert np.allclose(left.base, right.base, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_blank_lets_the_ball_go() -> None:
     scene = """
     | 0 | Red ball | appears | at 1, 0.3, 0.45 |
@@ -129,6 +132,7 @@ def test_blank_lets_the_ball_go() -> None:
     assert played.states[4].joints["HeadYaw"] == pytest.approx(played.states[2].joints["HeadYaw"], abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_whole_body_turns_after_the_ball() -> None:
     scene = """
     | 0 | Red ball | appears | at 0.9, 0, 0.4 |
@@ -141,6 +145,7 @@ def test_the_whole_body_turns_after_the_ball() -> None:
     assert all(0.3 < s.base[2] < 0.34 and abs(s.base[3]) < 0.05 for s in played.states.values())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "value", "arms"),
     [("0.8, 0.4, 0.4", True, "L"), ("0.8, -0.4, 0.4", True, "R"), ("0.8, 0.3, 0.4", "right", "R"),
@@ -158,6 +163,7 @@ def test_the_nearest_or_chosen_arm_points(place: str, value: Any, arms: str) -> 
     assert abs(played.states[2].base[3]) < 0.02
 
 
+@pytest.mark.slow
 def test_eyes_shine_in_the_picture() -> None:
     eyes = (
         DeviceUse("eyes", "Eyes", "EyeLedColor"),
@@ -199,6 +205,7 @@ def test_speech_is_audio_and_queues_one(tmp_path: Path) -> None:
     assert lengths[3] == pytest.approx(0.5, abs=0.05)  # cut where it was stopped
 
 
+@pytest.mark.slow
 def test_joints_move_and_limits_are_told() -> None:
     names = ("HeadYaw", "HeadPitch", "LArm", "LKneePitch")
     devices = [DeviceUse(n, n, "SetJointPosition", {"joint": n, "speed": 0.5}) for n in names]
@@ -253,11 +260,13 @@ def run_once() -> list[Any]:
     return [(t, s, to_json(v)) for t, s, v in played.events] + [repr(played.states)]
 
 
+@pytest.mark.slow
 def test_two_runs_are_equal_to_the_last_digit() -> None:
     """However busy the machine is: test_run.py."""
     assert run_once() == run_once()
 
 
+@pytest.mark.slow
 def test_larger_priority_wins() -> None:
     devices = (
         DeviceUse("head", "Head", "Tracker", {"mode": "Head", "effector": "None"}),
@@ -283,6 +292,7 @@ def test_a_tracker_without_anything_seen_says_so() -> None:
     assert "nothing to follow" in played.said("error")[0]
 
 
+@pytest.mark.slow
 def test_the_film_and_the_strip_are_written(tmp_path: Path) -> None:
     scene = "| 0 | Red ball | appears | at 0.7, 0.1, 0.4 |\n| 1 | Operator | presses | Start |"
     played = play((tracker("Head"),), follow, 2, scene=scene, out=tmp_path, film=True)

@@ -26,6 +26,7 @@ def given(sensors: tuple[DeviceUse, ...], scene: str, seconds: float = 3, **more
     return events, played.said("note")
 
 
+@pytest.mark.slow
 def test_a_button_counts_its_presses():
     buttons = (
         DeviceUse("go", "Go", "OperatorButton", {"label": "Next part"}),
@@ -61,6 +62,7 @@ def test_a_zone_that_is_touched_again_is_touched_longer():
     assert events == [(0.5, "t", True, "Head"), (1.3, "t", False, "Head")]
 
 
+@pytest.mark.slow
 def test_the_torso_turns():
     tilt = DeviceUse("tilt", "Tilt", "Orientation", {})
     tracker = DeviceUse("tracker", "Tracker", "Tracker", {"mode": "Whole body", "effector": "None"})

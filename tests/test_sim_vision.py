@@ -37,6 +37,7 @@ def world() -> Iterator[SimWorld]:
 PLACES = [(0.4, 0.0, 0.40), (0.6, 0.2, 0.45), (1.0, -0.3, 0.30), (1.5, 0.4, 0.55), (2.5, 0.0, 0.40), (3.0, -0.8, 0.10)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("colour", ["red", "green", "blue"])
 def test_a_ball_is_found_where_it_is(world: SimWorld, colour: str) -> None:
     camera = world.body.camera()
@@ -53,6 +54,7 @@ def test_a_ball_is_found_where_it_is(world: SimWorld, colour: str) -> None:
         assert found.width == pytest.approx(2 * math.asin(0.03 / distance), rel=0.08), place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thing", ["Red ball", "Red cup", "Red box"])
 @pytest.mark.parametrize("value", ["", *(f"at {x}, {y}, 0.4" for x, y in ((0.6, 0.0), (1.0, -0.3), (2.5, 0.0)))])
 def test_things_are_seen_by_their_colour_where_balls_are(world: SimWorld, thing: str, value: str) -> None:

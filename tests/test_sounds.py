@@ -62,6 +62,7 @@ def frames(path: Path) -> tuple[float, int]:
         return file.getnframes() / file.getframerate(), int(np.abs(data).max(initial=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOUNDS)
 def test_its_own_sounds_are_always_the_same_and_neither_silent_nor_cut(name):
     sound = own_sound(name)
@@ -84,6 +85,7 @@ def test_dance_music_has_a_beat():
     assert 20 + int(np.argmax(alike)) == 50
 
 
+@pytest.mark.slow
 def test_a_sound_is_kept_and_ends_and_takes_its_turn_with_speech(tmp_path):
     played = Played((player(sound="Tada"), SAY), {1: [("play", 1), ("say", "Well done!")]}, 3.4, tmp_path)
     assert [t[:2] + t[3:] for t in played.told] == [

@@ -73,6 +73,7 @@ def ends_well(page: Shelf, task: str, made: Path, tmp_path: Path) -> None:
     made.unlink()  # the next test's shelf would draw it
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", [pytest.param("walkthrough", marks=pytest.mark.soak), "tracking"])
 def test_by_keyboard_alone_and_soon_enough(browser: Any, url: str, folder: Path, tmp_path: Path, task: str) -> None:
     """The first rows of Tracking take the keys of the walkthrough, and must be as quick.
@@ -93,6 +94,7 @@ def test_by_keyboard_alone_and_soon_enough(browser: Any, url: str, folder: Path,
     ends_well(page, task, folder / f"{task} by keys.xlsx", tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", ["walkthrough", pytest.param("tracking", marks=pytest.mark.soak)])
 def test_by_mouse(browser: Any, url: str, folder: Path, tmp_path: Path, task: str) -> None:
     page = Shelf(browser, url)
@@ -101,6 +103,7 @@ def test_by_mouse(browser: Any, url: str, folder: Path, tmp_path: Path, task: st
     ends_well(page, task, folder / f"{task} by mouse.xlsx", tmp_path)
 
 
+@pytest.mark.slow
 def test_by_touch(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:
     page = Shelf(browser, url, viewport={"width": 400, "height": 800}, has_touch=True, is_mobile=True)
     page.new_by_mouse("by touch", touch=True)
@@ -109,6 +112,7 @@ def test_by_touch(browser: Any, url: str, folder: Path, tmp_path: Path) -> None:
     ends_well(page, "walkthrough", folder / "by touch.xlsx", tmp_path)
 
 
+@pytest.mark.slow
 def test_two_quick_taps_open_a_cell_only_when_it_is_the_same(browser: Any, url: str, folder: Path) -> None:
     make_workbook({"T": [HEADER, *([""] * 4 for _ in range(80))]}, folder / "taps.xlsx")
     page = GridPage(browser, url, "taps.xlsx", has_touch=True)
@@ -159,6 +163,7 @@ def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Pat
     ends_well(page, "walkthrough", folder / "by ear.xlsx", tmp_path)
 
 
+@pytest.mark.slow
 def test_a_mistake_is_heard_and_mended_at_its_cell(browser: Any, url: str, folder: Path) -> None:
     """A wrong name is told with its cell; the link leads there, and the cell says what is wrong with it."""
     page = Shelf(browser, url)

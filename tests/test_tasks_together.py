@@ -56,6 +56,7 @@ if shutil.which("soffice"):
         golden(TSV.name, (tmp_path / "a.csv").read_bytes().decode("utf-8"))
 
 
+@pytest.mark.slow
 def test_forty_rows_of_libreoffice_are_pasted_and_copied_back_byte_by_byte(
     browser: Any, url: str, folder: Path
 ) -> None:
@@ -76,6 +77,7 @@ def test_forty_rows_of_libreoffice_are_pasted_and_copied_back_byte_by_byte(
     page.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [6, pytest.param(100, marks=pytest.mark.soak)])
 def test_two_people_edit_many_cells_at_once(browser: Any, url: str, folder: Path, count: int) -> None:
     """In the same rows, the one the formulas and the other the notes; nobody waits for the other, nor for the server."""
@@ -101,6 +103,7 @@ def test_two_people_edit_many_cells_at_once(browser: Any, url: str, folder: Path
         page.close()
 
 
+@pytest.mark.slow
 def test_ones_edit_goes_on_while_another_inserts_and_deletes_rows_and_ones_undo_takes_back_ones_own_edits_only(
     browser: Any, url: str, folder: Path
 ) -> None:

@@ -47,6 +47,7 @@ def follow(robot, *streams, seconds, each=lambda: None):
         robot.go(0.1, each, every=24)
 
 
+@pytest.mark.slow
 def test_head_and_both_arms_point_at_a_ball_that_moves():
     arms = use("arms", "Tracker", mode="Move", effector="Both arms")
     robot = Robot([use("head", "Tracker", mode="Head"), arms], [RED], ball(0.8, 0.0, 0.45, to=(0.7, 0.15, 0.35)))
@@ -80,6 +81,7 @@ def test_one_arm_hands_over_to_the_other_and_is_lowered():
     assert head_off(robot, target(robot)) < 3.0  # the head goes on
 
 
+@pytest.mark.slow
 def test_it_points_while_it_sits_and_nothing_turns_it_then():
     body = use("body", "Tracker", mode="Whole body")
     arm = use("arm", "Tracker", mode="Move", effector="Right arm")

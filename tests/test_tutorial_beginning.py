@@ -24,6 +24,7 @@ FRESH = bundled("templates", "workbooks", "tutorial.xlsx").read_bytes()
 BEGIN = "Begin the tutorial"
 
 
+@pytest.mark.slow
 def test_the_shelf_leads_to_it(tmp_path: Path) -> None:
     client = visit(tmp_path)
     assert BEGIN in get(client, "/").text

@@ -23,6 +23,7 @@ def client(tmp_path_factory: pytest.TempPathFactory) -> FlaskClient:
     return visit(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_every_connector_has_its_picture(name: str, client: FlaskClient) -> None:
     connector = connectors().get(name)
@@ -39,6 +40,7 @@ def test_every_connector_has_its_picture(name: str, client: FlaskClient) -> None
     assert len(root.findall("g[@class]")) == len(inputs) + 2, "a line for each input, the connector, and the output"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_overlaps(name: str) -> None:
     connector = connectors().get(name)

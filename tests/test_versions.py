@@ -177,6 +177,7 @@ def test_two_workbooks_of_the_shelf(folder: Path, client: FlaskClient) -> None:
     assert "Only notes are different." in get(client, "/compare?first=book/good.md&second=book/near.md").text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ref", ["book/none.md", "book/../good.md", "version/1/good.md", "version/x/good.md", "run/none", "x",
                                  "version/1/none.md", "run/..", "book/", "version/99999999999999999999/good.md"])  # fmt: skip
 def test_what_cannot_be_compared_is_told(client: FlaskClient, ref: str) -> None:

@@ -34,6 +34,7 @@ class Feet:
             self.slides = max(self.slides, float(np.abs(ends - before)[:, :2].max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [(0.15, 0.0, 0.0), (-0.08, 0.04, 0.0), (0.0, 0.0, -0.7)])
 def test_it_gets_where_it_is_sent_with_steps(way):
     robot = Robot([WALK])
@@ -106,6 +107,7 @@ def test_what_it_cannot_walk_is_told():
     robot.order(("walk", None))
 
 
+@pytest.mark.slow
 def test_it_gets_up_from_the_floor_before_it_walks():
     robot = Robot([WALK, use("posture", "Posture", name="LyingBack", speed=1.0)])
     robot.order(("posture", 1))

@@ -95,6 +95,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> FlaskClient:
     return visit(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda p: p.stem)
 def test_bundled_workbooks_are_shown_without_inline_script_or_style(path: Path, library: FlaskClient) -> None:
     text = checked(library, book(path.name))
@@ -212,6 +213,7 @@ def test_an_edit_gives_its_cell_free_and_tells_where_the_cursor_goes(folder: Pat
     assert send("lock", "Ben", **cell).json == {}
 
 
+@pytest.mark.slow
 def test_services_that_are_closed_leave_no_process_and_start_none(tmp_path: Path) -> None:
     made = make_services(tmp_path)
     workers = [service._worker for service in vars(made).values() if isinstance(service, QueryWorker)]

@@ -132,6 +132,7 @@ SLOW = {"a million cells", "400,000 texts"}  # to make; tests/test_hostile_files
 FILES = sorted(case for case, (name, _, _) in REFUSED.items() if name == "x.xlsx" and case not in SLOW)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", FILES)
 def test_hostile_files_do_not_get_onto_the_shelf(client: Any, folder: Path, case: str) -> None:
     before = contents(folder)
@@ -229,6 +230,7 @@ def test_what_the_server_refuses_by_itself_bears_the_headers_too(served: int) ->
         )
 
 
+@pytest.mark.slow
 def test_readers_that_do_not_read_do_not_stop_the_others(served: int, folder: Path) -> None:
     (folder / "large.md").write_text("## Tracking\n" + "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n"
                                      + "| Red ball | map | redBall.x | X |\n" * 3_000, encoding="utf-8")  # fmt: skip

@@ -88,6 +88,7 @@ def test_links_that_leave_the_folder_are_not_followed(client: Any) -> None:
         assert answer.status_code < 500 and SECRET.encode() not in answer.data, address
 
 
+@pytest.mark.slow
 def test_no_name_that_is_sent_leads_out_of_the_folder(client: Any, place: Path) -> None:
     before = {n: c for n, c in contents(place).items() if not n.startswith("inside")}
     for key in FORMS:
@@ -107,6 +108,7 @@ def test_no_name_that_is_sent_leads_out_of_the_folder(client: Any, place: Path) 
     assert sorted(p.name for p in place.iterdir()) == ["elsewhere", "inside", "secret.md"]
 
 
+@pytest.mark.slow
 def test_an_upload_is_stored_under_its_last_name_only(client: Any, place: Path) -> None:
     content = (next((place / "inside").glob("*.xlsx"))).read_bytes()
     for name, stored in (

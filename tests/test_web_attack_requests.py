@@ -64,6 +64,7 @@ def test_every_route_that_changes_something_is_attacked_here(all_ways: list[Way]
     assert not {*JSON, *FORMS} - {way.key for way in all_ways if way.post}
 
 
+@pytest.mark.slow
 def test_without_the_token_there_is_nothing(app: Flask, all_ways: list[Way], folder: Path) -> None:
     before = contents(folder)
     for way in all_ways:
@@ -105,6 +106,7 @@ def test_other_sites_read_nothing(client: Any, all_ways: list[Way]) -> None:
             assert send(client, way, headers).status_code == 403, (way, headers)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "host",
     ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "127.0.0.1@evil.example", "evil@127.0.0.1", "localhost.", "0.0.0.0",
@@ -131,6 +133,7 @@ def test_headers_that_name_another_method_or_place_are_ignored(client: Any, all_
     assert contents(folder) == before
 
 
+@pytest.mark.slow
 @SOME
 @pytest.mark.parametrize("method", ["HEAD", "OPTIONS", "PUT", "DELETE", "PATCH", "TRACE", "CONNECT", "PROPFIND", "x"])
 def test_other_methods_change_nothing(client: Any, all_ways: list[Way], folder: Path, method: str, every: int) -> None:

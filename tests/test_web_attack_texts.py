@@ -200,6 +200,7 @@ def page_of(browser: Any, url: str, client: Any, troubles: list[str]) -> Callabl
     return opened
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shown", [kinds_of_pages, pytest.param(addresses, marks=pytest.mark.soak)])
 def test_nothing_runs_on_any_page(
     page_of: Callable[[str], Any], url: str, troubles: list[str], shown: Callable[[], list[str]]
@@ -216,6 +217,7 @@ def test_nothing_runs_on_any_page(
         assert not troubles, (address, troubles)
 
 
+@pytest.mark.slow
 def test_people_cells_and_suggestions_are_shown_as_text(
     page_of: Callable[[str], Any], url: str, troubles: list[str]
 ) -> None:

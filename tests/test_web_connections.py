@@ -184,6 +184,7 @@ def test_one_address_has_only_so_many_connections_and_the_newest_gets_in(server:
             assert not any(closed)
 
 
+@pytest.mark.slow
 def test_who_is_let_in_keeps_a_connection_while_strangers_fill_the_places(server: Served) -> None:
     with ExitStack() as opened:
         host = server.home.removeprefix("http://")

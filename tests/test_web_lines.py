@@ -87,6 +87,7 @@ def put(url: str, cookie: str, text: str, client: str = "other") -> None:
     assert "rows" in json.loads(ask(url, "POST", "/book/b.xlsx/cells", cookie, body, **JSON).body)
 
 
+@pytest.mark.slow
 def test_one_who_logged_in_has_only_so_many_pages_and_the_others_theirs(url: str) -> None:
     anna, bob = person(url, "Anna"), person(url, "Bob")
     lines = [Line(url, anna, client=f"a{n}") for n in range(MOST_OF_LOGIN)]
@@ -179,6 +180,7 @@ def people(url: str, cookie: str) -> str:
         line.close()
 
 
+@pytest.mark.slow
 def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -> None:
     cookie = owner(url)
     page = GridPage(browser, url, "b.xlsx", sheet="T", name="Anna")
@@ -218,6 +220,7 @@ def test_pages_in_the_background_and_one_page_too_many(browser: Any, url: str) -
     another.context.close()
 
 
+@pytest.mark.slow
 def test_a_page_opened_in_the_background_takes_its_line_when_it_is_looked_at(browser: Any, url: str) -> None:
     cookie = owner(url)
     context = browser.new_context()

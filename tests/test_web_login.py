@@ -100,6 +100,7 @@ def test_a_session_of_another_start_is_none(client: FlaskClient, folder: Path) -
     assert ask(client, "/", Cookie=cookie, Accept="*/*").status_code == 403
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://192.168.0.7:9999", ""])
 def test_other_sites_cannot_log_anyone_in_or_out(client: FlaskClient, origin: str) -> None:
     assert log_in(client, Origin=origin).status_code == 403
@@ -119,6 +120,7 @@ def test_the_login_leads_nowhere_else(client: FlaskClient, next_: str) -> None:
     assert (again.status_code, again.headers["Location"]) == (303, "/")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("host", "code"),
     [
@@ -175,6 +177,7 @@ def test_tries_at_the_same_moment_do_not_pass_together(client: FlaskClient) -> N
     assert sorted(codes) == [403] * 5 + [429] * 7
 
 
+@pytest.mark.slow
 def test_a_flood_of_tries_neither_stalls_the_server_nor_locks_others_out(folder: Path) -> None:
     app = create_app(folder, TOKEN, Lan(Password(WORDS), ()))
     app.wsgi_app = _Elsewhere(app.wsgi_app)  # type: ignore[method-assign]

@@ -40,6 +40,7 @@ def saved(book: openpyxl.Workbook, path: Path) -> Reading:
     return read(path / "x.xlsx")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "text", "original"),
     [
@@ -64,6 +65,7 @@ def test_values_of_formula_cells(tmp_path: Path, value: object, text: str, origi
     assert original is None or cell.original == original
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "value", [dt.datetime(2026, 1, 2), dt.time(12, 30), dt.date(2026, 5, 4), dt.timedelta(hours=2)]
 )
@@ -168,6 +170,7 @@ def test_tables_of_an_xlsx(tmp_path: Path) -> None:
     assert saved(book, tmp_path).workbook.tables["parts"] == (("Zone", "Points"), ("Head", "2"), ("Foot", "TRUE"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
 def test_csv_dialects(tmp_path: Path, delimiter: str, encoding: str) -> None:
@@ -224,6 +227,7 @@ def content(w: Workbook) -> object:
     ]  # fmt: skip
 
 
+@pytest.mark.slow
 @given(rows=ROWS)
 @QUICK
 def test_formats_are_twins(rows: list[list[str]], tmp_path: Path) -> None:
@@ -286,6 +290,7 @@ def test_a_copy_as_xlsx_says_the_same(tmp_path: Path) -> None:
     assert copy.workbook.tables == first.workbook.tables == {"words": (("W",), ("=hello",), ("007",))}
 
 
+@pytest.mark.slow
 def test_reading_is_fast(tmp_path: Path) -> None:
     # about 0.05 s and 0.4 s, after a first time that imports; the limits leave room for a slow machine
     for rows, limit in ((100, 60.0), (1_000, 1.0), (10_000, 6.0)):

@@ -100,6 +100,7 @@ def test_a_whole_workbook(markdown) -> None:  # type: ignore[no-untyped-def]
     assert w.sheets == ("Tracking", "Devices", "Helpers", "Scene", "Gestures", "A test", "Protocol")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("typed", "formula"),
     [

@@ -109,6 +109,7 @@ def test_stopping_is_polite():
 # ---- how much
 
 
+@pytest.mark.slow
 def test_ten_thousand_rows_with_times_in_any_order_are_quick():
     rows = [f"| {(i * 7919) % 10000 * 40} | Red ball | distance={i / 1e5} | |" for i in range(5000)]
     rows += [f"| {(i * 7919) % 10000 * 40} | Distance | | {i / 1e5} |" for i in range(4999)]
@@ -119,6 +120,7 @@ def test_ten_thousand_rows_with_times_in_any_order_are_quick():
     assert report.passed
 
 
+@pytest.mark.slow
 def test_ten_thousand_rows_at_one_time_and_none_that_holds_end():
     rows = ["| 0 | Red ball | | |"] * 3000 + ["| 0 | Distance | | >1 |"] * 3000 + ["| 0 | Distance | | any |"] * 3000
     checked = play.check(play.rows(TRACKING) + sheet("\n".join(rows)))
@@ -144,6 +146,7 @@ FAILS_ON_PURPOSE = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_the_workbooks_own_tests(name):
     _, report = api.test(FOLDER / f"{name}.xlsx")
@@ -160,6 +163,7 @@ def test_the_exercise_is_solved_by_its_helper():
     assert run_tests(solved).passed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fix", ["forget-old-value", "join-close-in-time"])
 def test_either_fix_of_the_stale_combination_makes_its_test_hold(fix, tmp_path):
     mended = tmp_path / "mended.xlsx"
@@ -211,6 +215,7 @@ def test_about_is_how_a_number_rounds(number):
     assert float(half_of_last_digit(number)) == pytest.approx(0.0005)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=40)
 @given(st.lists(st.tuples(st.integers(0, 3), st.sampled_from(["send", "any", "nothing"])), min_size=1, max_size=12))
 def test_the_order_of_the_sheet_does_not_matter(rows):
@@ -227,6 +232,7 @@ def test_the_order_of_the_sheet_does_not_matter(rows):
     assert sorted(forwards) == sorted(backwards)
 
 
+@pytest.mark.slow
 def test_thousands_of_expectations_at_one_time_are_judged_at_once(book):
     count = 4_900
     path = book("| 0 | Red ball | distance=0.2 | |\n" * count + "| 0 | Say | | any |\n" * count)

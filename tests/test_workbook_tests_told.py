@@ -156,6 +156,7 @@ def test_a_timer_ticks_by_itself():
     assert held(test, rows, devices) == [True] * 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_frames_in_which_nothing_happens_may_be_left_out(name, monkeypatch):
     checked = api.check(FOLDER / f"{name}.xlsx")

@@ -72,12 +72,14 @@ def test_a_file_that_cannot_be_read_is_a_finding(tmp_path):
         assert [d.code for d in worker.check(tmp_path / "gone.xlsx").diagnostics] == ["FILE001"]
 
 
+@pytest.mark.slow
 def test_several_threads_share_the_worker():
     with CheckWorker() as worker, ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda i: len(worker.check(BOOKS[i % 2]).diagnostics), range(12)))
     assert found[::2] == [found[0]] * 6 and found[1::2] == [found[1]] * 6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("what", "words"),
     [

@@ -58,6 +58,7 @@ def test_task_is_a_function(name: str) -> None:
     assert callable(named(name))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WORKER_MODULES)
 def test_module_of_the_fork_server_exists(name: str) -> None:
     assert find_spec(name) is not None

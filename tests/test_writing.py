@@ -30,6 +30,7 @@ def path(tmp_path: Path) -> Path:
 # ---- what is stored
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("value", "seen"),
     [

@@ -98,6 +98,7 @@ EDIT: Any = st.one_of(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1, 4])
 @settings(max_examples=60, deadline=None)
 @given(rows=st.dictionaries(st.integers(1, 25), ROW, max_size=20), edits=st.lists(EDIT, max_size=6))

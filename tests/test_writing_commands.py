@@ -148,6 +148,7 @@ def test_findings_stand_beside_their_rows(wrong, tmp_path, kind):
     assert [d.code for d in api.check(out).report.errors] == [d.code for d in api.check(path).report.errors]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("feature", FEATURES)
 @pytest.mark.filterwarnings("ignore:.*extension is not supported")
 def test_a_report_keeps_all_other_parts(feature, tmp_path):

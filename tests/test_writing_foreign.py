@@ -132,6 +132,7 @@ EDITS = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(name=st.sampled_from(list(ALL)), edits=EDITS)
 def test_all_but_the_edit_stays(name: str, edits: list) -> None:

@@ -140,6 +140,7 @@ def sample(request, tmp_path):
     return SAMPLES[request.param](tmp_path / f"{request.param}.xlsx")
 
 
+@pytest.mark.slow
 def test_all_other_parts_stay(sample):
     before = parts(sample)
     edit(sample, EDITS, expected_digest=read(sample).digest)
@@ -157,6 +158,7 @@ def test_all_other_parts_stay(sample):
     assert book == re.sub(rb' ?fullCalcOnLoad="1"', b"", before["xl/workbook.xml"])
 
 
+@pytest.mark.slow
 def test_the_sheet_outside_of_its_rows_stays(sample):
     def outside(data: bytes) -> str:
         text = canonicalize(data.decode(), with_comments=True)
@@ -168,6 +170,7 @@ def test_the_sheet_outside_of_its_rows_stays(sample):
     assert outside(parts(sample)[PART]) == before
 
 
+@pytest.mark.slow
 def test_exactly_the_edited_cells_change(sample):
     other = read_sheets(sample)[1:]
     edit(sample, EDITS)
@@ -177,6 +180,7 @@ def test_exactly_the_edited_cells_change(sample):
     assert after[1:] == other
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*extension is not supported")
 def test_openpyxl_reads_it(sample):
     if sample.stem in ("strict", "pivot"):
@@ -191,6 +195,7 @@ def test_openpyxl_reads_it(sample):
     assert sheet["F6"].data_type != "f"
 
 
+@pytest.mark.slow
 def test_nothing_to_change_writes_nothing(sample):
     data = sample.read_bytes()
     assert not edit(sample, []).changed

@@ -96,12 +96,14 @@ def converted(name, tmp_path):
     return source, path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [n for n in WORKBOOKS if n not in MANY_SHEETS])  # of those the next test does it too
 def test_the_cells_of_a_workbook_are_the_same_in_every_format(name, tmp_path):
     """Through Markdown, CSV and tab-separated files and back."""
     converted(name, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [n if n in MANY_SHEETS else pytest.param(n, marks=pytest.mark.soak) for n in WORKBOOKS]
 )
@@ -197,6 +199,7 @@ def kept(rows: list[list[str]], edges: bool) -> dict[tuple[int, int], str]:
     return cells if edges else {at: t.strip() for at, t in cells.items()}
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=100)
 @given(ROWS)
 def test_any_rows_come_back(tmp_path, rows):
@@ -222,6 +225,7 @@ def test_any_rows_come_back(tmp_path, rows):
 LITERAL = st.sampled_from(["_x0041_", "_x000D_", "a_x005F_x0041_", "_X0041_"])
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=25)
 @given(st.lists(st.lists(st.one_of(TEXT, SPICY, LITERAL), max_size=4), min_size=1, max_size=5))
 def test_any_rows_come_back_from_xlsx(tmp_path, rows):
