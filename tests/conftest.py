@@ -58,17 +58,23 @@ atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # The files that take longest go first, so that no worker is left with one of them while the others have ended.
 LONGEST = (
-    "test_workbooks.py", "test_run.py", "test_accessible.py", "test_grid_typing.py", "test_web_attack_texts.py",
-    "test_tasks.py", "test_web_attack_bodies.py", "test_web_attack_paths.py", "test_grid_restart.py",
-    "test_sim_run.py", "test_run_robot.py", "test_run_panel_changes.py", "test_killed_server.py",
-    "test_writing_text.py", "test_sim_dones.py", "test_watchdog.py", "test_stop.py", "test_tasks_together.py",
-    "test_run_control.py", "test_run_panel.py", "test_grid_words.py", "test_grid_long.py", "test_gestures.py",
-    "test_hostile_files.py", "test_documents.py", "test_full_disk.py", "test_mistakes.py", "test_records_pages.py",
-    "test_grid_people.py", "test_gestures_grid.py", "test_diff_forms.py", "test_grid_paste.py", "test_faces.py",
-    "test_grid_files.py", "test_bundle.py", "test_run_control_live.py", "test_falling.py", "test_records.py",
-    "test_grid.py", "test_faces_files.py", "test_tutorial.py", "test_lookback_page.py", "test_diagram.py",
-    "test_web_connections.py", "test_sheets_web.py", "test_workbook_tests_run.py", "test_words.py",
-    "test_writing_commands.py", "test_print.py",
+    "test_accessible.py", "test_grid_typing.py", "test_workbooks.py", "test_sim_run.py", "test_run.py",
+    "test_tasks.py", "test_faces.py", "test_run_robot.py", "test_grid_restart.py", "test_stop.py",
+    "test_grid_words.py", "test_watchdog.py", "test_killed_server.py", "test_writing_text.py", "test_grid_long.py",
+    "test_records_pages.py", "test_run_control_live.py", "test_mistakes.py", "test_run_panel_changes.py",
+    "test_sim_dones.py", "test_grid_problems.py", "test_tutorial.py", "test_gestures_grid.py", "test_grid.py",
+    "test_workbook_tests_run.py", "test_lookback_page.py", "test_words.py", "test_run_panel.py", "test_records.py",
+    "test_diff_forms.py", "test_sheets_web.py", "test_web_attack_texts.py", "test_hostile_files.py",
+    "test_gestures.py", "test_faces_files.py", "test_grid_people.py", "test_grid_paste.py", "test_run_control.py",
+    "test_full_disk.py", "test_grid_help.py", "test_print.py", "test_run_views.py", "test_gesture_sheet.py",
+    "test_private_files.py", "test_postures.py", "test_failed_requests.py", "test_print_page.py", "test_web.py",
+    "test_web_attack_requests.py", "test_grid_files.py", "test_formula_python.py", "test_grid_status.py",
+    "test_walk.py", "test_tasks_together.py", "test_bundle.py", "test_writing_foreign.py", "test_falling.py",
+    "test_lookback.py", "test_event_loop.py", "test_web_attack_paths.py", "test_workbook_files.py",
+    "test_documents.py", "test_web_attack_bodies.py", "test_grid_spoken.py", "test_writing_commands.py",
+    "test_replay.py", "test_attack_storms.py", "test_grid_columns.py", "test_bundle_refused.py", "test_web_guard.py",
+    "test_run_process.py", "test_web_lines.py", "test_writing_lossless.py", "test_diagram.py",
+    "test_writing_blocks.py", "test_findings_in_japanese.py", "test_workers.py", "test_runs_command.py",
 )  # fmt: skip
 
 

@@ -105,6 +105,16 @@ def test_a_changed_threshold_shows_exactly_the_events_it_concerns(filtered, thre
     assert {d.stream for d in found.differences} <= {"T!Far", "Say"} and found.same == (not gone and not new)
 
 
+def test_equal_numbers_are_the_same_however_computed_also_in_lists(tmp_path):
+    pairs = "| Head yaw | map | [1, headYaw * 2] | Pair |\n| Pair | subscribe | | Print |\n"
+    run = Run(tmp_path, rows(pairs), Script(), values_at([1, 2.5]), seconds=0.5)
+    assert [e["value"] for e in run.lines if e.get("stream") == "T!Pair"] == [[1, 2], [1, 5.0]]
+    assert api.replay(
+        run.result.folder, other(run, tmp_path, ("[1, headYaw * 2]", "[0.5 + 0.5, headYaw + headYaw]"))
+    ).same
+    assert not api.replay(run.result.folder, other(run, tmp_path, ("[1, headYaw", "[2, headYaw"))).same
+
+
 def test_the_account_in_words(session, tmp_path, golden):
     path = other(session, tmp_path, ("distance < 0.8", "distance < 0.65"), ("distance >= 0.8", "distance >= 1"))
     found = api.replay(session.result.folder, path)
