@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from rrp_sheets.runs.run_process import RunOutcome
     from rrp_sheets.services.bundle_packing import Packed
     from rrp_sheets.services.changes_drawn import Compared
-    from rrp_sheets.services.edited_copies import CellSet
+    from rrp_sheets.services.edited_copies import CellSet, Renamed
     from rrp_sheets.services.posing import Posed
     from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "RunSettings", "check", "convert", "diff", "diff_in_detail", "draw", "draw_marbles", "draw_tests", "edit",
-    "explain", "export", "fix", "formula", "marbles", "mark", "new", "pack", "pose", "print_pack", "read", "replay",
-    "run", "run_apart", "set_cell", "test",
+    "explain", "export", "fix", "formula", "marbles", "mark", "new", "pack", "pose", "print_pack", "read", "rename",
+    "replay", "run", "run_apart", "set_cell", "test",
 ]  # fmt: skip
 
 
@@ -132,6 +132,16 @@ def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSe
     from rrp_sheets.services.edited_copies import set_cell as set_one
 
     return set_one(Path(path), cell, value, sheet)
+
+
+def rename(path: Path | str, old: str, new: str, sheet: str = "", *, preview: bool = False) -> Renamed:
+    """Give a stream or a helper another name in all cells that have it, and check the workbook; see `edit`.
+
+    `sheet` (or `Tracking!Far` as the old name) says where the name is given; with `preview` nothing is written.
+    """
+    from rrp_sheets.services.edited_copies import rename as rename_all
+
+    return rename_all(Path(path), old, new, sheet, preview=preview)
 
 
 def pose(

@@ -1,4 +1,4 @@
-"""Commands that write workbook files: `new`, `set`, `convert`, `pose`."""
+"""Commands that write workbook files: `new`, `set`, `rename`, `convert`, `pose`."""
 
 from __future__ import annotations
 
@@ -57,6 +57,35 @@ def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
     print_findings(found[:_SHOWN])
     if len(found) > _SHOWN:
         say(N_('All of them: rrp-sheets check "{file}"', file=file))
+
+
+@click.command(name="rename")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("old")
+@click.argument("new")
+@click.option("--sheet", default="", help="where OLD is given, if several sheets have it; or write Tracking!Far")
+@click.option("--preview", is_flag=True, help="only show which cells would change")
+def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) -> None:
+    """Give the stream or helper OLD the name NEW in all cells of FILE that have it.
+
+    These are inputs, formulas and outputs of rows, the sheets Devices, Helpers and Scene, and the tests. Notes stay as
+    they are.
+    """
+    from rrp_sheets import api
+    from rrp_sheets.cli.check import verdict
+
+    done = api.rename(file, old, new, sheet, preview=preview)
+    speak(done.language)
+    for one in done.renaming.edits:
+        say(N_("{address}: {change}", address=str(one.address), change=quoted(one.was or "", one.text)))
+    for address in done.renaming.unsafe:
+        say(N_("{address} stays: its formula means something else by this name too.", address=str(address)))
+    count = len(done.renaming.edits)
+    if preview:
+        say(N_("1 cell would change.") if count == 1 else N_("{n} cells would change.", n=count))
+    else:
+        say(N_("1 cell changed.") if count == 1 else N_("{n} cells changed.", n=count))
+        say(N_("Check: {verdict}", verdict=verdict(done.report)))
 
 
 @click.command(name="convert")

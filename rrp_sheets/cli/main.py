@@ -30,6 +30,7 @@ _COMMANDS = {
     "formula": ("formula", "Try a formula with inputs."),
     "help": ("help", "Explain connectors, functions, devices, the scene, a code or a name."),
     "set": ("files", "Change one cell of a workbook and leave all else as it is."),
+    "rename": ("files", "Give a stream or a helper another name in all cells that have it."),
     "pose": ("files", "Write a keyframe of a gesture from the simulated robot's joints."),
     "convert": ("files", "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files."),
     "run": ("run", "Run a workbook on the simulated robot."),

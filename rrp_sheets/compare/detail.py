@@ -230,7 +230,7 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
         "scene", (("time", "thing", "does"), ("thing", "does", "value"), ("time", "thing"), ("thing", "does")),
         names={"time": N_("time"), "thing": N_("thing"), "does": N_("does"), "value": N_("value")},
     )  # fmt: skip
-    old, new = _scene(first), _scene(second)
+    old, new = _scene(first, found.streams.cue), _scene(second, lambda cue: cue)
     if not old and not new:  # a scene without rows is an empty world, none at all is the default scene
         if (first.workbook.scene is None) == (second.workbook.scene is None):
             return []
@@ -245,7 +245,7 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     return out
 
 
-def _scene(side: Side) -> list[ListRow]:
+def _scene(side: Side, rename: Callable[[str], str]) -> list[ListRow]:
     actions = {a.row: a for a in side.checked.scene or ()}
     lines = []
     for row in side.workbook.scene or ():
@@ -257,6 +257,7 @@ def _scene(side: Side) -> list[ListRow]:
         if action is not None:
             rest = {f.name: getattr(action, f.name) for f in fields(action) if f.name not in ("thing", "row", "kind")}
             verb, values = rest.pop("verb"), rest.pop("values")
+            rest["cue"] = rename(action.cue)
             meaning |= {"time": repr(rest), "does": verb, "value": repr(sorted(values.items()))}
         time = us / 1e6 if us is not None else math.inf
         lines.append(_list_row(side, place.sheet, place.row, meaning, cells, time))

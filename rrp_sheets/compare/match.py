@@ -39,6 +39,11 @@ class StreamMap:
         b = f"{self.sheets.get(sheet, sheet)}!{name}" if mark else a
         return f"\0{a}" if b in self.back else b
 
+    def cue(self, a: str) -> str:
+        """Return the id of what a row of the scene waits for; the done stream of an actuator may be in no row."""
+        actuator = a.removesuffix("done")
+        return f"{self.to[actuator]}done" if a not in self.to and actuator != a and actuator in self.to else self.of(a)
+
     def inverse(self) -> StreamMap:
         """Return the mapping from the second workbook to the first."""
         return StreamMap(self.back, self.to, {b: a for a, b in self.sheets.items()})

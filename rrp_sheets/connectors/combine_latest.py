@@ -8,11 +8,14 @@ from rrp_sheets.connectors.spec import Connector, ConnectorContext, Parameter, V
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Field, Record, RecordType, Value
 
+COMBINATION = "Combination"
+"""Name of the record types that a blank formula gives."""
+
 
 def together(names: tuple[str, ...]) -> RecordType:
     """Return the record type that a blank formula gives: its fields are the inputs' names, or their places."""
     fields = tuple(Field(n or f"input {i}") for i, n in enumerate(names, 1))
-    return RecordType("Combination", fields, positions=tuple(key(f.name) for f in fields))
+    return RecordType(COMBINATION, fields, positions=tuple(key(f.name) for f in fields))
 
 
 def build(wiring: ConnectorContext) -> ValueStream:

@@ -5,6 +5,7 @@ from rrp_sheets.formulas.operations import Picker
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.scope import HelperDef, Input, Scope, make_scope
 from rrp_sheets.formulas.tables import Table, make_table
+from rrp_sheets.formulas.tokens import replace_names
 
 __all__ = [
     "Formula",
@@ -18,4 +19,5 @@ __all__ = [
     "make_scope",
     "make_table",
     "read_formula",
+    "replace_names",
 ]

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from rrp_sheets.formulas.limits import LARGEST_NUMBER, MOST_TEXTS_DEEP
 from rrp_sheets.formulas.problems import FormulaProblem
+from rrp_sheets.model.names import key
 from rrp_sheets.texts import N_
 
 _DOUBLE, _SINGLE = '"“”„‟＂', "'‘’‚‛＇"
@@ -305,6 +306,65 @@ class _Lexer:
             raise FormulaProblem("FORM001", start, reason=N_("a } is missing in a text with values"),
                                  remedy=N_('Write for example f"It is {distance} away".'))  # fmt: skip
         return Hole(tokens, spec, start, end + 1)
+
+
+def replace_names(
+    typed: str, new: Mapping[str, str], fields: Mapping[str, Mapping[str, str]] = {}, tables: Container[str] = (),
+) -> str | None:  # fmt: skip
+    """Return a formula in which names have other names; None where that cannot be done safely.
+
+    Texts stay as they are, the values within them do not (`f"{far} m"`). None is for a formula that cannot be read, and
+    for one whose own loop has such a name.
+
+    Args:
+        typed: the formula as typed.
+        new: the new text by the key of the old name.
+        fields: the same for the fields of a name, by its key: `joined.far`.
+        tables: keys of the tables, whose columns are no names: `Trials[Far]`.
+
+    >>> replace_names('ballX & "ballX" & ball.ballX & f"{BALL_X}"', {"ballx": "newX"})
+    'newX & "ballX" & ball.ballX & f"{newX}"'
+    >>> replace_names("far + joined.far + ball.far", {}, {"joined": {"far": "near"}})
+    'far + joined.near + ball.far'
+    >>> replace_names("[far for far in Trials]", {"far": "near"}) is None
+    True
+    """
+    try:
+        tokens = tokenize(typed, lambda name: key(name) in tables and key(name) not in new)
+    except FormulaProblem:
+        return None
+    parts: list[str] = []
+    end = 0
+    for token in _replaced(tokens, new, fields):
+        if token is None:
+            return None
+        parts += [typed[end : token.start], token.text]
+        end = token.end
+    return "".join([*parts, typed[end:]])
+
+
+def _replaced(
+    tokens: Sequence[Token], new: Mapping[str, str], fields: Mapping[str, Mapping[str, str]]
+) -> Iterator[Token | None]:
+    """Yield the names to be replaced, with their new texts; None for one to which a loop gives another meaning."""
+    in_target = False
+    owner, last = "", ""  # the key of the name before a dot, and what stands before the token
+    for token in tokens:
+        text = key(token.text) if token.kind == "name" else token.text
+        if token.kind == "texts":
+            for part in token.parts:
+                if isinstance(part, Hole):
+                    yield from _replaced(part.tokens, new, fields)
+        elif token.kind == "name":
+            in_target = text == "for" or (in_target and text != "in")
+            names = fields.get(owner, {}) if last == "." else new
+            if text in names:
+                yield None if in_target else token._replace(text=names[text])
+        if token.kind == "name":
+            owner = text if last != "." else ""
+        elif text != ".":
+            owner = ""
+        last = text
 
 
 _QUOTED = N_('Put texts between quotes: "red".')

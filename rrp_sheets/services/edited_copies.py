@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from rrp_sheets.checks import Checked
+from rrp_sheets.checks import Checked, renaming
 from rrp_sheets.checks.fixing import CellChange, Chosen, apply_fixes
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.documents.copies import as_xlsx, convert
@@ -35,6 +35,15 @@ class CellSet:
     language: str
 
 
+@dataclass(frozen=True)
+class Renamed:
+    """A new name, and the findings that the workbook has now."""
+
+    renaming: renaming.Renaming
+    report: Report
+    language: str
+
+
 def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     """Put a typed text into a cell (`Tracking!C5`, or `C5`), and check the workbook.
 
@@ -58,6 +67,25 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     edit(path, [SetCell(name, *at, parse_typed(value))], expected_digest=reading.digest)
     _, checked = read_and_check(path)
     return CellSet(Address(name, *at), before, _text(path, name, at), checked.report, checked.run.language)
+
+
+def rename(path: Path, old: str, new: str, sheet: str = "", *, preview: bool = False) -> Renamed:
+    """Give a stream or a helper another name in all cells that have it, and check the workbook.
+
+    `old` may be written with its sheet (`Tracking!Far`); with `preview` nothing is written.
+
+    Raises:
+        SheetsError: nothing has that name, the new one cannot be used, or the file cannot be written.
+        UnreadableFile: the file cannot be read.
+    """
+    reading, checked = read_and_check(path)
+    named, found, name = old.rpartition("!")
+    done = renaming.rename(checked, name if found else old, new.strip(), named if found else sheet)
+    if not preview and done.edits:
+        edits = [SetCell(e.address.sheet, e.address.row, e.address.column, parse_typed(e.text)) for e in done.edits]
+        edit(path, edits, expected_digest=reading.digest)
+        _, checked = read_and_check(path)
+    return Renamed(done, checked.report, checked.run.language)
 
 
 def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:

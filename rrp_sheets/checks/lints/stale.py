@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import ast
 import itertools
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from rrp_sheets.checks.facts import EVENT
 from rrp_sheets.checks.lints.context import LintContext, RowWriter, row_of
 from rrp_sheets.diagnostics.report import Fix
-from rrp_sheets.formulas import Formula
+from rrp_sheets.formulas import Formula, replace_names
 from rrp_sheets.graph import Step
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.texts import N_
@@ -134,7 +133,7 @@ def _forgetting(step: Step, rare: str, context: LintContext) -> Fix | None:
     old = context.graph.streams[rare].name
     recent = _free(f"Recent {old}", step, context)
     text = _opened(step, context)
-    inner = renamed(text, {argument_name(old): argument_name(recent)})
+    inner = replace_names(text, {key(argument_name(old)): argument_name(recent)})
     if inner is None:
         return None
     inputs = ", ".join(recent if key(c.text) == key(old) else c.text for c in step.row.inputs)
@@ -156,7 +155,7 @@ def _timing(step: Step, context: LintContext) -> Fix | None:
     names = [context.graph.streams[i].name for i in step.inputs]
     timed = {n: _free(f"{n} with time", step, context) for n in names}
     text = _opened(step, context)
-    inner = renamed(text, {argument_name(n): f"{argument_name(t)}.v" for n, t in timed.items()})
+    inner = replace_names(text, {key(argument_name(n)): f"{argument_name(t)}.v" for n, t in timed.items()})
     if inner is None:
         return None
     times = "; ".join(f"{argument_name(t)}.t" for t in timed.values())
@@ -187,25 +186,3 @@ def _free(name: str, step: Step, context: LintContext) -> str:
     streams: Mapping[str, object] = context.graph.streams
     names = itertools.chain([name], (f"{name} {n}" for n in itertools.count(2)))
     return next(n for n in names if key(n) not in streams and f"{sheet}!{key(n)}" not in streams)
-
-
-_PIECE = re.compile(r"""(?P<text>"(?:[^"]|"")*"|'(?:[^']|'')*')|(?P<name>[^\W\d]\w*)|(?P<other>.)""", re.DOTALL)
-
-
-def renamed(text: str, new: Mapping[str, str]) -> str | None:
-    """Return the formula with names replaced; None for texts with values in them (`f"…{x}…"`), where that is unsafe.
-
-    >>> renamed('ballX & "ballX" & ball.ballX', {"ballX": "newX"})
-    'newX & "ballX" & ball.ballX'
-    """
-    by_key = {key(old): name for old, name in new.items()}
-    parts: list[str] = []
-    before = ""
-    for match in _PIECE.finditer(text):
-        piece = match.group()
-        if match["text"] and before.casefold() == "f":
-            return None
-        own = match["name"] and before != "."  # not a field
-        parts.append(by_key.get(key(piece), piece) if own else piece)
-        before = piece
-    return "".join(parts)

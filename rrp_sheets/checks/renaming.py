@@ -1,0 +1,267 @@
+"""Another name for a stream or a helper in all cells of a workbook that have it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+from rrp_sheets.checks.check import Checked
+from rrp_sheets.connectors.combine_latest import COMBINATION
+from rrp_sheets.diagnostics.report import Put
+from rrp_sheets.errors import SheetsError
+from rrp_sheets.formulas import replace_names
+from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.graph.device_table import done_of
+from rrp_sheets.model.names import argument_name, is_reserved, key
+from rrp_sheets.model.workbook import Address, Behaviour, Cell, Row, Workbook
+from rrp_sheets.scene.scene_sheet import read_time
+from rrp_sheets.texts import N_, listed
+from rrp_sheets.workbook.schema import SHEETS
+
+_ANOTHER = N_("Choose another name.")
+_BUTTON = "OperatorButton"
+
+
+@dataclass(frozen=True)
+class Renaming:
+    """Edits that give a stream or a helper another name.
+
+    Attributes:
+        old, new: the names.
+        edits: one for each cell that has the name.
+        unsafe: cells with formulas in which the name means something else too: they must be changed by hand.
+    """
+
+    old: str
+    new: str
+    edits: tuple[Put, ...]
+    unsafe: tuple[Address, ...] = ()
+
+
+def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
+    """Return what gives a stream or a helper another name.
+
+    Args:
+        checked: the workbook with the old name.
+        old: the name of a row's output, of a stream of the sheet Devices, or of a helper.
+        new: the wanted name.
+        sheet: where the name is given, if that is not clear: a behaviour, or the sheet Devices or Helpers.
+
+    Raises:
+        SheetsError: nothing has that name, several sheets have it, or the new name cannot be used.
+    """
+    behaviours = {b.key: b for b in checked.graph.behaviours}
+    if sheet and key(sheet) not in {key(name) for name in checked.workbook.sheets}:
+        raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), N_("Look at the names of the sheets."))
+    found: list[_Stream | _Helper] = [_Stream(checked, b, old, new) for b in behaviours.values()]
+    found += [_Stream(checked, None, old, new), _Helper(checked, old, new)]
+    there = [one for one in found if one.there and key(sheet) in ("", key(one.sheet))]
+    if len(there) > 1:
+        sheets = listed([one.sheet for one in there], "and")
+        message = N_("“{name}” is a name in {sheets}.", name=old, sheets=sheets)
+        raise SheetsError(message, N_("Write which one: {example}.", example=f"{there[0].sheet}!{old}"))
+    if not there:
+        if checked.robot.find(old) is not None or done_of(old):
+            message = N_("“{name}” is the robot’s own name.", name=old)
+            raise SheetsError(message, N_("Add a row with a name of your own to the sheet Devices."))
+        message = N_("No row, device or helper has the name “{name}”.", name=old)
+        raise SheetsError(message, N_("Look at the column Output stream, and at Devices and Helpers."))
+    if not argument_name(new) or any(c in new for c in ",\n!") or is_reserved(new):
+        message = N_("“{name}” cannot be a name: formulas could not use it.", name=new)
+        raise SheetsError(message, N_("Write letters, digits and spaces, such as Far ball."))
+    if key(new) != key(old):
+        there[0].refuse()
+    return _renaming(old, new, there[0].places())
+
+
+_Place = tuple[Cell, Callable[[str], str | None]]
+"""A cell, and what gives its text with the new name: None for a formula in which that is not safe."""
+
+
+def _renaming(old: str, new: str, places: Iterator[_Place]) -> Renaming:
+    edits, unsafe = [], []
+    for cell, renamed in places:
+        text = renamed(cell.original)
+        if text is None:
+            unsafe.append(cell.address)
+        elif text != cell.original:
+            edits.append(Put(cell.address, text, cell.original))
+    return Renaming(old, new, tuple(edits), tuple(unsafe))
+
+
+def _in_formula(
+    tables: Collection[str], names: Mapping[str, str], owners: Mapping[str, Mapping[str, str]], typed: str
+) -> str | None:
+    """Return a formula with names by their keys, and fields by the names of their records; None where not safe."""
+    found = replace_names(typed, names, owners, tables)
+    return typed if found is None and not any(name in key(typed) for name in names) else found
+
+
+def _tables(workbook: Workbook) -> set[str]:
+    """Return the keys by which formulas may call the tables."""
+    return {
+        k for name in workbook.sheets if key(name) in workbook.tables for k in (key(name), key(argument_name(name)))
+    }
+
+
+class _Helper:
+    """A helper that gets another name."""
+
+    def __init__(self, checked: Checked, old: str, new: str) -> None:
+        self.workbook, self.old, self.new, self.sheet = checked.workbook, key(old), new, SHEETS["helpers"].title
+        self.names = {key(h.name.text) for h in self.workbook.helpers}
+        self.there = self.old in self.names
+
+    def refuse(self) -> None:
+        """Raise SheetsError when the new name is taken."""
+        if key(self.new) in self.names | {key(sheet) for sheet in self.workbook.sheets}:
+            raise SheetsError(N_("There is a helper or a sheet “{name}” already.", name=self.new), _ANOTHER)
+
+    def places(self) -> Iterator[_Place]:
+        """Yield all cells that may have the name."""
+        yield from ((h.name, lambda text: self.new) for h in self.workbook.helpers if key(h.name.text) == self.old)
+        renamed = partial(_in_formula, _tables(self.workbook), {self.old: argument_name(self.new)}, {})
+        for helper in self.workbook.helpers:
+            if self.old not in (key(cell.text) for cell in helper.inputs):
+                yield helper.formula, renamed
+        for row in (row for behaviour in self.workbook.behaviours for row in behaviour.rows):
+            if self.old not in (key(argument_name(cell.text)) for cell in row.inputs):
+                yield row.formula, renamed
+
+
+class _Stream:
+    """A stream that gets another name: of a row of `giver`, or without a giver of the sheet Devices."""
+
+    def __init__(self, checked: Checked, giver: BehaviourGraph | None, old: str, new: str) -> None:
+        self.graph, self.workbook, self.robot, self.facts = (
+            checked.graph,
+            checked.workbook,
+            checked.robot,
+            checked.facts,
+        )
+        self.giver, self.old, self.new, self.tables = giver, old, new, _tables(checked.workbook)
+        spelt = {old: new} if giver else {old: new, f"{old} done": f"{new} done"}
+        self.names = {key(before): after for before, after in spelt.items()}
+        self.arguments = {key(argument_name(before)): argument_name(after) for before, after in spelt.items()}
+        self.ids = {f"{giver.key}!{k}" for k in self.names} if giver else set(self.names)
+        behaviours = [b for b in self.workbook.behaviours if giver is None or key(b.name) == giver.key]
+        self.rows = [(b, row) for b in behaviours for row in b.rows]
+        self.given = {key(row.output.text) for _, row in self.rows if not _acts(row)}
+        self.devices = {key(d.stream.text) for d in self.workbook.devices}
+        self.there = key(old) in (self.given if giver else self.devices)
+        self.sheet = giver.name if giver else SHEETS["devices"].title
+
+    def refuse(self) -> None:
+        """Raise SheetsError when the new name is taken."""
+        k = key(self.new)
+        taken = self.given | self.devices | self.graph.streams.keys()
+        acts = [of for of in (self.new if self.giver else "", done_of(self.new)) if of and self._is_actuator(of)]
+        if k in taken or acts:
+            raise SheetsError(N_("A stream is already called “{name}”.", name=self.new), _ANOTHER)
+        for behaviour, row in self.rows:
+            if self._reads(behaviour, row) and not self._is_free(row):
+                place = f"{behaviour.name}!{row.number}"
+                message = N_("“{name}” means something else in row {row}.", name=self.new, row=place)
+                raise SheetsError(message, _ANOTHER)
+
+    def _is_actuator(self, name: str) -> bool:
+        declared = (d.device.text for d in self.workbook.devices if key(d.stream.text) == key(name))
+        found = self.robot.find(next(declared, name))
+        return found is not None and found.type.kind == "actuator"
+
+    def _is_free(self, row: Row) -> bool:
+        """Return whether a row that reads the stream calls nothing else by the new name."""
+        argument = key(argument_name(self.new))
+        others = {key(argument_name(c.text)) for c in row.inputs if key(c.text) not in self.names}
+        inside = replace_names(row.formula.text, {argument: "\0"})
+        return argument not in others and (inside is None or "\0" not in inside)
+
+    @cached_property
+    def _steps(self) -> dict[tuple[str, int], tuple[str, ...]]:
+        return {(b.key, s.number): s.inputs for b in self.graph.behaviours for s in b.steps}
+
+    def _inputs(self, behaviour: Behaviour, row: Row) -> Collection[str]:
+        """Return the ids of a row's inputs, also where the row is faulty."""
+        prefix = f"{self.giver.key}!" if self.giver else ""
+        known = self._steps.get((key(behaviour.name), row.number))
+        return [f"{prefix}{key(c.text)}" for c in row.inputs] if known is None else known
+
+    def _reads(self, behaviour: Behaviour, row: Row) -> bool:
+        return not self.ids.isdisjoint(self._inputs(behaviour, row))
+
+    def _owners(self, inputs: Collection[str]) -> dict[str, Mapping[str, str]]:
+        """Return the inputs, as formulas call them, that are combinations with a field of the old name."""
+        streams = self.graph.streams
+        found = {key(argument_name(streams[i].name)): self.arguments for i in inputs if self._combines(i)}
+        return {**found, "value": self.arguments} if found and len(inputs) == 1 else {**found}
+
+    def _combines(self, stream: str) -> bool:
+        fact = self.facts.get(stream)
+        record = fact.known.record if fact and stream in self.graph.streams else None
+        return record is not None and record.name == COMBINATION and not record.names.keys().isdisjoint(self.names)
+
+    def places(self) -> Iterator[_Place]:
+        """Yield all cells that may have the name."""
+        if self.giver is None:
+            yield from ((d.stream, self._in_list) for d in self.workbook.devices)
+        for behaviour, row in self.rows:
+            yield row.inputs_cell, self._in_list
+            names = self.arguments if self._reads(behaviour, row) else {}
+            owners = self._owners(self._inputs(behaviour, row))
+            if names or owners:
+                yield row.formula, partial(_in_formula, self.tables, names, owners)
+            if _acts(row) is (self.giver is None):
+                yield row.output, self._in_list
+        yield from self._test_places()
+        yield from self._scene_places()
+
+    def _test_places(self) -> Iterator[_Place]:
+        for row in (row for sheet in self.workbook.tests for row in sheet.rows):
+            stream = self._id(row.stream.text)
+            if stream in self.ids:
+                yield row.stream, partial(self._sub, r"[^!]+$", self.names)
+            if self._combines(stream):
+                yield row.expect, partial(self._sub, r"(?<![\w.])[^\W\d]\w*(?=\s*=)", self.arguments)
+
+    def _scene_places(self) -> Iterator[_Place]:
+        labelled = self._is_label()
+        for row in self.workbook.scene or ():
+            when = read_time(row.time.text)
+            if when is not None and when.cue and self._id(when.cue) in self.ids:
+                yield row.time, partial(self._sub, r"[^!+]+(?=\+[^+]*$)", self.names)
+            if labelled and key(row.does.text) in ("press", "presses"):
+                yield row.value, self._in_list
+
+    def _is_label(self) -> bool:
+        """Return whether the name stands on a button: on one without a label of its own, and on no other."""
+        buttons = [d for d in self.workbook.devices if (f := self.robot.find(d.device.text)) and f.type.name == _BUTTON]
+        labels = {key(str(d.settings.get("label") or "")) for d in buttons}
+        mine = [d for d in buttons if key(d.stream.text) == key(self.old) and self.giver is None]
+        return any(not d.settings.get("label") for d in mine) and key(self.old) not in labels
+
+    def _id(self, text: str) -> str:
+        """Return the id of the stream that a test or the scene names; of several the one in the first sheet."""
+        sheet, mark, name = text.rpartition("!")
+        k = key(name)
+        if mark:
+            return f"{key(sheet.strip().strip(chr(39)))}!{k}"
+        if k in self.graph.streams or k in self.devices or k in self.ids:
+            return k
+        return next((i for b in self.graph.behaviours if (i := f"{b.key}!{k}") in self.graph.streams), "")
+
+    def _in_list(self, text: str) -> str:
+        return self._sub(r"[^,\n]+", self.names, text)
+
+    @staticmethod
+    def _sub(pattern: str, names: Mapping[str, str], text: str) -> str:
+        def part(match: re.Match[str]) -> str:
+            name = match[0].strip()
+            return match[0].replace(name, names[key(name)]) if key(name) in names else match[0]
+
+        return re.sub(pattern, part, text)
+
+
+def _acts(row: Row) -> bool:
+    return key(row.connector.text) == "subscribe"
