@@ -60,7 +60,7 @@ KEYS = {  # the key as the browser tells it, what is held (c, m, a, s) → what 
     ("cell", " ", "s"): "Shift + Space, Ctrl + Space, Ctrl + A", ("cell", "ArrowUp", "a"): "moveUp",
     ("cell", "ArrowUp", "ca"): "Ctrl + arrow", ("cell", "ArrowUp", "c"): "Ctrl + arrow", ("cell", "x", ""): "any letter",
     ("cell", "X", "s"): "any letter", ("cell", "x", "c"): None, ("cell", "F2", ""): "F2", ("page", "F1", "ca"): "help",
-    ("editor", "Enter", "a"): "Alt + Enter", ("editor", "Enter", "c"): "Enter, Tab", ("editor", "F1", ""): None,
+    ("editor", "Enter", "a"): "Alt + Enter", ("editor", "Enter", "c"): "Ctrl + Enter", ("editor", "F1", ""): None,
 }  # fmt: skip
 
 

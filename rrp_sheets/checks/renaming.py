@@ -53,10 +53,10 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
         SheetsError: nothing has that name, several sheets have it, or the new name cannot be used.
     """
     behaviours = {b.key: b for b in checked.graph.behaviours}
-    if sheet and key(sheet) not in {key(name) for name in checked.workbook.sheets}:
-        raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), N_("Look at the names of the sheets."))
     found: list[_Stream | _Helper] = [_Stream(checked, b, old, new) for b in behaviours.values()]
     found += [_Stream(checked, None, old, new), _Helper(checked, old, new)]
+    if sheet and key(sheet) not in {key(name) for name in (*checked.workbook.sheets, *(one.sheet for one in found))}:
+        raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), N_("Look at the names of the sheets."))
     there = [one for one in found if one.there and key(sheet) in ("", key(one.sheet))]
     if len(there) > 1:
         sheets = listed([one.sheet for one in there], "and")

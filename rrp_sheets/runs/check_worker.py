@@ -20,6 +20,7 @@ from rrp_sheets.workers.worker_process import RestartingWorker, WorkerClosed, Wo
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
+    from rrp_sheets.checks.renaming import Renaming
     from rrp_sheets.workbook import Reading
 
 CHECK_WITHIN = 20.0
@@ -66,6 +67,13 @@ class CheckWorker:
             report.add("FILE018", None, name=path.name, why=why)
             return Findings(tuple(report))
 
+    def rename(self, path: Path, old: str, new: str, sheet: str) -> Renaming:
+        """Return what gives a stream or a helper of a workbook another name; raises SheetsError as `rename` does."""
+        from rrp_sheets.checks.renaming import Renaming
+
+        request = [f"{__name__}.rename_in_file", str(path.absolute()), old, new, sheet]
+        return unpack(Renaming, self._worker.ask(request, self._within))
+
     def close(self) -> None:
         """End the process."""
         self._worker.close()
@@ -76,6 +84,13 @@ def check_file(path: str) -> Findings:
     """Read and check a workbook."""
     _, checked = read_and_check(Path(path))
     return Findings(tuple(checked.report), _examples(checked))
+
+
+def rename_in_file(path: str, old: str, new: str, sheet: str) -> Renaming:
+    """Return what gives a stream or a helper of a workbook another name."""
+    from rrp_sheets.checks.renaming import rename
+
+    return rename(read_and_check(Path(path))[1], old, new, sheet)
 
 
 def read_and_check(path: Path) -> tuple[Reading, Checked]:

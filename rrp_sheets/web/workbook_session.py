@@ -18,6 +18,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from rrp_sheets.diagnostics.report import Put
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
@@ -360,6 +361,10 @@ class WorkbookSession(Broadcaster):
         if not analysis.checked:
             self.check_soon(only_first=True)
         return analysis
+
+    def renaming(self, old: str, new: str, sheet: str) -> tuple[Put, ...]:
+        """Return the edits that give a stream or a helper another name; raises SheetsError when it cannot have it."""
+        return self._worker.rename(self.document.path, old, new, sheet).edits
 
     def words(self) -> tuple[str, str]:
         """Return the words that are suggested, as JSON, and a digest of them; made once for each check."""

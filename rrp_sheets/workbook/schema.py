@@ -47,7 +47,7 @@ CELLS = {
         CellKind("on", 40), CellKind("inputs", 136), CellKind("connector", 144), CellKind("output", 136),
         CellKind("formula", 232, clean_formula, code=True, from_excel=True),
         CellKind("notes", 240, str.strip, as_typed=True), CellKind("amount", 88), CellKind("text", 152),
-        CellKind("helper", 120), CellKind("parameters", 136),
+        CellKind("stream", 152), CellKind("helper", 120), CellKind("parameters", 136),
         CellKind("device", 152), CellKind("setting", 112, clean_prose),
         CellKind("actor", 120), CellKind("verb", 104), CellKind("value", 224, clean_prose),
         CellKind("gesture", 136), CellKind("angle", 136, clean_prose),
@@ -185,7 +185,8 @@ BEHAVIOUR = SheetKind("behaviour", "Behaviour", N_("a behaviour"), "D5E5EF", (
            "Blank is 0."), ("優先度",), "priority", required=False, offered=False),
 ), any_name=True)  # fmt: skip
 DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
-    Column("Stream", "text", 24, N_("The name you give this sensor or actuator; behaviours use it."), ("ストリーム",)),
+    Column("Stream", "stream", 24, N_("The name you give this sensor or actuator; behaviours use it."),
+           ("ストリーム",)),
     Column("Device", "device", 24, N_("Which sensor or actuator of the robot it is."), ("デバイス",), "devices",
            offers="All devices", known=("All devices",)),
     _NOTES,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, ClassVar
@@ -15,7 +16,7 @@ from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.report import Fix, Insert, Put
+from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
@@ -47,6 +48,7 @@ from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
+from rrp_sheets.workbook.schema import TITLES
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
@@ -249,7 +251,10 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         cells = given.get("cells")
         if not isinstance(cells, list) or len(cells) > MOST_CELLS:
             raise BadRequest
-        return document.set_cells(author, sheet, [_cell(c) for c in cells])
+        texts = [_cell(c) for c in cells]
+        if given.get("rename") is True and len(texts) == 1:
+            return _rename(session, document, author, sheet, texts[0])
+        return document.set_cells(author, sheet, texts)
     before = given.get("before")
     if before is not None and not isinstance(before, str):
         raise BadRequest
@@ -259,6 +264,26 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _rename(session: WorkbookSession, document: Document, author: str, sheet: str, cell: CellText) -> Changed:
+    """Change a cell that gives a name, and all cells that have it.
+
+    Only that cell is changed where another one gives the name too, or the new name cannot be used: the check tells it.
+    """
+    sheet = document.current(sheet)
+    grid = document.grids.get(sheet)
+    edits: tuple[Put, ...] = ()
+    if grid is not None and cell.was:
+        where = sheet if grid.kind == "behaviour" else TITLES[grid.kind]
+        with suppress(SheetsError):
+            edits = session.renaming(cell.was, cell.text.strip(), where)
+    steps = list(_steps(document.grids, edits))
+    cells = [(step.sheet, one) for step in steps if isinstance(step, PutTexts) for one in step.cells]
+    giving = [one.row for place, one in cells if place == sheet and one.column == cell.column]
+    if len(steps) < 2 or giving != [cell.row]:
+        return document.set_cells(author, sheet, [cell])
+    return document.together(author, steps)
 
 
 def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:
@@ -311,16 +336,16 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     if missing:
         message = N_("There is no sheet “{sheet}” that this fix could change.", sheet=missing[0])
         raise Refused(message, N_("Make it, or mend it by hand."))
-    steps = list(_steps(document.grids, fix))
+    steps = list(_steps(document.grids, fix.edits))
     if not steps:
         raise Refused(_OLD, _LOOK)
     return document.together(author, steps)
 
 
-def _steps(grids: Mapping[str, Grid], fix: Fix) -> Iterator[PutTexts | AddRows]:
+def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows]:
     """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
-    for one in fix.edits:
+    for one in edits:
         grid = grids[one.sheet if isinstance(one, Insert) else one.address.sheet]
         rows = order.setdefault(grid.name, list(grid.rows))
         if isinstance(one, Insert):

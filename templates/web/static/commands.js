@@ -50,6 +50,8 @@ export const COMMANDS = [
     run: ({ editor }, { key }) => editor.close(true, key.slice(5).toLowerCase()) },
   { told: "Enter, Tab", help: "keeps it; Tab takes the first suggestion in a formula",
     at: "editor", keys: ["Any+Enter", "Any+Tab"], run: ({ editor }, event) => editor.end(event) },
+  { told: "Ctrl + Enter", help: "keeps a changed name in this cell only; Enter renames the stream in all cells that have it",
+    at: "editor", keys: ["Ctrl+Enter"], run: ({ editor }) => editor.close(true, "enter", true) },
   { told: "Alt + Enter", help: "a new line in the cell", at: "editor", keys: ["Alt+Enter"], run: ({ editor }) => editor.newLine() },
   { told: "Esc", help: "takes back what was typed", at: "editor", keys: ["Any+Escape"], run: ({ editor }) => editor.escape() },
   { told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },

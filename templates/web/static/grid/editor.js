@@ -143,7 +143,8 @@ export class Editor {
     this.chosen = this.found.sure && typed ? 0 : -1;
     this.moved = false;
     this.show();
-    const help = signature(this.context.vocabulary(), where, before);
+    const renames = this.was !== "" && this.field.value !== this.was && this.context.gives(this.table.cell(row, this.k));
+    const help = renames ? shown([t("Enter: rename in all cells"), t("Ctrl+Enter: change this cell only")]) : signature(this.context.vocabulary(), where, before);
     this.hint.hidden = !help;
     if (help) this.hint.replaceChildren(...help);
   }
@@ -226,8 +227,9 @@ export class Editor {
     return this.close(true, key === "Enter" ? (shiftKey ? "raise" : "enter") : shiftKey ? "back" : "tab");
   }
 
-  /** Stop editing; keep the text or not. `move` says where the selection goes, null for nowhere. */
-  close(keep, move) {
+  /** Stop editing; keep the text or not. `move` says where the selection goes, null for nowhere; `alone` gives a name to this
+   *  cell only. */
+  close(keep, move, alone = false) {
     const field = this.field;
     if (!field) return;
     this.field = null;
@@ -236,7 +238,7 @@ export class Editor {
     this.scroll.classList.remove("typing");
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
-    if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move);
+    if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move, alone);
     else if (keep && text !== this.was) this.context.lost(t("The row was deleted meanwhile. Copy your text, and paste it where it belongs."), text);
   }
 

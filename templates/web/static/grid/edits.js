@@ -39,13 +39,14 @@ export class Server {
     return ownName("panel" in (document.getElementById("runbar")?.dataset ?? {}));
   }
 
-  /** Send cells `{row, k, text, was}`. */
-  cells(changes) {
+  /** Send cells `{row, k, text, was}`; to `rename`, the one that gives a name, with all that have it. */
+  cells(changes, rename = false) {
     const body = changes.map(({ row, k, text, was }) => ({ row, column: this.table.sheetColumn(k), text, was }));
     const { row, column, tag } = this.unlocking ?? {};
-    if (!body.some((cell) => cell.row === row && cell.column === column)) return this.send("cells", { cells: body }, changes.map((c) => c.row));
+    const whole = rename ? { cells: body, rename } : { cells: body };
+    if (!body.some((cell) => cell.row === row && cell.column === column)) return this.send("cells", whole, changes.map((c) => c.row));
     this.dropped.add(tag);
-    return this.send("cells", { cells: body, unlock: { row, column } }, changes.map((c) => c.row));
+    return this.send("cells", { ...whole, unlock: { row, column } }, changes.map((c) => c.row));
   }
 
   /** Insert, delete or move rows (`step`: see Order): shown at once, and taken back if the server refuses it. */
@@ -104,7 +105,7 @@ export class Server {
     const whole = { ...body, tag, request: id, sheet: this.sheet, client: this.client, name: this.name };
     if (id) this.unsent.add(id, action, JSON.stringify(whole));
     if (action === "cells") this.next = whole;
-    const job = this.chain.then(() => this.post(action, whole, id, OWN.has(action)));
+    const job = this.chain.then(() => this.post(action, whole, id, OWN.has(action) && !body.rename));
     this.chain = job.catch(() => {});
     return job;
   }

@@ -3,7 +3,7 @@
 import { press } from "../commands.js";
 import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
-import { Editor } from "./editor.js";
+import { Editor, key } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
@@ -43,13 +43,14 @@ export class Grid {
       vocabulary: () => this.words,
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
+      gives: (cell) => this.gives(cell),
       editing: (row, k, on) => this.taking(row, k, on),
       typing: () => {
         this.fillBar(); // a long text has more room there
         this.drafts.keep();
       },
       lost: (why, text) => lost(this, why, [{ text }]),
-    }, (cell, text, was, move) => this.edited(cell, text, was, move));
+    }, (cell, text, was, move, alone) => this.edited(cell, text, was, move, alone));
     this.drafts = new Drafts(this, page);
     this.spoken = new Spoken(this, page);
     this.unfinished = new Unfinished(this);
@@ -169,22 +170,43 @@ export class Grid {
     this.stand();
   }
 
-  /** Send changes that are shown already. */
-  store(changes) {
+  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it. */
+  store(changes, rename = false) {
     this.rows.reserve(0);
-    this.server.cells(changes);
+    const answer = this.server.cells(changes, rename);
+    if (rename) answer.then(({ rows }) => this.renamed(rows ?? [], changes[0])).catch(() => {});
     for (const { row, k } of changes) {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.mark(this.table.row(row));
     }
   }
 
-  edited(cell, text, was, move) {
+  /** True for a cell that gives a name: the output of a row that does not act, a stream of Devices, a helper. */
+  gives(cell) {
+    const { kind } = this.table.headers[this.table.column(cell)].dataset;
+    if (kind === "output") return key(this.table.value(this.table.cell(cell.parentElement, this.table.ofKind("connector")))) !== "subscribe";
+    return kind === "helper" || kind === "stream";
+  }
+
+  /** Tell that a name was changed in other cells too, which can be taken back. */
+  renamed(entries, { row, k, text, was }) {
+    const count = entries.reduce((sum, { cells }) => sum + (cells?.length ?? 0), 0);
+    if (count < 2) return;
+    const alone = async () => {
+      await this.server.send("undo", {});
+      this.change([[this.table.cell(this.table.row(row), k), text]]);
+    };
+    status(t("“{was}” is now “{text}” in {n} cells.", { was, text, n: count }), "told", [
+      [t("Undo"), () => this.undo()], [t("Only this cell"), () => this.held.until(alone)],
+    ]);
+  }
+
+  edited(cell, text, was, move, alone = false) {
     if (text !== was) {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
-      this.store([change]);
+      this.store([change], !alone && was !== "" && text.trim() !== "" && this.gives(cell));
       done();
     }
     const { row } = this.selection;

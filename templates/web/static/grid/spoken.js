@@ -1,6 +1,7 @@
 // Messages to the person. To a screen reader: the cell with the cursor and its problems, the edits of others, the names of the cells.
 
 import { spokenHintOf } from "../commands.js";
+import { button as act } from "../elements.js";
 import { t } from "../texts.js";
 
 const CURSOR_RESTS_MS = 150; // when the cursor runs, only the cell where it stops is told
@@ -139,9 +140,11 @@ let left = 0; // milliseconds that the message still has
 let since = 0; // when it was shown, or went on being shown
 let timer = 0;
 
-/** Show a message of a kind: `told`, `warning` or `error`. */
-export function status(text, kind = "told") {
+/** Show a message of a kind: `told`, `warning` or `error`; `acts` are buttons beside it, each a title and what it does. */
+export function status(text, kind = "told", acts = []) {
   if (!line) return;
+  for (const old of place.querySelectorAll(".act")) old.remove();
+  button.before(...acts.map(([title, run]) => act(title, () => (clear(), run()), "button plain small act")));
   if (line.textContent === text && line.classList.contains("is-error")) return; // said again and again while it lasts
   line.textContent = text;
   for (const name of ["warning", "error"]) line.classList.toggle(`is-${name}`, name === kind);
@@ -165,6 +168,7 @@ export function done() {
 
 function clear() {
   if (place.contains(document.activeElement)) document.querySelector("[role=grid] [tabindex='0']")?.focus({ preventScroll: true });
+  for (const old of place.querySelectorAll(".act")) old.remove();
   line.textContent = "";
   line.classList.remove("is-warning", "is-error");
   button.hidden = true;
