@@ -110,6 +110,15 @@ def test_what_is_wrong_is_told_at_its_cell(lines, header, expected):
     assert sorted(found(*lines, header=header)) == expected
 
 
+def test_the_head_turned_aside_is_told_as_a_reason_for_its_nod_only():
+    def message(line: str, header: str) -> str:
+        return next(d.message for d in check(sheet(line, header, "Greet")).report if d.code == "GEST005")
+
+    assert "while HeadYaw is at" in message("| Greet | 1 | 0.5 | 60° |", "HeadPitch | HeadYaw")
+    assert "HeadYaw" not in message("| Greet | 1 | 60° | 1.5 |", "HeadYaw | RHand")
+    assert "while" not in message("| Greet | 1 | 2 |", "HeadPitch")
+
+
 def test_remedies_name_the_joint_the_time_and_the_gesture():
     def remedy(*lines, header="HeadPitch", device="Greet"):
         return next(d.remedy for d in check(sheet("\n".join(lines) or TWICE, header, device)).report)

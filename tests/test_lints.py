@@ -173,6 +173,8 @@ TAKING = [
     ("| Start | subscribe | (1.5, 0.4) | Head joints | |", [("LINT013", "C2")]),
     ("| Start | subscribe | (1.5, 0.1) | Head joints | |", []),
     ("| Start | subscribe | 0.5 | Head joints | |", [("LINT012", "C2")]),
+    ("| Start | subscribe | IF(start.count > 1; (0, 0.6); (0, 0.5)) | Head joints | |", [("LINT013", "C2")]),
+    ("| Start | subscribe | (0, start.count * 4) | Head joints | |", [("LINT013", "C2")]),
     ("| Start | subscribe | 1 | Eye LED color | |", [("LINT012", "C2")]),
     ('| Start | subscribe | "redd" | Eye LED color | |', [("LINT012", "C2")]),
     ('| Start | subscribe | "#ff0000" | Eye LED color | |', []),

@@ -152,6 +152,13 @@ def boxes(root):
     return sorted(found)
 
 
+@pytest.mark.parametrize(("count", "shown"), [(2, "●2"), (9, "●9"), (10, "●+"), (40, "●+")])
+def test_in_text_marbles_without_room_are_counted_up_to_nine(count, shown):
+    score = made([(500_000, "a long value")] * count + [(850_000, 1)], span=5_000_000)
+    lane = next(line for line in marble_text(score, 64) if "●" in line)
+    assert shown in lane
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 5, 40, 120, 3000])
 @pytest.mark.parametrize("kind", ["sensor", "stream", "actuator", "done", "anonymous"])

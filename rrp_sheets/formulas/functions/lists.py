@@ -123,8 +123,8 @@ def drop(values: Value, count: Value) -> list[Value]:
 def list_(*values: Value) -> list[Value]:
     """A list of the values.
 
-    >>> list_(1, "two")
-    [1, 'two']
+    >>> list_(1, "two"), list_([1], "two")
+    ([1, 'two'], [[1], 'two'])
     """
     if len(values) == 1 and isinstance(values[0], (list, tuple)):
         return list(values[0])
