@@ -182,6 +182,47 @@ def test_a_preview_shows_the_cells_and_changes_nothing(book: Path) -> None:
     assert book.read_bytes() == before
 
 
+def test_a_name_that_was_typed_over_can_be_used_everywhere_or_given_again(book: Path) -> None:
+    text, renamed = book.read_text(encoding="utf-8"), book.with_name("renamed.md")
+    renamed.write_text(text, encoding="utf-8")
+    api.rename(renamed, "Tracking!Distance", "Ball far")
+    over = book.with_name("over.md")
+    over.write_text(
+        text.replace("redBall.distance | Distance | the", "redBall.distance | Ball far | the"), encoding="utf-8"
+    )
+    (finding,) = (d for d in api.check(over).report if d.code == "GRAPH001")
+    assert [(fix.id, fix.title, fix.safe) for fix in finding.fixes] == [
+        ("use-new-name", "Use the new name “Ball far” everywhere", False),
+        ("restore-name", "Call the output “Distance” again", False),
+    ]
+    for wanted, expected in (("use-new-name", renamed), ("restore-name", book)):
+        api.fix(over, book.with_name(f"{wanted}.md"), {"GRAPH001": wanted})
+        assert cells(book.with_name(f"{wanted}.md")) == cells(expected)
+
+
+@pytest.mark.parametrize(("change", "why"), [
+    (("redBall.distance | Distance | the", "redBall.distance | Ball far | the"), "the row that lacks it gives the unused one"),
+    (("| Told | subscribe", "| Spoken | subscribe"), "another name is missing too"),
+    (("| Far | map", "| Fahr | map"), "two outputs are used nowhere"),
+])  # fmt: skip
+def test_where_it_is_not_clear_what_was_typed_over_nothing_is_offered(
+    book: Path, change: tuple[str, str], why: str
+) -> None:
+    text = book.read_text(encoding="utf-8").replace(
+        "redBall.distance | Distance | the", "redBall.distance | Ball far | the"
+    )
+    if why.startswith("the row"):
+        text = text.replace(
+            "| Red ball | map | redBall.distance | Ball far | the", "| Distanse | map | value | Ball far | the"
+        )
+    else:
+        assert change[0] in text
+        text = text.replace(*change)
+    book.write_text(text, encoding="utf-8")
+    found = [d for d in api.check(book).report if d.code == "GRAPH001"]
+    assert found and not [fix for d in found for fix in d.fixes if fix.id == "use-new-name"], why
+
+
 @pytest.mark.parametrize("most", [1, pytest.param(1_000, marks=pytest.mark.soak)])
 @pytest.mark.parametrize("source", WORKBOOKS, ids=lambda path: path.stem)
 def test_streams_of_the_workbooks_get_another_name_and_their_own_again(source: Path, most: int, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled, check_formulas
 from rrp_sheets.checks.lints import lint
 from rrp_sheets.checks.protocol import RunPlan, check_kept, check_protocol
+from rrp_sheets.checks.renaming import offer_new_names
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic, Report
@@ -82,6 +83,7 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     report.drop_followers()
     if lints:
         judge_proposals(graph, robot, compiled, report)
+        offer_new_names(workbook, graph, report, lambda before: check_workbook(before, Report(), lints=False))
     return Checked(
         workbook, robot, graph, compiled.formulas, scene, run, tests, report, compiled.facts, compiled.scope, cues
     )

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
-from rrp_sheets.checks.check import Checked
 from rrp_sheets.connectors.combine_latest import COMBINATION
-from rrp_sheets.diagnostics.report import Put
+from rrp_sheets.diagnostics.report import Diagnostic, Fix, Put, Replace, Report
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import replace_names
-from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.graph import BehaviourGraph, Graph
 from rrp_sheets.graph.device_table import done_of
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Address, Behaviour, Cell, Row, Workbook
 from rrp_sheets.scene.scene_sheet import read_time
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.workbook.schema import SHEETS
+
+if TYPE_CHECKING:
+    from rrp_sheets.checks.check import Checked
 
 _ANOTHER = N_("Choose another name.")
 _BUTTON = "OperatorButton"
@@ -74,6 +77,64 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
     if key(new) != key(old):
         there[0].refuse()
     return _renaming(old, new, there[0].places())
+
+
+def offer_new_names(workbook: Workbook, graph: Graph, report: Report, check: Callable[[Workbook], Checked]) -> None:
+    """Offer to use the new name of a stream everywhere, where it seems to have been typed over its old one.
+
+    So it seems where one name is missing in a behaviour, and one output is used nowhere and does not depend on it.
+
+    Args:
+        workbook: the workbook.
+        graph: its graph.
+        report: its findings; the one about the missing name gets other fixes.
+        check: checks a workbook, to find what had the old name.
+    """
+    for behaviour, graphed in zip(workbook.behaviours, graph.behaviours, strict=True):
+        missing = [d for d in report if d.code == "GRAPH001" and d.address and d.address.sheet == behaviour.name]
+        if len(missing) == 1:
+            old = str(missing[0].details["name"])
+            outputs = _unused(workbook, behaviour, graphed, old)
+            if len(outputs) == 1:
+                _offer(workbook, behaviour, missing[0], outputs[0], report, check)
+
+
+def _unused(workbook: Workbook, behaviour: Behaviour, graphed: BehaviourGraph, missing: str) -> list[Row]:
+    """Return the rows whose output nothing uses, without those that depend on a missing stream."""
+    named = {key(row.stream.text.rpartition("!")[2]) for sheet in workbook.tests for row in sheet.rows}
+    named |= {i.rpartition("!")[2] for step in graphed.steps for i in step.inputs}
+    reads = {key(row.output.text): {key(cell.text) for cell in row.inputs} for row in behaviour.rows}
+    after, more = set[str](), {key(missing)}
+    while more:
+        after |= more
+        more = {output for output, inputs in reads.items() if inputs & more} - after
+    return [row for row in behaviour.rows if row.on and row.output and not _acts(row) and row.inputs
+            and key(row.output.text) not in named | after]  # fmt: skip
+
+
+def _offer(
+    workbook: Workbook, behaviour: Behaviour, finding: Diagnostic, row: Row, report: Report,
+    check: Callable[[Workbook], Checked],
+) -> None:  # fmt: skip
+    old, new, at = str(finding.details["name"]), row.output.text, row.output.address
+    named = replace(row, output=Cell(old, at, old))
+    rows = tuple(named if one is row else one for one in behaviour.rows)
+    before = replace(workbook, behaviours=tuple(
+        replace(b, rows=rows) if b is behaviour else b for b in workbook.behaviours
+    ))  # fmt: skip
+    try:
+        done = rename(check(before), old, new, behaviour.name)
+    except SheetsError:
+        return
+    edits = tuple(edit for edit in done.edits if edit.address != at)
+    same = [fix for fix in finding.fixes if any(isinstance(e, Replace) and key(e.new) == key(new) for e in fix.edits)]
+    if same and sum(key(old) in (key(cell.text) for cell in one.inputs) for one in behaviour.rows) < 2:
+        return  # one row has it misspelt
+    use = Fix(
+        "use-new-name", N_("Use the new name “{new}” everywhere", new=new), edits, safe=any(fix.safe for fix in same)
+    )
+    back = Fix("restore-name", N_("Call the output “{old}” again", old=old), (Put(at, old, row.output.original),))
+    report.offer(finding, (use, back, *(fix for fix in finding.fixes if fix not in same)))
 
 
 _Place = tuple[Cell, Callable[[str], str | None]]

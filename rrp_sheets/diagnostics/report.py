@@ -242,6 +242,11 @@ class Report:
             del self._found[d]
             self._found[replace(d, fixes=tuple(judge(d, fix) for fix in d.fixes))] = None
 
+    def offer(self, finding: Diagnostic, fixes: Iterable[Fix]) -> None:
+        """Give a finding other fixes to choose from."""
+        del self._found[finding]
+        self._found[replace(finding, fixes=tuple(fixes))] = None
+
     def drop_followers(self) -> None:
         """Drop the findings that only follow from another one; no fix of one that may follow stays safe."""
         causes = _Causes(self._found)
