@@ -98,3 +98,20 @@ def test_a_device_and_a_helper_are_renamed_in_the_rows(
     row, column, text = changed
     becomes(lambda: grid.rows()[row][column], text)
     grid.expect(cell, new)
+
+
+def test_a_name_that_was_typed_over_is_used_everywhere_by_the_fix_of_the_first_row_without_it(grid: Shared) -> None:
+    change(grid, "D2", "Ball far", "Control+Enter")
+    grid.saved()
+    grid.page.wait_for_selector("[data-fix=use-new-name]", state="attached")
+    grid.go("A3")
+    grid.press("Control+.", "Enter")
+    becomes(
+        lambda: [(row[0], row[2]) for row in rows(grid)],
+        [
+            ("Red ball", "redBall.distance"),
+            ("Ball far", "ballFar < limit"),
+            ("Ball far, Close", "ballFar - close"),
+            ("Both", ""),
+        ],
+    )
