@@ -119,6 +119,7 @@ def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
     grid.status("1 column did not fit in and was left out.")
 
 
+@pytest.mark.slow
 def test_texts_of_another_program_go_into_an_editor_a_selection_and_rows_past_the_end(grid) -> None:
     """The line break that ends a cell of another program is left out, and quotes are taken apart and put together."""
     for copied, becomes_text in ("near\r\n", "is near"), ("\n", "is "), ("a\nb", "is a\nb"):
@@ -150,6 +151,7 @@ def test_texts_of_another_program_go_into_an_editor_a_selection_and_rows_past_th
     assert there[0].startswith('"a\tb"\t"q""q"\t"l1\nl2"\n')
 
 
+@pytest.mark.slow
 def test_cells_are_selected_filled_and_broken_into_lines_and_rows_inserted_moved_and_deleted(grid) -> None:
     grid.go("F3")
     handle = grid.page.locator(".fill-handle").bounding_box()
@@ -198,6 +200,7 @@ def test_cells_are_selected_filled_and_broken_into_lines_and_rows_inserted_moved
 SCROLLED = "document.getElementById('grid-scroll').scrollTop"
 
 
+@pytest.mark.slow
 def test_the_cursor_stays_when_rows_columns_or_all_are_selected_and_deleted(grid) -> None:
     selected = grid.page.locator("td[aria-selected]")
     every = grid.page.locator("tbody tr").count() * 6

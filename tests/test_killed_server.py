@@ -186,6 +186,7 @@ def check_whole(folder: Path, allowed: set[str]) -> None:
     assert not names, names
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, pytest.param(10, marks=pytest.mark.soak)])
 def test_a_server_killed_while_a_version_comes_back_or_a_file_is_uploaded(times: int, tmp_path: Path) -> None:
     rows = [["", "", "", "", "", "start"]] * ROWS
@@ -224,6 +225,7 @@ def test_a_server_killed_while_a_version_comes_back_or_a_file_is_uploaded(times:
         assert "the first" in server.get("book/b.xlsx/versions")
 
 
+@pytest.mark.slow
 def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path: Path, browser: Any) -> None:
     rows = [["", "Red ball", "map", "redBall.x", "X", ""], ["", "X", "subscribe", "", "Say", ""]]
     make_workbook({"T": [HEADER, *rows]}, tmp_path / "b.xlsx")
