@@ -103,11 +103,15 @@ def _unused(workbook: Workbook, behaviour: Behaviour, graphed: BehaviourGraph, m
     """Return the rows whose output nothing uses, without those that depend on a missing stream."""
     named = {key(row.stream.text.rpartition("!")[2]) for sheet in workbook.tests for row in sheet.rows}
     named |= {i.rpartition("!")[2] for step in graphed.steps for i in step.inputs}
-    reads = {key(row.output.text): {key(cell.text) for cell in row.inputs} for row in behaviour.rows}
-    after, more = set[str](), {key(missing)}
-    while more:
-        after |= more
-        more = {output for output, inputs in reads.items() if inputs & more} - after
+    followers: dict[str, list[str]] = {}
+    for row in behaviour.rows:
+        for cell in row.inputs:
+            followers.setdefault(key(cell.text), []).append(key(row.output.text))
+    after, left = {key(missing)}, [key(missing)]
+    while left:
+        more = [output for output in followers.get(left.pop(), ()) if output not in after]
+        after.update(more)
+        left += more
     return [row for row in behaviour.rows if row.on and row.output and not _acts(row) and row.inputs
             and key(row.output.text) not in named | after]  # fmt: skip
 
