@@ -173,6 +173,8 @@ def tokenize(typed: str, is_table: Callable[[str], bool] = lambda _name: False) 
 
 def fold(text: str) -> str:
     """Return the text with every character that has a plain form in that form; its length stays the same."""
+    if text.isascii():
+        return text
     found = []
     for c in text:
         folded = _FOLDED.get(c) or (c if c.isascii() or c in _KEPT else unicodedata.normalize("NFKC", c))
