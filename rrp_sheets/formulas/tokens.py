@@ -175,11 +175,8 @@ def fold(text: str) -> str:
     """Return the text with every character that has a plain form in that form; its length stays the same."""
     if text.isascii():
         return text
-    found = []
-    for c in text:
-        folded = _FOLDED.get(c) or (c if c.isascii() or c in _KEPT else unicodedata.normalize("NFKC", c))
-        found.append(folded if len(folded) == 1 else c)
-    return "".join(found)
+    plain = (_FOLDED.get(c) or (c if c in _KEPT else unicodedata.normalize("NFKC", c)) for c in text)
+    return "".join(folded if len(folded) == 1 else c for folded, c in zip(plain, text, strict=True))
 
 
 class _Lexer:
