@@ -38,11 +38,11 @@ serve: setup  ## open the grid on copies of the workbooks, in my-workbooks
 
 PYTEST := $(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
-test: setup  ## install what the tests need, and run them: all that reach something of their own
+test: setup  ## install what the tests need, and run them; not the slow ones
 	@sh .ci/apt-packages
 	$(PYTEST) -m "not soak and not slow"
 
-test-slow: setup  ## the tests that take long and reach nothing which the others do not; CI runs them after the others
+test-slow: setup  ## run the slow tests, which reach nothing that the others do not
 	@sh .ci/apt-packages
 	$(PYTEST) -m "slow and not soak"
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from chromium import becomes, eventually
 from grid_books import Books, Shared
+from slow_answers import SlowAnswers
 
 from rrp_sheets.workbook import read
 
@@ -57,6 +58,28 @@ def test_enter_renames_a_stream_everywhere_and_one_undo_takes_it_back(grid: Shar
     grid.page.get_by_role("button", name="Undo", exact=True).last.click()
     eventually(lambda: grid.rows() == before)
     assert [row.stream.text for row in read(grid.path).workbook.tests[0].rows] == ["Red ball", "Distance"]
+
+
+def test_what_is_typed_before_the_answer_goes_where_it_goes_after_it(grid: Shared) -> None:
+    with SlowAnswers(grid.page) as late:
+        change(grid, "D2", "Ball far")
+        grid.press("ArrowLeft")
+        grid.write("ballFar < 1")
+        late.release()
+    becomes(lambda: rows(grid)[1], ("Ball far", "filter", "ballFar < 1", "Close"))
+    grid.expect("C3", "ballFar < 1")
+
+
+def test_what_was_renamed_is_taken_back_by_its_buttons_only_while_it_is_the_newest_change(grid: Shared) -> None:
+    change(grid, "D2", "Ball far")
+    undo = grid.page.locator(".status-line").get_by_role("button", name="Undo")
+    undo.wait_for()
+    grid.go("C3")
+    grid.write("ballFar < 2")
+    grid.saved()
+    undo.click()
+    grid.page.get_by_text("You have changed something else since.").wait_for()
+    becomes(lambda: rows(grid)[1], ("Ball far", "filter", "ballFar < 2", "Close"))
 
 
 def test_only_this_cell_is_changed_when_that_is_wanted(grid: Shared) -> None:

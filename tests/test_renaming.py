@@ -155,6 +155,12 @@ def test_another_spelling_of_the_same_name(book: Path) -> None:
     ("Nothing", "Ball", "No row, device or helper has the name “Nothing”."),
     ("Elsewhere!Distance", "Ball", "There is no sheet “Elsewhere”."),
     ("limit", "near", "There is a helper or a sheet “near” already."),
+    ("limit", "distance", "“distance” means something else in row Helpers!3."),
+    ("near", "IF", "“IF” cannot be a name"),
+    ("near", "Any", "“Any” means something else in row Tracking!11."),
+    ("Tracking!Distance", "# 1", "“# 1” cannot be a name"),
+    ("Tracking!Distance", "=far", "“=far” cannot be a name"),
+    ("Say", "'Voice", "“'Voice” cannot be a name"),
 ])  # fmt: skip
 def test_a_name_that_is_taken_wrong_or_nobodys_is_refused(book: Path, old: str, new: str, message: str) -> None:
     before = book.read_bytes()

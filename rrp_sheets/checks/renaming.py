@@ -32,19 +32,16 @@ class Renaming:
     """Edits that give a stream or a helper another name.
 
     Attributes:
-        old, new: the names.
         edits: one for each cell that has the name.
         unsafe: cells with formulas in which the name means something else too: they must be changed by hand.
     """
 
-    old: str
-    new: str
     edits: tuple[Put, ...]
     unsafe: tuple[Address, ...] = ()
 
 
 def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
-    """Return what gives a stream or a helper another name.
+    """Return the edits that give a stream or a helper another name.
 
     Args:
         checked: the workbook with the old name.
@@ -55,8 +52,7 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
     Raises:
         SheetsError: nothing has that name, several sheets have it, or the new name cannot be used.
     """
-    behaviours = {b.key: b for b in checked.graph.behaviours}
-    found: list[_Stream | _Helper] = [_Stream(checked, b, old, new) for b in behaviours.values()]
+    found: list[_Stream | _Helper] = [_Stream(checked, b, old, new) for b in checked.graph.behaviours]
     found += [_Stream(checked, None, old, new), _Helper(checked, old, new)]
     if sheet and key(sheet) not in {key(name) for name in (*checked.workbook.sheets, *(one.sheet for one in found))}:
         raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), N_("Look at the names of the sheets."))
@@ -71,24 +67,20 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
             raise SheetsError(message, N_("Add a row with a name of your own to the sheet Devices."))
         message = N_("No row, device or helper has the name “{name}”.", name=old)
         raise SheetsError(message, N_("Look at the column Output stream, and at Devices and Helpers."))
-    if not argument_name(new) or any(c in new for c in ",\n!") or is_reserved(new):
+    # a first cell that begins with # makes its row a comment; = and ' mean something else to spreadsheet programs
+    if not argument_name(new) or new[0] in "#='" or any(c in new for c in ",\n!") or is_reserved(new):
         message = N_("“{name}” cannot be a name: formulas could not use it.", name=new)
         raise SheetsError(message, N_("Write letters, digits and spaces, such as Far ball."))
     if key(new) != key(old):
         there[0].refuse()
-    return _renaming(old, new, there[0].places())
+    return _renaming(there[0].places())
 
 
 def offer_new_names(workbook: Workbook, graph: Graph, report: Report, check: Callable[[Workbook], Checked]) -> None:
     """Offer to use the new name of a stream everywhere, where it seems to have been typed over its old one.
 
-    So it seems where one name is missing in a behaviour, and one output is used nowhere and does not depend on it.
-
-    Args:
-        workbook: the workbook.
-        graph: its graph.
-        report: its findings; the one about the missing name gets other fixes.
-        check: checks a workbook, to find what had the old name.
+    So it seems where one name is missing in a behaviour, and one output is used nowhere and does not depend on it. With
+    `check` the workbook is checked as it was before, to find what had the old name.
     """
     for behaviour, graphed in zip(workbook.behaviours, graph.behaviours, strict=True):
         missing = [d for d in report if d.code == "GRAPH001" and d.address and d.address.sheet == behaviour.name]
@@ -113,7 +105,7 @@ def _unused(workbook: Workbook, behaviour: Behaviour, graphed: BehaviourGraph, m
         after.update(more)
         left += more
     return [row for row in behaviour.rows if row.on and row.output and not _acts(row) and row.inputs
-            and key(row.output.text) not in named | after]  # fmt: skip
+            and key(row.output.text) not in named and key(row.output.text) not in after]  # fmt: skip
 
 
 def _offer(
@@ -121,19 +113,16 @@ def _offer(
     check: Callable[[Workbook], Checked],
 ) -> None:  # fmt: skip
     old, new, at = str(finding.details["name"]), row.output.text, row.output.address
-    named = replace(row, output=Cell(old, at, old))
-    rows = tuple(named if one is row else one for one in behaviour.rows)
-    before = replace(workbook, behaviours=tuple(
-        replace(b, rows=rows) if b is behaviour else b for b in workbook.behaviours
-    ))  # fmt: skip
-    try:
-        done = rename(check(before), old, new, behaviour.name)
-    except SheetsError:
-        return
-    edits = tuple(edit for edit in done.edits if edit.address != at)
     same = [fix for fix in finding.fixes if any(isinstance(e, Replace) and key(e.new) == key(new) for e in fix.edits)]
     if same and sum(key(old) in (key(cell.text) for cell in one.inputs) for one in behaviour.rows) < 2:
         return  # one row has it misspelt
+    rows = tuple(replace(one, output=Cell(old, at, old)) if one is row else one for one in behaviour.rows)
+    behaviours = tuple(replace(b, rows=rows) if b is behaviour else b for b in workbook.behaviours)
+    try:
+        done = rename(check(replace(workbook, behaviours=behaviours)), old, new, behaviour.name)
+    except SheetsError:
+        return
+    edits = tuple(edit for edit in done.edits if edit.address != at)
     use = Fix(
         "use-new-name", N_("Use the new name “{new}” everywhere", new=new), edits, safe=any(fix.safe for fix in same)
     )
@@ -145,7 +134,7 @@ _Place = tuple[Cell, Callable[[str], str | None]]
 """A cell, and what gives its text with the new name: None for a formula in which that is not safe."""
 
 
-def _renaming(old: str, new: str, places: Iterator[_Place]) -> Renaming:
+def _renaming(places: Iterator[_Place]) -> Renaming:
     edits, unsafe = [], []
     for cell, renamed in places:
         text = renamed(cell.original)
@@ -153,7 +142,7 @@ def _renaming(old: str, new: str, places: Iterator[_Place]) -> Renaming:
             unsafe.append(cell.address)
         elif text != cell.original:
             edits.append(Put(cell.address, text, cell.original))
-    return Renaming(old, new, tuple(edits), tuple(unsafe))
+    return Renaming(tuple(edits), tuple(unsafe))
 
 
 def _in_formula(
@@ -175,38 +164,45 @@ class _Helper:
     """A helper that gets another name."""
 
     def __init__(self, checked: Checked, old: str, new: str) -> None:
-        self.workbook, self.old, self.new, self.sheet = checked.workbook, key(old), new, SHEETS["helpers"].title
-        self.names = {key(h.name.text) for h in self.workbook.helpers}
-        self.there = self.old in self.names
+        self.workbook, self.new, self.sheet = checked.workbook, new, SHEETS["helpers"].title
+        self.old = key(argument_name(old))
+        self.names = {key(argument_name(h.name.text)) for h in self.workbook.helpers}
+        self.there = bool(self.old) and self.old in self.names
+        self.tables = _tables(checked.workbook)
 
     def refuse(self) -> None:
-        """Raise SheetsError when the new name is taken."""
-        if key(self.new) in self.names | {key(sheet) for sheet in self.workbook.sheets}:
+        """Raise SheetsError when the new name is taken, or a formula with the helper means something else by it."""
+        new = key(argument_name(self.new))
+        if new in self.names | self.tables or key(self.new) in {key(sheet) for sheet in self.workbook.sheets}:
             raise SheetsError(N_("There is a helper or a sheet “{name}” already.", name=self.new), _ANOTHER)
+        for cell, inputs in self._formulas():
+            if replace_names(cell.text, {self.old: ""}) not in (None, cell.text) and not _is_free(new, cell, inputs):
+                raise _means_otherwise(self.new, cell.address)
+
+    def _formulas(self) -> Iterator[tuple[Cell, set[str]]]:
+        """Yield the formulas that may use the helper, each with the keys of its inputs: these come before helpers."""
+        found = [(helper.formula, helper.inputs) for helper in self.workbook.helpers]
+        found += [(row.formula, row.inputs) for behaviour in self.workbook.behaviours for row in behaviour.rows]
+        for formula, cells in found:
+            inputs = {key(argument_name(cell.text)) for cell in cells}
+            if self.old not in inputs:
+                yield formula, inputs
 
     def places(self) -> Iterator[_Place]:
         """Yield all cells that may have the name."""
-        yield from ((h.name, lambda text: self.new) for h in self.workbook.helpers if key(h.name.text) == self.old)
-        renamed = partial(_in_formula, _tables(self.workbook), {self.old: argument_name(self.new)}, {})
-        for helper in self.workbook.helpers:
-            if self.old not in (key(cell.text) for cell in helper.inputs):
-                yield helper.formula, renamed
-        for row in (row for behaviour in self.workbook.behaviours for row in behaviour.rows):
-            if self.old not in (key(argument_name(cell.text)) for cell in row.inputs):
-                yield row.formula, renamed
+        names = (h.name for h in self.workbook.helpers if key(argument_name(h.name.text)) == self.old)
+        yield from ((name, lambda text: self.new) for name in names)
+        renamed = partial(_in_formula, self.tables, {self.old: argument_name(self.new)}, {})
+        yield from ((cell, renamed) for cell, _ in self._formulas())
 
 
 class _Stream:
     """A stream that gets another name: of a row of `giver`, or without a giver of the sheet Devices."""
 
     def __init__(self, checked: Checked, giver: BehaviourGraph | None, old: str, new: str) -> None:
-        self.graph, self.workbook, self.robot, self.facts = (
-            checked.graph,
-            checked.workbook,
-            checked.robot,
-            checked.facts,
-        )
-        self.giver, self.old, self.new, self.tables = giver, old, new, _tables(checked.workbook)
+        self.graph, self.workbook = checked.graph, checked.workbook
+        self.robot, self.facts, self.tables = checked.robot, checked.facts, _tables(checked.workbook)
+        self.giver, self.old, self.new = giver, old, new
         spelt = {old: new} if giver else {old: new, f"{old} done": f"{new} done"}
         self.names = {key(before): after for before, after in spelt.items()}
         self.arguments = {key(argument_name(before)): argument_name(after) for before, after in spelt.items()}
@@ -225,23 +221,16 @@ class _Stream:
         acts = [of for of in (self.new if self.giver else "", done_of(self.new)) if of and self._is_actuator(of)]
         if k in taken or acts:
             raise SheetsError(N_("A stream is already called “{name}”.", name=self.new), _ANOTHER)
+        argument = key(argument_name(self.new))
         for behaviour, row in self.rows:
-            if self._reads(behaviour, row) and not self._is_free(row):
-                place = f"{behaviour.name}!{row.number}"
-                message = N_("“{name}” means something else in row {row}.", name=self.new, row=place)
-                raise SheetsError(message, _ANOTHER)
+            others = {key(argument_name(c.text)) for c in row.inputs if key(c.text) not in self.names}
+            if self._reads(behaviour, row) and not _is_free(argument, row.formula, others):
+                raise _means_otherwise(self.new, row.formula.address)
 
     def _is_actuator(self, name: str) -> bool:
         declared = (d.device.text for d in self.workbook.devices if key(d.stream.text) == key(name))
         found = self.robot.find(next(declared, name))
         return found is not None and found.type.kind == "actuator"
-
-    def _is_free(self, row: Row) -> bool:
-        """Return whether a row that reads the stream calls nothing else by the new name."""
-        argument = key(argument_name(self.new))
-        others = {key(argument_name(c.text)) for c in row.inputs if key(c.text) not in self.names}
-        inside = replace_names(row.formula.text, {argument: "\0"})
-        return argument not in others and (inside is None or "\0" not in inside)
 
     @cached_property
     def _steps(self) -> dict[tuple[str, int], tuple[str, ...]]:
@@ -309,9 +298,9 @@ class _Stream:
     def _id(self, text: str) -> str:
         """Return the id of the stream that a test or the scene names; of several the one in the first sheet."""
         sheet, mark, name = text.rpartition("!")
-        k = key(name)
+        k, sheet = key(name), key(sheet.strip().strip("'"))
         if mark:
-            return f"{key(sheet.strip().strip(chr(39)))}!{k}"
+            return f"{sheet}!{k}"
         if k in self.graph.streams or k in self.devices or k in self.ids:
             return k
         return next((i for b in self.graph.behaviours if (i := f"{b.key}!{k}") in self.graph.streams), "")
@@ -326,6 +315,18 @@ class _Stream:
             return match[0].replace(name, names[key(name)]) if key(name) in names else match[0]
 
         return re.sub(pattern, part, text)
+
+
+def _is_free(argument: str, formula: Cell, inputs: Collection[str]) -> bool:
+    """Return whether a formula with these inputs calls nothing by a name, which is given as its key."""
+    inside = replace_names(formula.text, {argument: "\0"})
+    return argument not in inputs and (inside is None or "\0" not in inside)
+
+
+def _means_otherwise(name: str, at: Address) -> SheetsError:
+    return SheetsError(
+        N_("“{name}” means something else in row {row}.", name=name, row=f"{at.sheet}!{at.row}"), _ANOTHER
+    )
 
 
 def _acts(row: Row) -> bool:

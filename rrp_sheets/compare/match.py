@@ -40,7 +40,7 @@ class StreamMap:
         return f"\0{a}" if b in self.back else b
 
     def cue(self, a: str) -> str:
-        """Return the id of what a row of the scene waits for; the done stream of an actuator may be in no row."""
+        """Return the id, in the second workbook, of a stream that the scene waits for; no row may read it."""
         actuator = a.removesuffix("done")
         return f"{self.to[actuator]}done" if a not in self.to and actuator != a and actuator in self.to else self.of(a)
 

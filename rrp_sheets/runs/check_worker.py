@@ -68,7 +68,7 @@ class CheckWorker:
             return Findings(tuple(report))
 
     def rename(self, path: Path, old: str, new: str, sheet: str) -> Renaming:
-        """Return what gives a stream or a helper of a workbook another name; raises SheetsError as `rename` does."""
+        """Return the edits that give a stream or a helper another name; see `renaming.rename`, also for errors."""
         from rrp_sheets.checks.renaming import Renaming
 
         request = [f"{__name__}.rename_in_file", str(path.absolute()), old, new, sheet]
@@ -87,7 +87,7 @@ def check_file(path: str) -> Findings:
 
 
 def rename_in_file(path: str, old: str, new: str, sheet: str) -> Renaming:
-    """Return what gives a stream or a helper of a workbook another name."""
+    """Return the edits that give a stream or a helper of a workbook another name."""
     from rrp_sheets.checks.renaming import rename
 
     return rename(read_and_check(Path(path))[1], old, new, sheet)

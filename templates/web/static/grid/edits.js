@@ -19,6 +19,7 @@ export class Server {
     this.client = client;
     this.secret = randomId(12); // begins the ids of our requests, which nobody else can guess
     this.count = 0;
+    this.edits = 0; // that were sent
     this.waiting = new Map(); // row id → tag of our newest edit in it that the server has not confirmed
     this.serials = new Map(); // row id → serial number of the HTML shown; HTML with a smaller one came late and is left out
     this.early = new Map(); // row id → HTML of a row that this page does not have yet: what brings the row may be older
@@ -103,7 +104,10 @@ export class Server {
     if (step) this.order.pending.push({ ...step, tag });
     const id = EDITS.has(action) ? `${this.secret}-${this.count}` : "";
     const whole = { ...body, tag, request: id, sheet: this.sheet, client: this.client, name: this.name };
-    if (id) this.unsent.add(id, action, JSON.stringify(whole));
+    if (id) {
+      this.edits++;
+      this.unsent.add(id, action, JSON.stringify(whole));
+    }
     if (action === "cells") this.next = whole;
     const job = this.chain.then(() => this.post(action, whole, id, OWN.has(action) && !body.rename));
     this.chain = job.catch(() => {});

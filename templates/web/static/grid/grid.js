@@ -174,7 +174,8 @@ export class Grid {
   store(changes, rename = false) {
     this.rows.reserve(0);
     const answer = this.server.cells(changes, rename);
-    if (rename) answer.then(({ rows }) => this.renamed(rows ?? [], changes[0])).catch(() => {});
+    // which cells change only the server knows: what is typed next may be into one of them
+    if (rename) this.held.until(() => answer.then(({ rows }) => this.renamed(rows ?? [], changes[0]), () => {}));
     for (const { row, k } of changes) {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.mark(this.table.row(row));
@@ -192,13 +193,17 @@ export class Grid {
   renamed(entries, { row, k, text, was }) {
     const count = entries.reduce((sum, { cells }) => sum + (cells?.length ?? 0), 0);
     if (count < 2) return;
-    const alone = async () => {
+    const { edits } = this.server;
+    const newest = (act) => () => {
+      if (this.server.edits === edits) act();
+      else this.say(t("You have changed something else since. Ctrl+Z takes your changes back one by one."), true);
+    };
+    const alone = () => this.held.until(async () => {
       await this.server.send("undo", {});
       this.change([[this.table.cell(this.table.row(row), k), text]]);
-    };
-    status(t("“{was}” is now “{text}” in {n} cells.", { was, text, n: count }), "told", [
-      [t("Undo"), () => this.undo()], [t("Only this cell"), () => this.held.until(alone)],
-    ]);
+    });
+    const acts = [[t("Undo"), newest(() => this.undo())], [t("Only this cell"), newest(alone)]];
+    status(t("“{was}” is now “{text}” in {n} cells.", { was, text, n: count }), "told", acts);
   }
 
   edited(cell, text, was, move, alone = false) {
