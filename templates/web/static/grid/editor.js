@@ -143,7 +143,7 @@ export class Editor {
     this.chosen = this.found.sure && typed ? 0 : -1;
     this.moved = false;
     this.show();
-    const renames = this.was !== "" && this.field.value !== this.was && this.context.gives(this.table.cell(row, this.k));
+    const renames = row && this.was !== "" && this.field.value !== this.was && this.context.gives(this.table.cell(row, this.k));
     const help = renames ? shown([t("Enter: rename in all cells"), t("Ctrl+Enter: change this cell only")]) : signature(this.context.vocabulary(), where, before);
     this.hint.hidden = !help;
     if (help) this.hint.replaceChildren(...help);
