@@ -47,7 +47,9 @@ def test_help_on_keys_has_the_lines_of_the_table(commands: list[dict[str, Any]])
 def test_each_key_does_one_thing_at_its_place(commands: list[dict[str, Any]]) -> None:
     always: set[tuple[str, str]] = set()
     for one in commands:
-        meant = {(one["at"], key.removeprefix("Any+")) for key in one.get("keys", ())}  # F2 alone is also Any+F2
+        meant = {
+            (one.get("at", ""), key.removeprefix("Any+")) for key in one.get("keys", ())
+        }  # F2 alone is also Any+F2
         assert not meant & always, "an entry before it does that always"
         always |= set() if one["when"] else meant
     names = Counter(one["name"] for one in commands if "name" in one)
@@ -60,7 +62,8 @@ KEYS = {  # the key as the browser tells it, what is held (c, m, a, s) → what 
     ("cell", " ", "s"): "Shift + Space, Ctrl + Space, Ctrl + A", ("cell", "ArrowUp", "a"): "moveUp",
     ("cell", "ArrowUp", "ca"): "Ctrl + arrow", ("cell", "ArrowUp", "c"): "Ctrl + arrow", ("cell", "x", ""): "any letter",
     ("cell", "X", "s"): "any letter", ("cell", "x", "c"): None, ("cell", "F2", ""): "F2", ("page", "F1", "ca"): "help",
-    ("editor", "Enter", "a"): "Alt + Enter", ("editor", "Enter", "c"): "Ctrl + Enter", ("editor", "F1", ""): None,
+    ("editor", "Enter", "a"): "Alt + Enter", ("editor", "Enter", "c"): "keepHere", ("editor", "F1", ""): None,
+    ("editor", "Enter", "cs"): "showCells", ("page", "F8", "s"): "previousProblem",
 }  # fmt: skip
 
 
@@ -107,5 +110,5 @@ def test_buttons_name_the_keys_of_their_commands(commands: list[dict[str, Any]])
     hints = {one["name"]: one["hint"].replace(" ", "+") for one in commands if "name" in one}
     template = (bundled("templates", "web") / "grid.html").read_text(encoding="utf-8")
     told = dict(re.findall(r'data-do="(\w+)"[^>]* title="\{\{ _\("[^"(]*\(([^)]+)\)"', template))
-    assert {"undo", "redo", "find", "help"} == set(told)
+    assert {"undo", "redo", "find", "help", "nextProblem"} == set(told)
     assert {name: hints[name] for name in told} == told

@@ -48,7 +48,7 @@ def grid(shelf: Books) -> Shared:
 def test_enter_renames_a_stream_everywhere_and_one_undo_takes_it_back(grid: Shared) -> None:
     before = grid.rows()
     change(grid, "D2", "Ball far")
-    becomes(lambda: grid.page.inner_text("#status"), "“Distance” is now “Ball far” in 6 cells.")
+    becomes(lambda: grid.page.inner_text("#status"), "“Distance” is now “Ball far” in 4 rows.")
     assert grid.rows() == [
         ("Red ball", "map", "redBall.distance", "Ball far"), ("Ball far", "filter", "ballFar < limit", "Close"),
         ("Ball far, Close", "combineLatest", "ballFar - close", "Both"), before[3],
@@ -138,3 +138,120 @@ def test_a_name_that_was_typed_over_is_used_everywhere_by_the_fix_of_the_first_r
             ("Both", ""),
         ],
     )
+
+
+# ---- offered, and looked at first
+
+
+def offered(grid: Shared) -> list[str]:
+    return [text.split("\n")[0] for text in grid.page.locator(".editor .choice").all_inner_texts()]
+
+
+def begin(grid: Shared, address: str, text: str) -> None:
+    """Type a text over that of a cell, and stay in it."""
+    grid.go(address)
+    grid.press("F2", "Control+a")
+    grid.page.keyboard.insert_text(text)
+
+
+def cell(grid: Shared, address: str) -> Any:
+    column, row = address[0], address[1:]
+    at = grid.page.locator(f"th[data-letter={column}]").evaluate("head => head.cellIndex")
+    return grid.page.locator(f"tr[aria-rowindex='{row}'] > *").nth(at)
+
+
+def listed(grid: Shared) -> list[str]:
+    return [" ".join(text.split()) for text in grid.page.locator(".renaming li").all_inner_texts()]
+
+
+def test_the_editor_says_what_enter_does_with_a_changed_name_only_where_it_is_used(grid: Shared) -> None:
+    begin(grid, "D2", "Ball far")
+    three = ["Rename, also in 2 rows that use it", "Change this cell only", "Show the cells first"]
+    becomes(lambda: offered(grid), three)
+    grid.press("Control+a")
+    grid.page.keyboard.insert_text("distance")  # the same name
+    becomes(lambda: offered(grid), [])
+    grid.press("Escape", "Escape")
+    begin(grid, "A4", "Ball far, Close")
+    becomes(lambda: offered(grid), ["Change this cell only", "Rename “Distance” in all cells"])
+    grid.press("Control+a")
+    grid.page.keyboard.insert_text("Both, Close")  # another stream
+    becomes(lambda: offered(grid), [])
+    grid.press("Escape", "Escape", "Escape")
+    begin(grid, "D4", "All")
+    becomes(lambda: offered(grid)[:1], ["Rename, also in the row that uses it"])
+    grid.press("Escape")
+    begin(grid, "D5", "Print")  # an actuator
+    becomes(lambda: offered(grid), ["Change this cell only", "Rename “Talk” in all cells"])
+    grid.page.get_by_role("button", name="Change this cell only").click()
+    becomes(lambda: grid.rows()[3][3], "Print")
+    begin(grid, "D5", "Talk")
+    becomes(lambda: offered(grid), [])
+
+
+def test_the_cells_can_be_looked_at_before_they_change(grid: Shared) -> None:
+    before = grid.rows()
+    begin(grid, "D2", "Ball far")
+    becomes(lambda: len(offered(grid)), 3)
+    grid.press("Control+Shift+Enter")
+    cells = [
+        "D2 Distance Ball far", "A3 Distance Ball far", "C3 distance < limit ballFar < limit",
+        "A4 Distance, Close Ball far, Close", "C4 distance - close ballFar - close", "B3 Distance Ball far",
+    ]  # fmt: skip
+    becomes(lambda: listed(grid), cells)
+    becomes(lambda: grid.page.locator(".renaming h3").all_inner_texts(), ["T", "Test"])
+    grid.press("Escape")  # back to the text
+    becomes(lambda: grid.page.locator(".editor textarea").input_value(), "Ball far")
+    assert grid.rows() == before
+    grid.press("Control+Shift+Enter")
+    becomes(lambda: listed(grid), cells)
+    grid.page.get_by_label("New name").fill("Close")
+    becomes(lambda: grid.page.inner_text(".renaming .told"), "A stream is already called “Close”. Choose another name.")
+    grid.press("Enter")  # does nothing
+    grid.page.get_by_label("New name").fill("How far")
+    grid.press("Enter")
+    becomes(lambda: grid.page.inner_text("#status"), "“Distance” is now “How far” in 4 rows.")
+    assert [row[0] for row in grid.rows()] == ["Red ball", "How far", "How far, Close", "Both"]
+    grid.press("Control+z")
+    becomes(grid.rows, before)
+
+
+def test_the_menu_renames_one_of_the_streams_that_a_row_hears(grid: Shared) -> None:
+    cell(grid, "A4").click(button="right")
+    grid.page.get_by_role("menuitem", name="Rename everywhere").click()
+    grid.page.locator(".renaming select").select_option("Close")
+    becomes(lambda: grid.page.get_by_label("New name").input_value(), "Close")
+    grid.page.get_by_label("New name").fill("Near")
+    becomes(lambda: len(listed(grid)), 3)
+    grid.press("Enter")
+    becomes(lambda: [row[0] for row in rows(grid)][2], "Distance, Near")
+    assert (rows(grid)[1][3], rows(grid)[2][2]) == ("Near", "distance - near")
+    cell(grid, "B4").click(button="right")
+    grid.page.get_by_role("menuitem", name="Copy").wait_for()
+    becomes(lambda: grid.page.get_by_role("menuitem", name="Rename everywhere").count(), 0)
+
+
+def test_a_stream_that_a_test_names_is_renamed_from_there(shelf: Books) -> None:
+    grid = shelf.open({**BOOK, "Two": [HEADER, ["Red ball", "map", "1", "Distance"]]}, sheet="Two")
+    grid.checked()
+    change(grid, "D2", "Other")
+    becomes(lambda: read(grid.path).workbook.behaviours[1].rows[0].output.text, "Other")
+    assert read(grid.path).workbook.behaviours[0].rows[0].output.text == "Distance"
+    grid = shelf.open(path=grid.path, sheet="T")
+    grid.checked()
+    begin(grid, "A4", "Ball far, Close")
+    becomes(lambda: len(offered(grid)), 2)
+    grid.press("Control+Shift+Enter")
+    becomes(lambda: len(listed(grid)), 6)
+    grid.press("Enter")
+    becomes(lambda: rows(grid)[2], ("Ball far, Close", "combineLatest", "ballFar - close", "Both"))
+    assert rows(grid)[0][3] == "Ball far"
+
+
+def test_what_is_offered_stays_in_sight_on_a_phone(grid: Shared) -> None:
+    grid.page.set_viewport_size({"width": 400, "height": 800})
+    begin(grid, "D2", "Ball far")
+    becomes(lambda: len(offered(grid)), 3)
+    box = grid.page.locator(".editor .signature")
+    eventually(lambda: (at := box.bounding_box())["x"] >= 0 and at["x"] + at["width"] <= 400)
+    grid.page.set_viewport_size({"width": 1280, "height": 900})

@@ -407,7 +407,7 @@ def test_scripts_say_their_texts_in_the_language_of_the_page(in_pseudo: None, br
     page.goto("/book/a.xlsx")
     expect(page.locator("#run-phase")).to_have_text("⟦Nó rún⟧")
     page.click("[data-do=rows]")
-    expect(page.get_by_role("menuitem").first).to_contain_text("⟦Insért ábóvé⟧")
+    expect(page.get_by_role("menuitem").first).to_contain_text("⟦Cút⟧")
     texts = page.evaluate(  # read once: what the functions of a script return
         """async () => {
             const { t, tn, listed } = await import(document.querySelector("script[src*='grid/main.js']").src.replace("grid/main.js", "texts.js"));

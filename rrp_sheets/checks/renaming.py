@@ -40,7 +40,7 @@ class Renaming:
     unsafe: tuple[Address, ...] = ()
 
 
-def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
+def rename(checked: Checked, old: str, new: str, sheet: str = "", *, near: str = "") -> Renaming:
     """Return the edits that give a stream or a helper another name.
 
     Args:
@@ -48,6 +48,7 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
         old: the name of a row's output, of a stream of the sheet Devices, or of a helper.
         new: the wanted name.
         sheet: where the name is given, if that is not clear: a behaviour, or the sheet Devices or Helpers.
+        near: of several sheets that give the name this one is meant, or else that of the devices.
 
     Raises:
         SheetsError: nothing has that name, several sheets have it, or the new name cannot be used.
@@ -57,6 +58,9 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "") -> Renaming:
     if sheet and key(sheet) not in {key(name) for name in (*checked.workbook.sheets, *(one.sheet for one in found))}:
         raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), N_("Look at the names of the sheets."))
     there = [one for one in found if one.there and key(sheet) in ("", key(one.sheet))]
+    if len(there) > 1 and near:
+        wanted = (key(near), key(SHEETS["devices"].title))
+        there = [one for k in wanted for one in there if key(one.sheet) == k][:1] or there
     if len(there) > 1:
         sheets = listed([one.sheet for one in there], "and")
         message = N_("“{name}” is a name in {sheets}.", name=old, sheets=sheets)

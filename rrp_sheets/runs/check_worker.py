@@ -67,11 +67,11 @@ class CheckWorker:
             report.add("FILE018", None, name=path.name, why=why)
             return Findings(tuple(report))
 
-    def rename(self, path: Path, old: str, new: str, sheet: str) -> Renaming:
+    def rename(self, path: Path, old: str, new: str, near: str) -> Renaming:
         """Return the edits that give a stream or a helper another name; see `renaming.rename`, also for errors."""
         from rrp_sheets.checks.renaming import Renaming
 
-        request = [f"{__name__}.rename_in_file", str(path.absolute()), old, new, sheet]
+        request = [f"{__name__}.rename_in_file", str(path.absolute()), old, new, near]
         return unpack(Renaming, self._worker.ask(request, self._within))
 
     def close(self) -> None:
@@ -86,11 +86,11 @@ def check_file(path: str) -> Findings:
     return Findings(tuple(checked.report), _examples(checked))
 
 
-def rename_in_file(path: str, old: str, new: str, sheet: str) -> Renaming:
+def rename_in_file(path: str, old: str, new: str, near: str) -> Renaming:
     """Return the edits that give a stream or a helper of a workbook another name."""
     from rrp_sheets.checks.renaming import rename
 
-    return rename(read_and_check(Path(path))[1], old, new, sheet)
+    return rename(read_and_check(Path(path))[1], old, new, near=near)
 
 
 def read_and_check(path: Path) -> tuple[Reading, Checked]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import lru_cache
@@ -45,7 +46,8 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
         if s.id in known and (record := known[s.id].record) is not None:
             records[key(argument_name(s.name))] = _record(record)
     return {
-        **_fixed(), **cell_words(analysis.workbook, robot), "streams": streams, "names": names, "records": records,
+        **_fixed(), **cell_words(analysis.workbook, robot), "uses": _uses(analysis),
+        "streams": streams, "names": names, "records": records,
         "sensors": _devices(analysis, firsts, "sensor"), "actuators": _devices(analysis, firsts, "actuator"),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
@@ -61,6 +63,23 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
             for kind in ("sensor", "actuator") for name in _offered(robot, firsts, kind)
         ],
     }  # fmt: skip
+
+
+def _uses(analysis: Analysis) -> dict[str, dict[str, int]]:
+    """Return how many rows use each stream of a behaviour, by its key, and of the sheet Devices, by an empty text."""
+    streams, steps = analysis.graph.streams, [s for b in analysis.graph.behaviours for s in b.steps]
+    used = Counter(
+        used
+        for step in steps
+        for used in {streams[i].done_of or i for i in (*step.inputs, step.output) if i in streams}
+        if used != step.output or streams[used].kind is StreamKind.ACTUATOR
+    )
+    given = [("", key(device.stream.text)) for device in analysis.workbook.devices]
+    given += [(i.partition("!")[0], i.partition("!")[2]) for i, s in streams.items() if s.kind is StreamKind.ORDINARY]
+    found: dict[str, dict[str, int]] = {}
+    for behaviour, name in given:
+        found.setdefault(behaviour, {})[name] = used[f"{behaviour}!{name}" if behaviour else name]
+    return found
 
 
 @lru_cache(maxsize=1)

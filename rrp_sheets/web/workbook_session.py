@@ -18,7 +18,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from rrp_sheets.diagnostics.report import Put
+from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
@@ -362,9 +362,9 @@ class WorkbookSession(Broadcaster):
             self.check_soon(only_first=True)
         return analysis
 
-    def renaming(self, old: str, new: str, sheet: str) -> tuple[Put, ...]:
-        """Return the edits that give a stream or a helper another name; raises SheetsError when it cannot have it."""
-        return self._worker.rename(self.document.path, old, new, sheet).edits
+    def renaming(self, old: str, new: str, near: str) -> Renaming:
+        """Return the edits that give a stream or a helper another name; see `renaming.rename`, also for errors."""
+        return self._worker.rename(self.document.path, old, new, near)
 
     def words(self) -> tuple[str, str]:
         """Return the words that are suggested, as JSON, and a digest of them; made once for each check."""

@@ -51,6 +51,7 @@ JSON: dict[str, dict[str, Any]] = {
     "sheet.change insert": {**_WHO, "sheet": SHEET, "before": "ROW", "rows": [{"id": "wabcd-1"}]},
     "sheet.change delete": {**_WHO, "sheet": SHEET, "rows": ["ROW"]},
     "sheet.change move": {**_WHO, "sheet": SHEET, "rows": ["ROW"], "before": None},
+    "sheet.change rename": {**_WHO, "sheet": SHEET, "old": "Distance", "new": "Far"},
     "sheet.change undo": {**_WHO, "sheet": SHEET},
     "sheet.change redo": {**_WHO, "sheet": SHEET},
     "sheet.change lock": _PLACE,

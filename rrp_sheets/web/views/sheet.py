@@ -15,6 +15,7 @@ from werkzeug.exceptions import BadRequest
 from werkzeug.wrappers import Response as BaseResponse
 
 from rrp_sheets.checks.fixing import replaced
+from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
@@ -53,7 +54,7 @@ from rrp_sheets.workbook.schema import TITLES
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
 _ACTIONS = (
-    "cells", "insert", "delete", "move", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
+    "cells", "insert", "delete", "move", "rename", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
@@ -180,6 +181,22 @@ def vocabulary(name: str) -> Response:
     return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
 
 
+@blueprint.get("/book/<name>/renaming/<sheet>")
+def renaming(name: str, sheet: str) -> Response:
+    """Send the cells that change when a stream or a helper gets another name, or why it cannot have that."""
+    session = workbook_or_404(name)
+    document, old, new = session.document, *(request.args.get(n, "")[:200] for n in ("old", "new"))
+    try:
+        found = _renaming(session, document, sheet_or_404(document, sheet), old, new)
+    except SheetsError as error:
+        return jsonify({"message": error_text(error)})
+    cells = [(edit.address, edit.was, edit.text) for edit in found.edits]
+    return jsonify({
+        "cells": [{"sheet": at.sheet, "cell": at.cell, "was": was, "text": text} for at, was, text in cells],
+        "unsafe": [str(at) for at in found.unsafe],
+    })  # fmt: skip
+
+
 @blueprint.get("/book/<name>/diagram/<int:number>.svg")
 def diagram(name: str, number: int) -> Response:
     """Send the diagram of a behaviour."""
@@ -255,6 +272,10 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         if given.get("rename") is True and len(texts) == 1:
             return _rename(session, document, author, sheet, texts[0])
         return document.set_cells(author, sheet, texts)
+    if action == "rename":
+        names = text_of(given, "old"), text_of(given, "new")
+        steps = list(_steps(document.grids, _renaming(session, document, document.current(sheet), *names).edits))
+        return document.together(author, steps) if steps else None
     before = given.get("before")
     if before is not None and not isinstance(before, str):
         raise BadRequest
@@ -272,18 +293,24 @@ def _rename(session: WorkbookSession, document: Document, author: str, sheet: st
     Only that cell is changed where another one gives the name too, or the new name cannot be used: the check tells it.
     """
     sheet = document.current(sheet)
-    grid = document.grids.get(sheet)
     edits: tuple[Put, ...] = ()
-    if grid is not None and cell.was:
-        where = sheet if grid.kind == "behaviour" else TITLES[grid.kind]
+    if cell.was:
         with suppress(SheetsError):
-            edits = session.renaming(cell.was, cell.text.strip(), where)
+            edits = _renaming(session, document, sheet, cell.was, cell.text).edits
     steps = list(_steps(document.grids, edits))
     cells = [(step.sheet, one) for step in steps if isinstance(step, PutTexts) for one in step.cells]
     giving = [one.row for place, one in cells if place == sheet and one.column == cell.column]
     if len(steps) < 2 or giving != [cell.row]:
         return document.set_cells(author, sheet, [cell])
     return document.together(author, steps)
+
+
+def _renaming(session: WorkbookSession, document: Document, sheet: str, old: str, new: str) -> Renaming:
+    """Return the edits that give what a cell of a sheet names (in a test also `Tracking!Far`) another name."""
+    grid = document.grids.get(sheet)
+    near = sheet if grid is None or grid.kind == "behaviour" else TITLES[grid.kind]
+    given, _, name = old.rpartition("!")
+    return session.renaming(name.strip(), new.strip(), given.strip().strip("'") or near)
 
 
 def _new_rows(given: Asked) -> list[tuple[str, dict[int, str]]]:

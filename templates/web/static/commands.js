@@ -48,13 +48,17 @@ export const COMMANDS = [
   { at: "editor", keys: ["Any+ArrowUp"], when: ({ editor }) => editor.offers, run: ({ editor }) => editor.choose(-1) },
   { at: "editor", keys: ARROWS.map((key) => `Any+${key}`), when: ({ editor }) => editor.mode === "enter" && !editor.offers,
     run: ({ editor }, { key }) => editor.close(true, key.slice(5).toLowerCase()) },
-  { told: "Enter, Tab", help: "keeps it; Tab takes the first suggestion in a formula",
+  { name: "keep", told: "Enter, Tab", help: "keeps it; Tab takes the first suggestion in a formula",
     at: "editor", keys: ["Any+Enter", "Any+Tab"], run: ({ editor }, event) => editor.end(event) },
-  { told: "Ctrl + Enter", help: "keeps a changed name in this cell only; Enter renames the stream in all cells that have it",
-    at: "editor", keys: ["Ctrl+Enter"], run: ({ editor }) => editor.close(true, "enter", true) },
+  { name: "keepHere", told: "Ctrl + Enter", help: "writes the text into all selected cells; keeps a changed name in this cell only, where Enter renames it everywhere",
+    at: "editor", keys: ["Ctrl+Enter"], run: (grid) => grid.fillAll() },
+  { name: "showCells", told: "Ctrl + Shift + Enter", help: "shows the cells in which a changed name would change",
+    at: "editor", keys: ["Ctrl+Shift+Enter"], run: ({ editor }) => editor.look() },
   { told: "Alt + Enter", help: "a new line in the cell", at: "editor", keys: ["Alt+Enter"], run: ({ editor }) => editor.newLine() },
   { told: "Esc", help: "takes back what was typed", at: "editor", keys: ["Any+Escape"], run: ({ editor }) => editor.escape() },
-  { told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },
+  { name: "clear", label: t("Clear"), told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },
+  { name: "renameName", label: t("Rename everywhere …"), when: ({ renaming, selection }) => renaming.names(selection.cell).length > 0,
+    run: ({ renaming, selection }) => renaming.ask(renaming.names(selection.cell)) },
   { told: "Space", help: "ticks the On column",
     at: "cell", keys: ["Space"], when: ({ selection }) => selection.cell.classList.contains("on"), run: ({ selection }) => selection.cell.querySelector("input")?.click() },
   { name: "mend", told: "Ctrl + .", help: "mends the problem of the cell, as its message proposes", at: "cell", keys: ["Ctrl+."], run: ({ mending }) => mending.go() },
@@ -63,7 +67,12 @@ export const COMMANDS = [
   { name: "redo", at: "cell", keys: ["Ctrl+y", "Ctrl+Shift+z"], run: (grid) => grid.redo() },
 
   { section: "Copying", told: "Ctrl + C, X, V", help: "copies, cuts, pastes, also from and to Excel and LibreOffice" }, // the browser's own: clipboard.js
-  { name: "fillDown", label: t("Fill down"), told: "Ctrl + D", help: "fills the selection with its first row", at: "cell", keys: ["Ctrl+d"], run: (grid) => grid.fillDown() },
+  { name: "cut", label: t("Cut"), keys: ["Ctrl+x"], run: ({ clipboard }) => clipboard.cut() },
+  { name: "copy", label: t("Copy"), keys: ["Ctrl+c"], run: ({ clipboard }) => clipboard.copy() },
+  { name: "paste", label: t("Paste"), keys: ["Ctrl+v"], run: ({ clipboard }) => clipboard.fromMenu() },
+  { name: "fillDown", label: t("Fill down"), told: "Ctrl + D, Ctrl + R", help: "fills the selection with its first row, its first column; a single cell with the one above, at the left",
+    at: "cell", keys: ["Ctrl+d"], run: (grid) => grid.fill() },
+  { name: "fillRight", label: t("Fill right"), at: "cell", keys: ["Ctrl+r"], run: (grid) => grid.fill(true) },
   { name: "find", told: "Ctrl + F", help: "finds and replaces", at: "cell", keys: ["Ctrl+f"], run: ({ finder }) => finder.open() },
 
   { section: "Rows and columns", name: "insertAbove", label: t("Insert above"), told: "Ctrl + Plus, Ctrl + Minus", help: "inserts, deletes the selected rows",
@@ -87,6 +96,9 @@ export const COMMANDS = [
   { told: "+ after the tabs", help: "adds a behaviour, a test, a table, or what is missing" },
 
   { section: "Elsewhere", name: "help", told: "F1", help: "help on the cell", at: "page", keys: ["Any+F1"], run: ({ help }) => help.toggle() },
+  { name: "nextProblem", told: "F8", help: "to the next problem in the sheet; with Shift to the one before",
+    at: "page", keys: ["F8"], run: ({ statusBar }) => statusBar.step(1) },
+  { name: "previousProblem", at: "page", keys: ["Shift+F8"], run: ({ statusBar }) => statusBar.step(-1) },
   { told: "F6", help: "to the diagram and the problems, and back to the sheet", at: "page", keys: ["Any+F6"], run: (grid) => grid.beside() },
   { name: "test", run: ({ server }) => server.send("test", {}) },
   { name: "name", run: ({ people }) => people.ask() },
@@ -97,7 +109,8 @@ export const COMMANDS = [
 ];
 
 const MENUS = {
-  rows: ["insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows", "fillDown"],
+  cell: ["cut", "copy", "paste", "clear", "", "renameName", "fillDown", "fillRight", "", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"],
+  rows: ["cut", "copy", "paste", "clear", "", "fillDown", "", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
 
@@ -146,16 +159,16 @@ export function command(name, about, button) {
   if (when?.(about) ?? true) run(about, button);
 }
 
-/** The items of a menu, as `menuOf` takes them. */
+/** The items of a menu, as `menuOf` takes them; null for a line between two. */
 export function items(menu, about) {
-  const found = MENUS[menu].map(named).filter(({ when }) => when?.(about) ?? true);
-  return found.map((one) => [one.label, () => one.run(about), hint(one)]);
+  const found = MENUS[menu].map((name) => (name ? named(name) : null)).filter((one) => one?.when?.(about) ?? true);
+  return found.map((one) => one && [one.label, () => one.run(about), hint(one)]);
 }
 
 /** The keys of a command as a menu names them: `Ctrl D`. */
 export function hint({ keys: [first = ""] = [] }) {
-  const [, held = "", key] = /^(?:Any\+)?((?:Ctrl|Alt)\+)?(.*)$/.exec(first);
-  return held.replace("+", " ") + (SHOWN[key] ?? (key.length === 1 ? key.toUpperCase() : key));
+  const [, held, key] = /^(?:Any\+)?((?:(?:Ctrl|Alt|Shift)\+)*)(.*)$/.exec(first);
+  return held.replaceAll("+", " ") + (SHOWN[key] ?? (key.length === 1 ? key.toUpperCase() : key));
 }
 
 /** The same for the command of a name. */

@@ -43,6 +43,13 @@ export class Clipboard {
     return text;
   }
 
+  /** Paste by the menu, for which a browser may ask, or refuse it. */
+  async fromMenu() {
+    const text = await navigator.clipboard?.readText().catch(() => null);
+    if (typeof text !== "string") this.grid.say(t("The browser does not let the menu read what was copied. Press Ctrl+V."), true);
+    else if (!this.grid.held.takes(() => this.pasted(text))) this.pasted(text);
+  }
+
   pasted(text) {
     if (text) this.paste(parse(text));
     else this.grid.say(t("There is no text to paste."));

@@ -1,12 +1,16 @@
 // The one editor, and what it suggests. It is a text field outside the table, placed over the cell. It survives whatever
 // happens to the table.
 
-import { t } from "../texts.js";
+import { hintOf } from "../commands.js";
+import { button, make } from "../elements.js";
+import { t, tn } from "../texts.js";
 import { noteOf } from "./problems.js";
 
 const WORD = /[\p{L}\p{N}_]*$/u; // the one that is being typed
 const MOST_OFFERED = 12; // suggestions for what is being typed
 const MOST_AT_FIRST = 40; // suggestions before anything is typed
+const WIDE = 360; // px of the list
+const NOTHING = { items: [], from: 0, sure: false }; // to suggest
 const HELP = "#help, [data-do=help], [data-topic]"; // has the focus while one reads how to go on
 // words of formulas that are complete as they are, though functions begin with them
 const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "pi", "e", "and", "or", "not", "in", "if", "else", "mod", "xor"]);
@@ -78,6 +82,7 @@ export class Editor {
     this.scold(cell);
     this.field.addEventListener("input", () => this.update(true));
     this.field.addEventListener("click", () => this.update(false));
+    this.hint.addEventListener("pointerdown", (event) => event.target.closest("button") && event.preventDefault()); // the focus stays
     this.list.addEventListener("pointerdown", (event) => {
       event.preventDefault();
       const option = event.target.closest("[role=option]");
@@ -106,6 +111,8 @@ export class Editor {
     const left = box.left - frame.left + this.scroll.scrollLeft;
     this.box.style.left = `${left}px`;
     this.box.style.top = `${box.top - frame.top + this.scroll.scrollTop}px`;
+    const over = box.left + Math.min(WIDE, 0.9 * innerWidth) - frame.right;
+    this.box.style.setProperty("--back", `${Math.max(0, Math.min(over, box.left - frame.left))}px`); // the list stays in sight
     this.field.style.minWidth = `${box.width}px`;
     this.field.style.minHeight = `${box.height}px`;
     this.field.style.width = `${Math.max(box.width, this.kind(this.k) === "formula" ? 200 : 0)}px`;
@@ -139,14 +146,39 @@ export class Editor {
     const before = this.field.value.slice(0, this.field.selectionStart);
     this.found = this.field.selectionStart === this.field.selectionEnd && typed !== null
       ? suggest(this.context.vocabulary(), where, before, this.field.value)
-      : { items: [], from: 0, sure: false };
+      : NOTHING;
+    const renaming = row && this.context.meant(this.table.cell(row, this.k), this.was, this.field.value);
+    this.renaming = renaming?.gives || !this.found.sure ? renaming : null;
+    if (this.renaming) this.found = NOTHING;
     this.chosen = this.found.sure && typed ? 0 : -1;
     this.moved = false;
     this.show();
-    const renames = row && this.was !== "" && this.field.value !== this.was && this.context.gives(this.table.cell(row, this.k));
-    const help = renames ? shown([t("Enter: rename in all cells"), t("Ctrl+Enter: change this cell only")]) : signature(this.context.vocabulary(), where, before);
+    const help = this.renaming ? this.offer() : signature(this.context.vocabulary(), where, before);
     this.hint.hidden = !help;
-    if (help) this.hint.replaceChildren(...help);
+    this.hint.replaceChildren(...(help ?? []));
+  }
+
+  /** What can be done with a name that is changed. */
+  offer() {
+    const { old, rows, gives } = this.renaming;
+    const all = [tn("Rename, also in the row that uses it", "Rename, also in {n} rows that use it", { n: rows }), "keep", () => this.close(true, "enter")];
+    const alone = [t("Change this cell only"), gives ? "keepHere" : "keep", () => this.close(true, "enter", true)];
+    const look = [gives ? t("Show the cells first") : t("Rename “{name}” in all cells", { name: old }), "showCells", () => this.look()];
+    return [...(gives ? [all] : []), alone, look].map(([text, command, act]) => {
+      const choice = button(text, act, "choice");
+      choice.tabIndex = -1;
+      choice.append(make("kbd", hintOf(command)));
+      return choice;
+    });
+  }
+
+  /** Look at the cells that a changed name is in, before they change; the text stays until that is done. */
+  look() {
+    const { field, rowId, k, was, renaming } = this;
+    if (!renaming) return;
+    const text = field.value;
+    this.close(false, null);
+    this.context.ask([renaming.old], renaming.name, () => this.open(this.table.cell(this.table.row(rowId), k), text, was));
   }
 
   show() {

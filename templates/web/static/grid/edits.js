@@ -7,7 +7,7 @@ import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
-const EDITS = new Set(["cells", "insert", "delete", "move", "undo", "redo", "fix"]);
+const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "undo", "redo", "fix"]);
 const OWN = new Set(["cells", "insert", "delete", "move"]); // edits of this sheet alone, whatever its name is by now
 
 export class Server {

@@ -3,14 +3,16 @@
 import { press } from "../commands.js";
 import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
-import { Editor, key } from "./editor.js";
+import { Editor } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
 import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
+import { Renaming } from "./renaming.js";
 import { Rows } from "./rows.js";
 import { pointer, Selection } from "./selection.js";
 import { done, Spoken, status } from "./spoken.js";
+import { StatusBar } from "./status_bar.js";
 import { Columns } from "./widths.js";
 
 const BODY = 50; // rows of a body; the browser leaves out the bodies that are out of sight
@@ -43,7 +45,8 @@ export class Grid {
       vocabulary: () => this.words,
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
-      gives: (cell) => this.gives(cell),
+      meant: (cell, was, text) => this.renaming.meant(cell, was, text),
+      ask: (...names) => this.renaming.ask(...names),
       editing: (row, k, on) => this.taking(row, k, on),
       typing: () => {
         this.fillBar(); // a long text has more room there
@@ -51,6 +54,7 @@ export class Grid {
       },
       lost: (why, text) => lost(this, why, [{ text }]),
     }, (cell, text, was, move, alone) => this.edited(cell, text, was, move, alone));
+    this.renaming = new Renaming(this);
     this.drafts = new Drafts(this, page);
     this.spoken = new Spoken(this, page);
     this.unfinished = new Unfinished(this);
@@ -59,6 +63,7 @@ export class Grid {
     this.columns = new Columns(this);
     this.rows = new Rows(this);
     this.clipboard = new Clipboard(this);
+    this.statusBar = new StatusBar(this);
     scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
     scroll.addEventListener("keydown", (event) => this.key(event));
     pointer(this);
@@ -140,6 +145,7 @@ export class Grid {
     this.unfinished.at(row.id);
     const told = `${here} ${JSON.stringify(this.selection.box())}`;
     if (told !== this.told) this.spoken.moved();
+    this.statusBar?.soon();
     this.here = here;
     this.told = told;
     this.mending.place();
@@ -182,28 +188,11 @@ export class Grid {
     }
   }
 
-  /** True for a cell that gives a name: the output of a row that does not act, a stream of Devices, a helper. */
-  gives(cell) {
-    const { kind } = this.table.headers[this.table.column(cell)].dataset;
-    if (kind === "output") return key(this.table.value(this.table.cell(cell.parentElement, this.table.ofKind("connector")))) !== "subscribe";
-    return kind === "helper" || kind === "stream";
-  }
-
-  /** Tell that a name was changed in other cells too, which can be taken back. */
   renamed(entries, { row, k, text, was }) {
-    const count = entries.reduce((sum, { cells }) => sum + (cells?.length ?? 0), 0);
-    if (count < 2) return;
-    const { edits } = this.server;
-    const newest = (act) => () => {
-      if (this.server.edits === edits) act();
-      else this.say(t("You have changed something else since. Ctrl+Z takes your changes back one by one."), true);
-    };
-    const alone = () => this.held.until(async () => {
+    this.renaming.told(entries, was, text, () => this.held.until(async () => {
       await this.server.send("undo", {});
       this.change([[this.table.cell(this.table.row(row), k), text]]);
-    });
-    const acts = [[t("Undo"), newest(() => this.undo())], [t("Only this cell"), newest(alone)]];
-    status(t("“{was}” is now “{text}” in {n} cells.", { was, text, n: count }), "told", acts);
+    }));
   }
 
   edited(cell, text, was, move, alone = false) {
@@ -211,7 +200,7 @@ export class Grid {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
-      this.store([change], !alone && was !== "" && text.trim() !== "" && this.gives(cell));
+      this.store([change], !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell));
       done();
     }
     const { row } = this.selection;
@@ -266,11 +255,29 @@ export class Grid {
     this.change(this.selection.cells().flat().map((cell) => [cell, ""]));
   }
 
-  /** The first row of the selection into the others (Ctrl+D). */
-  fillDown() {
-    if (this.held.takes(() => this.fillDown())) return;
-    const [first, ...others] = this.selection.cells();
-    this.change(others.flatMap((line) => line.map((cell, j) => [cell, this.table.value(first[j])])));
+  /** The first row of the selection into the others (Ctrl+D), or the first column (`right`, Ctrl+R); into a single one what stands
+   *  above it, or at its left. */
+  fill(right = false) {
+    if (this.held.takes(() => this.fill(right))) return;
+    const { table, selection } = this;
+    const { top, bottom, left } = selection.box();
+    const lines = selection.cells();
+    const alone = right ? lines[0].length === 1 : top === bottom;
+    if (alone && (right ? left : top) === 0) return;
+    const from = (i, j) => (right ? lines[i][0] : lines[0][j]);
+    const before = (i, j) => (right ? table.cell(table.rows[top + i], left - 1) : table.cell(table.rows[top - 1], left + j));
+    this.change(lines.flatMap((line, i) => line.map((cell, j) => [cell, table.value(alone ? before(i, j) : from(i, j))])));
+  }
+
+  /** What is typed into all selected cells (Ctrl+Enter); in a single one a new name is for this cell alone. */
+  fillAll() {
+    const cells = this.selection.cells().flat();
+    if (cells.length < 2) return this.editor.close(true, "enter", true);
+    const { top, left, bottom, right } = this.selection.box();
+    const text = this.editor.field.value;
+    this.editor.close(false, null);
+    this.change(cells.map((cell) => [cell, text]));
+    return this.selection.surround(top, left, bottom, right);
   }
 
   /** Take back one's newest edit: which that is, and what it changes, only the server knows. */

@@ -28,13 +28,18 @@ export function popup(box, at, back) {
   }
 }
 
-/** A menu of its own: `[name, action]` pairs, with a hint of keys as a third where there are some. */
+/** A menu of its own: `[name, action]` pairs, with a hint of keys as a third where there are some; null for a line between two. */
 export function menuOf(label, entries) {
   const box = document.createElement("div");
   box.className = "menu";
   box.setAttribute("role", "menu");
   box.setAttribute("aria-label", label);
-  for (const [name, action, keys = ""] of entries) {
+  for (const entry of entries) {
+    if (!entry) {
+      box.append(document.createElement("hr"));
+      continue;
+    }
+    const [name, action, keys = ""] = entry;
     const item = document.createElement("button");
     item.type = "button";
     item.setAttribute("role", "menuitem");
@@ -59,41 +64,43 @@ function walk(event, buttons, close) {
   event.stopPropagation();
 }
 
-// The menu of the rows: by the right mouse button, the menu key, or the button above the grid.
+// The menu of cells or rows: by the right mouse button, the menu key, or the button above the grid.
 
 export function menu(grid) {
-  const box = menuOf(t("Rows"), items("rows", grid).map(([name, action, keys]) => [name, () => {
-    close();
-    action();
-  }, keys]));
-  box.hidden = true;
-  document.querySelector("main").append(box);
   const button = document.querySelector("[data-do=rows]");
+  let box = null;
+  document.addEventListener("pointerdown", (event) => {
+    if (box && !box.contains(event.target)) close(false);
+  });
 
-  function open(x, y) {
+  function open(x, y, name = "cell") {
     if (!grid.selection.head) return;
-    box.hidden = false;
+    close(false);
+    const entries = items(name, grid).map((item) => item && [item[0], () => {
+      close();
+      item[1]();
+    }, item[2]]);
+    box = menuOf(name === "cell" ? t("Cells and rows") : t("Rows"), entries);
+    box.addEventListener("keydown", (event) => walk(event, [...box.querySelectorAll("button")], close));
+    document.querySelector("main").append(box);
     button?.setAttribute("aria-expanded", "true");
-    box.style.left = `${Math.min(x, innerWidth - box.offsetWidth - 8)}px`;
-    box.style.top = `${Math.min(y, innerHeight - box.offsetHeight - 8)}px`;
+    box.style.left = `${Math.max(8, Math.min(x, innerWidth - box.offsetWidth - 8))}px`;
+    box.style.top = `${Math.max(8, Math.min(y, innerHeight - box.offsetHeight - 8))}px`;
     box.firstElementChild.focus();
   }
-  box.addEventListener("keydown", (event) => walk(event, [...box.children], close));
-  document.addEventListener("pointerdown", (event) => {
-    if (!box.hidden && !box.contains(event.target)) close(false);
-  });
+
+  function close(focus = true) {
+    box?.remove();
+    box = null;
+    button?.setAttribute("aria-expanded", "false");
+    if (focus) grid.selection.cell?.focus({ preventScroll: true });
+  }
 
   return {
     open,
     below(at) {
       const { left, bottom } = at.getBoundingClientRect();
-      open(left, bottom);
+      open(left, bottom, "rows");
     },
   };
-
-  function close(focus = true) {
-    box.hidden = true;
-    button?.setAttribute("aria-expanded", "false");
-    if (focus) grid.selection.cell?.focus({ preventScroll: true });
-  }
 }

@@ -316,10 +316,11 @@ export function pointer(grid) {
     const row = event.target.closest("tr[id]");
     if (!row || grid.editor.isOpen) return;
     event.preventDefault();
-    if (!grid.rows.selected().includes(row)) {
-      const cell = event.target.closest("[role=gridcell]");
-      selection.go(row, Math.max(cell ? table.column(cell) : 0, 0));
-    }
-    grid.menu.open(event.clientX, event.clientY);
+    const header = event.target.closest("[role=rowheader]");
+    const cell = event.target.closest("[role=gridcell]");
+    const within = header ? table.places.every((at) => row.cells[at].ariaSelected === "true") : cell?.ariaSelected === "true";
+    if (!within && header) selection.wholeRow(row);
+    else if (!within) selection.go(row, Math.max(cell ? table.column(cell) : 0, 0));
+    grid.menu.open(event.clientX, event.clientY, header ? "rows" : "cell");
   });
 }

@@ -2,7 +2,7 @@
 
 import { spokenHintOf } from "../commands.js";
 import { button as act } from "../elements.js";
-import { t } from "../texts.js";
+import { t, tn } from "../texts.js";
 
 const CURSOR_RESTS_MS = 150; // when the cursor runs, only the cell where it stops is told
 const MOST_NAMED = 500; // rows whose cells all have names; in a longer sheet only the one with the cursor
@@ -54,7 +54,7 @@ export class Spoken {
     if (tag) parts.push(tag.textContent);
     const box = this.grid.selection.box();
     const count = box ? (box.bottom - box.top + 1) * (box.right - box.left + 1) : 1;
-    if (count > 1) parts.push(t("{n} cells selected", { n: count }));
+    if (count > 1) parts.push(tn("{n} cell selected", "{n} cells selected", { n: count }));
     return parts.join(". ");
   }
 

@@ -1,0 +1,145 @@
+// Names that a cell gives or uses, changed in all cells that have them.
+
+import { request } from "../api.js";
+import { button, make, put } from "../elements.js";
+import { t, tn } from "../texts.js";
+import { open } from "./dialog.js";
+import { key } from "./editor.js";
+import { status } from "./spoken.js";
+
+const RESTS_MS = 150; // after the last key, before the server is asked what would change
+const MOST_LISTED = 200; // cells
+
+export class Renaming {
+  constructor(grid) {
+    this.grid = grid;
+  }
+
+  /** True for a cell that gives a name: the output of a row that does not act, a stream of Devices, a helper. */
+  gives(cell) {
+    const kind = this.kind(cell);
+    return kind === "helper" || kind === "stream" || (kind === "output" && !this.acts(cell));
+  }
+
+  kind(cell) {
+    const { table } = this.grid;
+    return table.headers[table.column(cell)]?.dataset.kind;
+  }
+
+  acts(cell) {
+    const { table } = this.grid;
+    return key(table.value(table.cell(cell.parentElement, table.ofKind("connector")))) === "subscribe";
+  }
+
+  /** How many rows use a stream of this sheet or of Devices; undefined for a name that is none of these. */
+  uses(name) {
+    const { words, server } = this.grid;
+    return words.uses?.[key(server.sheet)]?.[key(name)] ?? words.uses?.[""]?.[key(name)];
+  }
+
+  /** The names in a cell that can be changed in all cells. */
+  names(cell) {
+    const { table } = this.grid;
+    const text = table.value(cell).trim();
+    if (this.gives(cell)) return text ? [text] : [];
+    if (!["inputs", "output", "tested"].includes(this.kind(cell))) return [];
+    return [...new Set(parts(text))].filter((name) => this.uses(name) !== undefined);
+  }
+
+  /** The name that changes when the text of a cell does: `old`, `name`, in how many `rows` it is used, and whether the cell
+   *  `gives` it; null when no name changes, several do, or another stream is chosen. */
+  meant(cell, was, text) {
+    const gives = this.gives(cell);
+    const [before, after] = gives ? [[was.trim()], [text.trim()]] : [parts(was), parts(text)];
+    const changed = before.flatMap((name, i) => (key(name) === key(after[i] ?? "") ? [] : [i]));
+    if (before.length !== after.length || changed.length !== 1 || !after[changed[0]]) return null;
+    const [old, name] = [before[changed[0]], after[changed[0]]];
+    const rows = this.kind(cell) === "helper" ? 1 : this.uses(old);
+    if (!old || !rows || this.uses(name) !== undefined || (!gives && !this.names(cell).length)) return null;
+    return { old, name, rows, gives };
+  }
+
+  /** Ask for the new name, with the cells that would change; `back` is done when it is given up. */
+  ask(names, name = names[0], back = () => {}) {
+    const { grid } = this;
+    if (grid.held.takes(() => this.ask(names, name, back)) || grid.refuses()) return;
+    let old = names[0];
+    let newest = 0; // the number of the newest question to the server
+    let found = null; // what its answer was
+    let done = back;
+    const field = make("input", { value: name, maxLength: 200, autocomplete: "off", spellcheck: false });
+    const told = make("p", { className: "told", role: "status" });
+    const list = make("div", { className: "changes", tabIndex: 0 });
+    const which = make("select", {}, ...names.map((one) => make("option", one)));
+    const label = (text, part) => make("label", { className: "field" }, `${text} `, part);
+    const submit = make("button", { type: "submit", className: "button first", textContent: t("Rename") });
+    const form = make("form", {}, ...(names.length > 1 ? [label(t("Stream"), which)] : []), label(t("New name"), field), told, list, submit);
+    const dialog = open(names.length > 1 ? t("Rename a stream") : t("Rename “{name}”", { name: old }), [form]);
+    form.append(button(t("Cancel"), () => dialog.close()));
+    dialog.classList.add("renaming");
+    dialog.addEventListener("close", () => done());
+    which.addEventListener("change", () => {
+      [old, field.value] = [which.value, which.value];
+      look();
+    });
+    let timer = 0;
+    field.addEventListener("input", () => {
+      clearTimeout(timer);
+      timer = setTimeout(look, RESTS_MS);
+    });
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      clearTimeout(timer);
+      if (!found || found.name !== field.value.trim()) await look();
+      if (!found?.cells?.length || !dialog.open) return;
+      done = () => {};
+      dialog.close();
+      grid.held.until(async () => this.told((await grid.server.send("rename", { old, new: found.name })).rows ?? [], old, found.name));
+    });
+    field.select();
+    look();
+
+    async function look() {
+      const name = field.value.trim();
+      const mine = ++newest;
+      if (!name || name === old) return show({ name });
+      const query = new URLSearchParams({ old, new: name });
+      const { ok, json } = await request(`${grid.server.url}/renaming/${encodeURIComponent(grid.server.sheet)}?${query}`);
+      return mine === newest && show(ok ? { ...json, name } : { name, message: t("The server cannot be reached. Try again.") });
+    }
+
+    function show(answer) {
+      found = answer;
+      const cells = answer.cells ?? [];
+      told.classList.toggle("is-wrong", Boolean(answer.message));
+      put(told, answer.message ?? (cells.length ? tn("{n} cell changes:", "{n} cells change:", { n: cells.length }) : ""));
+      submit.ariaDisabled = String(!cells.length); // not `disabled`: Enter may come before the answer
+      const sheets = Map.groupBy(cells.slice(0, MOST_LISTED), (cell) => cell.sheet);
+      list.replaceChildren(...[...sheets].flatMap(([sheet, places]) => [make("h3", sheet), make("ul", {}, ...places.map(place))]));
+      if (cells.length > MOST_LISTED) list.append(make("p", t("… and {n} more", { n: cells.length - MOST_LISTED })));
+      if (answer.unsafe?.length) {
+        list.append(make("h3", t("Change these yourself: the name means something else there too")), make("p", answer.unsafe.join(", ")));
+      }
+    }
+  }
+
+  /** Tell that a name was changed, which can be taken back; with `alone`, also in all cells but one. */
+  told(entries, was, text, alone) {
+    const { grid } = this;
+    const rows = new Set(entries.flatMap(({ sheet, cells = [] }) => cells.map(([row]) => `${sheet} ${row}`))).size;
+    if (!rows || (alone && rows < 2)) return;
+    const { edits } = grid.server;
+    const newest = (act) => () => {
+      if (grid.server.edits === edits) act();
+      else grid.say(t("You have changed something else since. Ctrl+Z takes your changes back one by one."), true);
+    };
+    const acts = [[t("Undo"), newest(() => grid.undo())], ...(alone ? [[t("Only this cell"), newest(alone)]] : [])];
+    status(tn("“{was}” is now “{text}” in {n} row.", "“{was}” is now “{text}” in {n} rows.", { was, text, n: rows }), "told", acts);
+  }
+}
+
+const parts = (text) => text.split(/[,\n]/).map((name) => name.trim());
+
+function place({ cell, was, text }) {
+  return make("li", {}, make("b", cell), " ", make("del", was), " ", make("ins", text));
+}
