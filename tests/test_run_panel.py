@@ -58,6 +58,7 @@ def it_is_acted_upon(at: GridPage) -> None:
     page.fill("#mark input", "Kai <laughs>")
     page.keyboard.press("Enter")
     expect(page.locator("#log li[data-kind=mark]")).to_contain_text("Mark: Kai <laughs> by Aya")
+    page.click("#views [data-view=send]")
     page.select_option("#send select", "Red ball")
     eventually(lambda: "distance=" in page.input_value("#send input"))
     page.fill("#send input", "distance=0.2")
@@ -67,6 +68,7 @@ def it_is_acted_upon(at: GridPage) -> None:
     page.keyboard.press("Enter")
     expect(page.locator("#run-problem")).to_be_visible()
     # also one that has left: it comes back where the slider puts it
+    page.click("#views [data-view=scene]")
     page.click("#things button:text-is('disappears')")
     expect(page.get_by_text("Not in the scene now")).to_be_visible()
     acts = page.locator("#things .hand-acts").first  # what can be done to a thing that is not there: it appears
@@ -81,6 +83,7 @@ def it_is_acted_upon(at: GridPage) -> None:
     page.uncheck("#switches input[value=Tracking]")
     expect(row(page, 2).locator(LIVE)).to_have_text("off")
     # the row number in the log leads to the row
+    page.click("#views [data-view=log]")
     page.locator("#log a", has_text="Row 6").first.click()
     eventually(lambda: at.here.endswith("6"))
 
@@ -112,6 +115,8 @@ def it_is_stopped(at: GridPage) -> None:
         "[data-run=pause]",
         "tr td.formula >> nth=1",
     ):
+        if place.startswith(("#send", "#things")):
+            page.click(f"#views [data-view={'send' if place.startswith('#send') else 'scene'}]")
         page.locator(place).focus()
         press_twice(page)
     page.click("[data-do=name]")
@@ -240,11 +245,31 @@ def test_by_keyboard_alone_and_stop_is_quick_in_a_flood_of_events(browser, url: 
     at.close()
 
 
+def test_codes_are_asked_for_a_session_or_a_rehearsal_only(browser, url: str) -> None:
+    at = GridPage(browser, url, "session.xlsx")
+    page, codes = at.page, at.page.get_by_label("Participant’s code")
+    page.click("[data-run=start]")
+    expect(codes).to_be_hidden()
+    expect(page.locator("#run-dialog [type=submit]")).to_be_focused()
+    for kind in ("Session on the simulated robot", "Pilot rehearsal"):
+        page.get_by_label(kind).check()
+        expect(codes).to_be_visible()
+    codes.fill("P-07")
+    page.get_by_label("Try it out").check()
+    with page.expect_request("**/run/start") as asked:
+        page.route("**/run/start", lambda route: route.fulfill(json={"message": "Not now."}))
+        page.click("#run-dialog [type=submit]")
+    sent = asked.value.post_data_json
+    assert (sent["mode"], sent.get("participant"), sent["condition"]) == ("simulated", None, "")
+    at.close()
+
+
 @pytest.mark.slow
 def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str) -> None:
     at = GridPage(browser, url, "wrong.xlsx/run")
     page = at.page
     expect(page.locator("#run-why")).to_contain_text("1 error is left")
+    page.click("#views [data-view=problems]")
     expect(page.locator(".problem-list")).to_be_visible()
     page.evaluate("document.querySelector('.problem-list').remove()")  # a list that comes later than its number
     page.locator("[data-run=start]").press("Enter")

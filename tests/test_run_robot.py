@@ -158,14 +158,15 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         return place
 
     becomes(caption.inner_text, "Drag a thing to move it, elsewhere to look around")
-    x, y, z = drag(0, -40)
+    x, y, z = drag(0, -60)
     assert z > begin[2] + 0.05 and abs(y - begin[1]) < 0.05, "up as seen"
+    panel.view("scene")
     told = page.locator("#things output")
     becomes(
         lambda: [float(text.split()[0]) for text in told.all_inner_texts()[:3]],
         pytest.approx([x, y, z], abs=0.006), "the sliders follow",
     )  # fmt: skip
-    aside = drag(-40, 0)
+    aside = drag(-60, 0)
     assert aside[1] < y - 0.05 and aside[2] == pytest.approx(z, abs=0.03), "left as seen is right of the robot"
     session = page.context.new_cdp_session(page)
 
@@ -214,6 +215,88 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
     page.emulate_media(reduced_motion="no-preference")
 
 
+def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPanel) -> None:
+    page, canvas = panel.page, panel.page.locator("#robot3d canvas")
+    page.emulate_media(reduced_motion="reduce")
+    canvas.press("0")
+    panel.live(t=2.2, robot=panel.real.robot)
+    panel.still()
+    asked: list[str] = []
+    page.route(
+        "**/run/scene", lambda route: (asked.append(route.request.post_data_json["value"]), route.fulfill(json={}))
+    )
+
+    def middle(zone: str) -> tuple[float, float]:
+        box = some(page.get_by_role("button", name=f"Touch: {zone}").bounding_box)
+        return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    for zone in ("Head", "Chest", "Left hand", "Right foot"):
+        page.mouse.move(*middle(zone))
+        page.wait_for_selector(f".zone.under[aria-label='Touch: {zone}']")
+        page.mouse.down()
+        page.mouse.up()
+    until(page, lambda: asked == ["Head", "Chest", "Left hand", "Right foot"])
+    asked.clear()
+    page.mouse.down()  # as long as it is held
+    page.wait_for_selector(".zone.held[aria-label='Touch: Right foot']")
+    until(page, lambda: asked[:2] == ["Right foot for 1 s"] * 2)
+    page.mouse.up()
+    becomes(lambda: page.locator(".zone.held").count(), 0)
+    asked.clear()
+    x, y = middle("Chest")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 60, y, steps=4)  # a drag looks around
+    page.mouse.up()
+    page.get_by_role("button", name="Touch: Head").press("Enter")
+    until(page, lambda: asked == ["Head"])
+    panel.run("ended")
+    becomes(lambda: page.locator(".zone:enabled").count(), 0)
+    panel.run()
+    canvas.press("0")
+    page.unroute("**/run/scene")
+    page.emulate_media(reduced_motion="no-preference")
+
+
+def test_a_thing_that_is_clicked_has_its_sliders_in_the_picture(panel: RobotPanel) -> None:
+    page = panel.page
+    page.emulate_media(reduced_motion="reduce")
+    page.locator("#robot3d canvas").press("0")
+    panel.live(t=2.4, robot=panel.real.robot)
+    panel.still()
+    card = page.locator("#thing-card")
+    page.mouse.click(*red_place(page))
+    becomes(card.locator("h3").first.inner_text, "Red ball")
+    becomes(lambda: card.locator("input[type=range]").count(), 3)
+    card.get_by_role("button", name="Close").click()
+    becomes(card.is_visible, False)
+    becomes(lambda: page.locator("#things .thing").count(), 2, "the ball and the room")
+    page.click("#swap")
+    wide = lambda one: page.locator(one).bounding_box()["width"]  # noqa: E731
+    eventually(lambda: wide("#eye") > 2 * wide("#robot3d"))
+    page.click("#swap")
+    eventually(lambda: wide("#robot3d") > 2 * wide("#eye"))
+    page.emulate_media(reduced_motion="no-preference")
+
+
+def test_the_room_is_large_and_tests_and_problems_do_not_move_it(panel: RobotPanel) -> None:
+    page = panel.page
+    page.set_viewport_size({"width": 1400, "height": 900})
+    room = page.locator("#robot3d .room")
+    eventually(lambda: room.bounding_box()["width"] >= 0.4 * 1400)
+    place = some(room.bounding_box)
+    for view in ("problems", "diagram", "log"):
+        panel.view(view)
+        becomes(lambda: page.locator(".below").get_attribute("data-view"), view)
+        becomes(room.bounding_box, place)
+    tabs = page.locator("#views [role=tab]")
+    tabs.first.press("ArrowRight")
+    becomes(lambda: page.evaluate("document.activeElement.dataset.view"), "plots")
+    page.keyboard.press("Home")
+    becomes(lambda: page.locator(".below").get_attribute("data-view"), "log")
+    page.set_viewport_size({"width": 1280, "height": 900})
+
+
 @pytest.mark.slow
 def test_the_panel_with_the_robot_in_it_has_no_violation(panel: RobotPanel) -> None:
     panel.live(t=2.0, robot=panel.real.robot)
@@ -224,7 +307,13 @@ def test_the_panel_with_the_robot_in_it_has_no_violation(panel: RobotPanel) -> N
 
 def screenshot(page: Any) -> bytes:
     """The robot's picture as a PNG. That of a locator waits for two frames of a page that draws 3D in software."""
-    return page.screenshot(clip=some(page.locator("#robot3d canvas").bounding_box), timeout=300_000)  # as `at_rest`
+    place = some(page.locator("#robot3d canvas").bounding_box)
+    show = "shown => { for (const part of document.querySelectorAll('.inset, .speech, .zones, .card'))"
+    show += " part.style.visibility = shown ? '' : 'hidden'; }"  # they lie on the picture
+    page.evaluate(show, False)
+    picture = page.screenshot(clip=place, timeout=300_000)  # as `at_rest`
+    page.evaluate(show, True)
+    return bytes(picture)
 
 
 def drawn(page: Any) -> Any:
@@ -298,7 +387,7 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     x, y = at_rest(page, jumper)
     page.mouse.move(x, y)
     page.mouse.down()
-    page.mouse.move(x + 30, y, steps=10)
+    page.mouse.move(x + 90, y, steps=10)
     page.wait_for_selector("#robot3d .caption:text-matches('^Kai: ')")
     page.mouse.up()
     page.wait_for_function("was => Math.hypot(...was.map((v, i) => v - window.robot.things.Kai[i])) > 0.1", arg=where)

@@ -26,7 +26,7 @@ def robot_model(robot: Robot) -> dict[str, Any]:
 
     That is `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the
     joint angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that
-    shine), `units` (of the fields that its sensors give, by key), `scene` (sizes and colours of the things beside it).
+    shine), `touch` (the middle of each zone that feels a touch, on its link), `units` (of the fields that its sensors give, by key), `scene` (sizes and colours of the things beside it).
     """
     path = robot.folder / robot.data["robot"]["urdf"]
     try:
@@ -53,8 +53,17 @@ def robot_model(robot: Robot) -> dict[str, Any]:
         "follow": {j["name"]: _THUMBS[j["name"]] for j in joints if j["name"] in _THUMBS},
         "eyes": [name for name in _EYES if name in names],
         "units": {key(field.name): field.unit for field in fields if field.unit},
-        "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}, "heads": _heads()},
+        "touch": _touch(robot), "scene": {"ball": BALL_SIZE, "colours": {**COLOURS, **BALL_COLOURS}, "heads": _heads()},
     }  # fmt: skip
+
+
+def _touch(robot: Robot) -> list[dict[str, Any]]:
+    pads = robot.data.get("touch", {}).get("pads", [])
+    zones = {zone: [pad for pad in pads if pad["zone"] == zone] for zone in robot.touch_zones}
+    return [
+        {"zone": zone, "link": mine[0]["link"], "xyz": [sum(c) / len(mine) for c in zip(*(p["xyz"] for p in mine))]}
+        for zone, mine in zones.items() if mine
+    ]  # fmt: skip
 
 
 @lru_cache(maxsize=4)

@@ -41,6 +41,8 @@ def run(page: Any, **settings: str) -> None:
     """Press Run, answer what is asked, and wait until it runs."""
     page.wait_for_selector("#panels:not([aria-busy])", state="attached")
     page.click("[data-run=start]")
+    if settings:
+        page.check("#run-dialog [value=simulated]")
     for name, text in settings.items():
         page.fill(f"#run-dialog [name={name}]", text)
     page.click("#run-dialog [type=submit]")

@@ -75,7 +75,7 @@ class Panel:
         self.context, self.errors = self.page.context, self.page.problems
         self.page.route("**/run/eye.jpg*", lambda route: route.fulfill(body=real.jpeg, content_type="image/jpeg"))
         self.page.goto(f"{url}/book/b.xlsx/run/T")
-        self.page.wait_for_selector("#diagram svg")
+        self.page.wait_for_selector("#diagram svg", state="attached")
         self.page.wait_for_selector("body[data-ready]")
         # Each view that comes later than the page makes it tell anew which run it knows of: none.
         views = (
@@ -88,6 +88,10 @@ class Panel:
             .addEventListener(told, (event) => event.stopImmediatePropagation(), true); }""")
         self.ids = self.page.eval_on_selector_all("tbody tr", "rows => rows.map(r => r.id)")
         self.run()
+
+    def view(self, name: str) -> None:
+        """Choose what is shown below the rows."""
+        self.page.click(f"#views [data-view={name}]")
 
     def tell(self, event: str, **detail: Any) -> None:
         script = "([event, detail]) => document.dispatchEvent(new CustomEvent(event, { detail }))"

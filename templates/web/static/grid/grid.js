@@ -83,8 +83,8 @@ export class Grid {
 
   /** To what stands beside the sheet, and back. */
   beside() {
-    const part = [...document.querySelectorAll("#panels a[href], #panels button, #panels [tabindex='0']")].find((one) => one.checkVisibility());
-    if (!part || document.activeElement.closest("#panels")) this.selection.cell?.focus({ preventScroll: true });
+    const part = [...document.querySelectorAll(".below a[href], .below button, .below [tabindex='0']")].find((one) => one.checkVisibility());
+    if (!part || document.activeElement.closest(".below")) this.selection.cell?.focus({ preventScroll: true });
     else part.focus();
   }
 

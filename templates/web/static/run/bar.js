@@ -187,9 +187,10 @@ function link(text, href) {
   return make("a", { href, textContent: text, className: SMALL });
 }
 
-// The questions before a run: participant, condition, operator, and whether it is a rehearsal. The last answers stay,
-// but never the participant: the next child's session must not be recorded as the former one's.
+// The questions before a run: its type and, of a session or a rehearsal, participant, condition and operator. The last answers
+// stay, but never the participant: the next child's session must not be recorded as the former one's.
 
+const TRY = "try"; // the type of a run for which no codes are asked
 const kept = ["condition", "operator", "mode", "until"];
 
 function dialog(root) {
@@ -198,13 +199,17 @@ function dialog(root) {
   const refused = form.querySelector(".run-refused");
   let speed = "1";
 
+  const codes = form.querySelector(".codes");
+  const showCodes = () => { codes.hidden = form.elements.mode.value === TRY; };
+  form.addEventListener("change", showCodes);
   form.querySelector("[value=cancel]").addEventListener("click", () => box.close());
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
     const wish = Object.fromEntries(kept.map((name) => [name, form.elements[name].value.trim()]));
     settings.keep(wish);
     form.querySelector("[type=submit]").disabled = true;
-    const answer = await ask("start", { ...wish, participant: form.elements.participant.value.trim(), speed: Number(speed) });
+    const named = wish.mode === TRY ? { mode: "simulated", condition: "", operator: "" } : { participant: form.elements.participant.value.trim() };
+    const answer = await ask("start", { ...wish, ...named, speed: Number(speed) });
     form.querySelector("[type=submit]").disabled = false;
     if (answer.message) return refuse(answer);
     box.close();
@@ -225,7 +230,8 @@ function dialog(root) {
     form.elements.participant.value = "";
     for (const name of kept) if (before[name]) form.elements[name].value = before[name];
     if (!form.elements.operator.value && isNamed(ownName())) form.elements.operator.value = ownName();
+    showCodes();
     box.showModal();
-    form.elements.participant.focus();
+    (codes.hidden ? form.querySelector("[type=submit]") : form.elements.participant).focus();
   };
 }

@@ -5,12 +5,14 @@ import * as THREE from "/vendor/js/three.module.js";
 
 const FINGER = 26;
 const MOUSE = 12; // pixels beside a thing that are still it
+const STEADY = 4; // px that a pointer may move and still clicks
 const DEEPER = 0.001; // of the way from the viewer to the thing, per pixel of the wheel
 const EDGE = 0.94; // of the way from the middle of the picture to its edge
 
 export class Drag {
   /** `stage` has the things, the camera and the view; `limits` are the least and most of x, y and z in metres; `told` has
-   * `held(name)` (null: it cannot be moved now), `moved(name, place, whether it can go no farther)`, `dropped(name)`. */
+   * `held(name)` (null: it cannot be moved now), `moved(name, place, whether it can go no farther)`, `dropped(name)`, and
+   * `chosen(name)` for one that was only clicked (null: none of them was). */
   constructor(stage, limits, told) {
     Object.assign(this, { stage, limits, told, element: stage.canvas, camera: stage.camera });
     const { element } = this;
@@ -50,7 +52,7 @@ export class Drag {
     if (this.grip) return this.second(event);
     if (event.button !== 0 || this.stage.orbit.state >= 0) return undefined; // a turn of the view goes on
     const name = this.under(event);
-    if (!name) return undefined;
+    if (!name) return this.told.chosen?.(null);
     if (!this.on) return this.told.held(null);
     event.stopImmediatePropagation();
     this.element.focus({ preventScroll: true });
@@ -58,7 +60,7 @@ export class Drag {
     const { object } = this.stage.things.get(name);
     const at = object.position.toArray();
     this.grip = {
-      name, object, pointer: event.pointerId, at: object.position.clone(), last: { x: event.clientX, y: event.clientY },
+      name, object, pointer: event.pointerId, at: object.position.clone(), begun: event, last: { x: event.clientX, y: event.clientY },
       fingers: { [event.pointerId]: event }, gap: 0,
       limits: this.limits.map(([least, most], i) => [Math.min(least, at[i]), Math.max(most, at[i])]), // it does not jump
     };
@@ -93,6 +95,9 @@ export class Drag {
     if (event.pointerId in fingers) fingers[event.pointerId] = event;
     if (this.grip.gap) return this.pinch();
     if (event.pointerId !== this.grip.pointer) return;
+    const { begun } = this.grip;
+    if (begun && Math.hypot(event.clientX - begun.clientX, event.clientY - begun.clientY) < STEADY) return;
+    this.grip.begun = null; // it is dragged
     const wish = object.userData.ball ? this.meet(event)?.add(this.grip.off) : this.along(event);
     if (wish) this.go(wish);
   }
@@ -166,11 +171,12 @@ export class Drag {
 
   drop() {
     if (!this.grip) return;
-    const { name, pointer } = this.grip;
+    const { name, pointer, begun } = this.grip;
     this.grip = null;
     if (this.element.hasPointerCapture(pointer)) this.element.releasePointerCapture(pointer);
     this.stage.release(name);
     this.told.dropped(name);
+    if (begun) this.told.chosen?.(name);
   }
 
   aim({ clientX, clientY }) {

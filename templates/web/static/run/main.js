@@ -6,6 +6,7 @@ import { bar } from "./bar.js";
 import { log } from "./log.js";
 import { robot } from "./robot.js";
 import { scene, session } from "./session.js";
+import { views } from "./views.js";
 import { follow, values } from "./values.js";
 
 const book = document.getElementById("runbar").dataset.book;
@@ -18,7 +19,7 @@ bar(document.getElementById("runbar"));
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 if (grid) follow(grid, document.getElementById("run-follow"));
-for (const [id, part] of Object.entries({ session, log, robot, scene })) {
+for (const [id, part] of Object.entries({ session, log, robot, scene, views })) {
   const root = document.getElementById(id === "robot" ? "robot-facts" : id);
   if (root) part(root);
 }

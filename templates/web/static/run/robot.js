@@ -39,6 +39,7 @@ export async function robot3d(root) {
   const words = () => {
     const on = takesActions(heard.run.phase);
     stage?.drag.allow(on);
+    stage?.touch.allow(on);
     caption.textContent = on && heard.run.things?.length ? MOVE : TURN;
   };
   const hand = {
@@ -52,6 +53,8 @@ export async function robot3d(root) {
         : t("{thing}: forward {forward}, left {left}, up {up} m", places);
     },
     dropped: () => words(),
+    drawn: () => above(root, stage),
+    chosen: (thing) => document.dispatchEvent(new CustomEvent("rrp:chosen", { detail: { thing } })),
   };
   const show = () => {
     if (!stage || !heard.live) return;
@@ -87,6 +90,15 @@ export async function robot3d(root) {
   words();
   show();
   root.dataset.ready = "";
+}
+
+// what it says stands above its head
+function above(root, stage) {
+  const head = stage?.touch.zones.find(({ zone }) => zone === "Head")?.mark.style;
+  if (!head) return;
+  const { style } = root.parentElement;
+  style.setProperty("--head-x", head.left);
+  style.setProperty("--head-y", head.top);
 }
 
 async function open(canvas, hand) {

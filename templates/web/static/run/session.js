@@ -22,7 +22,7 @@ const BRINGS = ["appears", "enters"]; // verbs for a thing that is not there
 const GROUNDED = ["table", "wall"]; // kinds that stay on the floor
 const LEVELS = [["Light", t("Light"), "light", 1], ["Noise", t("Noise"), "noise", 0]]; // of the room: name, also as shown, field of the event, at first
 
-export function session(root) {
+export function session() {
   const press = document.getElementById("press");
   const switches = document.getElementById("switches");
   const mark = document.getElementById("mark");
@@ -72,7 +72,7 @@ export function session(root) {
     const keys = Math.min(buttons.length, 9);
     put(document.getElementById("hand-keys"), matchMedia("(pointer: coarse)").matches ? "" : keys ? tn("key {n}", "keys 1 to {n}", { n: keys }) : "");
     document.getElementById("no-buttons").hidden = buttons.length > 0 || phase === "starting"; // they are not known yet
-    document.getElementById("hand-head").hidden = press.hidden = !buttons.length;
+    press.hidden = !buttons.length;
     switches.replaceChildren(switches.firstElementChild, ...behaviours.map(({ name, on }) => {
       const box = make("input", { type: "checkbox", value: name, checked: on, role: "switch" });
       box.addEventListener("change", () => act("switch", { behaviour: name, on: box.checked }));
@@ -105,10 +105,14 @@ export function session(root) {
 
   function enable() {
     const on = takesActions(state.phase) && !lost;
-    for (const part of root.querySelectorAll("#press button, #switches input, #mark button, #send button")) part.disabled = !on;
+    for (const part of document.querySelectorAll("#press button, #switches input, #mark button, #send button")) part.disabled = !on;
   }
 
   document.addEventListener("keydown", (event) => pressKey("operator", event, press));
+  const swap = document.getElementById("swap");
+  swap.addEventListener("click", () => {
+    swap.ariaPressed = String(document.getElementById("pictures").classList.toggle("swapped"));
+  });
   send.elements.stream.addEventListener("change", example);
   send.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -136,6 +140,7 @@ export function scene(root) {
     const names = (detail.things ?? []).map(({ kind, name }) => `${kind} ${name}`).join("\n");
     if (names !== holder.dataset.names) {
       holder.dataset.names = names;
+      putBack();
       const parts = (detail.things ?? []).filter(({ kind }) => QUICK[kind]).map((one) => thing(one));
       things = new Map(parts.map((p) => [p.name, p]));
       holder.replaceChildren(...parts.map((p) => p.element), room.element);
@@ -154,11 +159,29 @@ export function scene(root) {
     room.at(detail.robot);
   });
 
+  // a thing that is chosen in the picture has its part there, in a card
+  const card = document.getElementById("thing-card");
+  const putBack = () => {
+    card.hidden = true;
+    const part = card.querySelector(".thing");
+    if (part) holder.append(part);
+  };
+  document.addEventListener("rrp:chosen", ({ detail }) => {
+    putBack();
+    const part = things.get(detail.thing);
+    if (!part) return;
+    put(card.querySelector("h3"), detail.thing);
+    card.append(part.element);
+    card.hidden = false;
+  });
+  for (const button of [card.querySelector("button"), document.querySelector("#views [data-view=scene]")]) button.addEventListener("click", putBack);
+  card.addEventListener("keydown", ({ key }) => key === "Escape" && putBack());
+
   document.addEventListener("rrp:moved", ({ detail }) => things.get(detail.thing)?.moved(detail.at));
 
   function enable() {
     const on = running && !lost;
-    for (const part of holder.querySelectorAll("input, button, select")) part.disabled = !on || part.closest("[data-absent] .hand-acts [data-needs]") !== null;
+    for (const part of [holder, ...card.querySelectorAll(".thing")].flatMap((place) => [...place.querySelectorAll("input, button, select")])) part.disabled = !on || part.closest("[data-absent] .hand-acts [data-needs]") !== null;
   }
 
   function thing({ name, kind, at }) {

@@ -38,6 +38,7 @@ export function speech(root) {
     words.title = last?.text ?? ""; // only its beginning may have room
     bubble.classList.toggle("now", Boolean(last?.now));
     bubble.classList.toggle("past", past);
+    bubble.classList.toggle("none", !last);
   };
   const say = (text, seconds, now) => {
     if (last?.text === text && seconds - last.t < 1) Object.assign(last, { now: last.now || now });

@@ -5,6 +5,7 @@ import { OrbitControls } from "/vendor/js/OrbitControls.js";
 import * as THREE from "/vendor/js/three.module.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";
+import { Touch } from "./touch3d.js";
 import { Room, same, shadows, thing } from "./scenery3d.js";
 
 const MOST_PIXELS = 1.5; // per CSS pixel: more costs a weak laptop its 60 pictures a second and shows little
@@ -38,6 +39,7 @@ export class Stage {
   /** `hand` may move things: `limits` and what is told of it, see drag3d.js. */
   constructor(canvas, model, hand) {
     this.canvas = canvas;
+    this.hand = hand;
     this.model = model;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, powerPreference: "low-power" });
     this.pixels = Math.min(window.devicePixelRatio || 1, MOST_PIXELS);
@@ -55,6 +57,7 @@ export class Stage {
     const again = () => this.ask();
     model.scene.again = again;
     this.drag = new Drag(this, hand.limits, hand);
+    this.touch = new Touch(this);
     this.orbit = new Orbit(canvas, this.camera, again);
     this.paint();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
@@ -256,6 +259,8 @@ export class Stage {
     this.scene.updateMatrixWorld();
     this.room.shadow(shadows(this.body, [...this.things.values()].map(({ object }) => object)));
     this.renderer.render(this.scene, this.camera);
+    this.touch.place();
+    this.hand.drawn?.();
     this.drawn += 1;
     this.canvas.dataset.drawn = this.drawn; // for the tests: how often it was drawn
   }

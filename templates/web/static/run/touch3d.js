@@ -1,0 +1,125 @@
+// The places where the robot feels a touch: shown under the pointer, touched by a click or as long as the button is held, and by
+// the keyboard. A drag that begins on one turns the view (stage3d.js).
+
+import * as THREE from "/vendor/js/three.module.js";
+import { act } from "../api.js";
+import { make } from "../elements.js";
+import { t } from "../texts.js";
+
+const STEADY = 4; // px that a pointer may move and still touches
+const BESIDE = 20; // px beside the robot that are still it
+const HOLDS = 250; // ms after which a touch lasts as long as it is held
+const AGAIN = 800; // ms between two tellings that it goes on
+const LASTS = "for 1 s"; // each time: a little longer than that
+const KEYS = ["Enter", " "];
+
+export class Touch {
+  /** `stage` has the robot, the camera and the canvas; its model tells where the zones are. */
+  constructor(stage) {
+    this.stage = stage;
+    this.on = false;
+    this.press = null; // { zone, x, y, timer, held }
+    this.ray = new THREE.Raycaster();
+    this.zones = stage.model.touch.map(({ zone, link, xyz }) => ({ zone, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(zone) }));
+    this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark));
+    const { canvas } = stage;
+    canvas.parentElement.append(this.box);
+    canvas.addEventListener("pointerdown", (event) => event.button === 0 && this.begin(this.under(event), event));
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    for (const name of ["pointerup", "pointercancel", "pointerleave"]) {
+      canvas.addEventListener(name, (event) => {
+        this.end(event.type === "pointerup");
+        if (event.type === "pointerleave") this.show(null);
+      });
+    }
+    for (const one of this.zones) {
+      one.mark.addEventListener("keydown", (event) => {
+        if (!KEYS.includes(event.key)) return;
+        event.preventDefault();
+        if (!event.repeat) this.begin(one, {});
+      });
+      one.mark.addEventListener("keyup", ({ key }) => KEYS.includes(key) && this.end(true));
+      one.mark.addEventListener("blur", () => this.end(false));
+      one.mark.addEventListener("click", () => this.touch(one.zone)); // by a screen reader
+    }
+    this.allow(false);
+  }
+
+  allow(on) {
+    this.on = on;
+    if (!on) this.end(false);
+    for (const { mark: button } of this.zones) button.disabled = !on;
+  }
+
+  begin(one, { clientX, clientY }) {
+    if (!one || !this.on || this.press) return;
+    this.press = { one, x: clientX, y: clientY, timer: setTimeout(() => this.hold(), HOLDS) };
+  }
+
+  move({ clientX, clientY, buttons, pointerType }) {
+    if (this.press && Math.hypot(clientX - this.press.x, clientY - this.press.y) > STEADY) this.end(false);
+    else if (!this.press && !buttons && pointerType === "mouse") this.show(this.on ? this.under({ clientX, clientY }) : null);
+  }
+
+  hold() {
+    const { one } = this.press;
+    this.press.held = true;
+    this.show(one);
+    one.mark.classList.add("held");
+    this.touch(`${one.zone} ${LASTS}`);
+    this.press.timer = setTimeout(() => this.hold(), AGAIN);
+  }
+
+  /** The pointer or key is let go: a short press is a click. */
+  end(touches) {
+    const { press } = this;
+    if (!press) return;
+    this.press = null;
+    clearTimeout(press.timer);
+    press.one.mark.classList.remove("held");
+    if (touches && !press.held) this.touch(press.one.zone);
+  }
+
+  touch(value) {
+    act("scene", { thing: t("Somebody"), verb: "touches", value });
+  }
+
+  /** Show this zone under the pointer. */
+  show(one) {
+    for (const each of this.zones) each.mark.classList.toggle("under", each === one);
+    this.stage.canvas.classList.toggle("on-zone", Boolean(one));
+  }
+
+  /** The zone under a pointer, of the part of the robot that is in front. */
+  under({ clientX, clientY }) {
+    const box = this.stage.canvas.getBoundingClientRect();
+    const point = new THREE.Vector2((clientX - box.left) / box.width * 2 - 1, 1 - (clientY - box.top) / box.height * 2);
+    this.ray.setFromCamera(point, this.stage.camera);
+    const [front] = this.ray.intersectObject(this.stage.body.base, true);
+    const links = new Set(this.stage.body.links.values());
+    let first = true; // the link itself; what hangs on the trunk is not the chest
+    for (let node = front?.object; node && node !== this.stage.body.base; node = node.parent) {
+      if (!links.has(node)) continue;
+      const found = this.zones.find(({ link }) => link === node);
+      if (found && (first || node.parent !== this.stage.body.base)) return found;
+      first = false;
+    }
+    const far = ({ mark: { style } }) => Math.hypot(clientX - box.left - parseFloat(style.left), clientY - box.top - parseFloat(style.top));
+    const near = this.zones.map((one) => [far(one), one]).sort(([a], [b]) => a - b)[0];
+    return !front && near && near[0] < BESIDE ? near[1] : null;
+  }
+
+  /** Put the marks where the zones are in the picture. */
+  place() {
+    const { camera, canvas } = this.stage;
+    for (const { link, at, mark: button } of this.zones) {
+      const place = link.localToWorld(at.clone()).project(camera);
+      button.style.left = `${((place.x + 1) / 2 * canvas.clientWidth).toFixed(1)}px`;
+      button.style.top = `${((1 - place.y) / 2 * canvas.clientHeight).toFixed(1)}px`;
+    }
+  }
+}
+
+function mark(zone) {
+  return make("button", { type: "button", className: "zone", ariaLabel: t("Touch: {zone}", { zone }) }, make("span", zone));
+}
