@@ -26,7 +26,8 @@ def robot_model(robot: Robot) -> dict[str, Any]:
 
     That is `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the
     joint angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that
-    shine), `touch` (the middle of each zone that feels a touch, on its link), `units` (of the fields that its sensors give, by key), `scene` (sizes and colours of the things beside it).
+    shine), `touch` (the middle of each zone that feels a touch, on its link), `units` (of the fields that its sensors
+    give, by key), `scene` (sizes and colours of the things beside it).
     """
     path = robot.folder / robot.data["robot"]["urdf"]
     try:
@@ -60,10 +61,10 @@ def robot_model(robot: Robot) -> dict[str, Any]:
 def _touch(robot: Robot) -> list[dict[str, Any]]:
     pads = robot.data.get("touch", {}).get("pads", [])
     zones = {zone: [pad for pad in pads if pad["zone"] == zone] for zone in robot.touch_zones}
-    return [
-        {"zone": zone, "link": mine[0]["link"], "xyz": [sum(c) / len(mine) for c in zip(*(p["xyz"] for p in mine))]}
-        for zone, mine in zones.items() if mine
-    ]  # fmt: skip
+    middles = {
+        zone: [sum(c) / len(c) for c in zip(*(p["xyz"] for p in mine), strict=True)] for zone, mine in zones.items()
+    }
+    return [{"zone": zone, "link": mine[0]["link"], "xyz": middles[zone]} for zone, mine in zones.items() if mine]
 
 
 @lru_cache(maxsize=4)
