@@ -74,6 +74,8 @@ def test_the_model_has_every_joint_of_the_catalogue_and_all_its_meshes() -> None
         assert len(mesh["points"]) == len(mesh["normals"])
         assert max(mesh["faces"]) < len(mesh["points"]) // 3
     assert model["units"]["distance"] == "m"
+    painted = {tuple(v["colour"]) for link in model["links"] for v in link["visuals"]}
+    assert len(painted) > 2, "the colours of its file"
 
 
 @pytest.mark.slow
