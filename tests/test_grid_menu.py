@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from chromium import becomes, eventually
+from chromium import becomes, eventually, some
 from grid_books import HEADER, Books, Shared
 
 ROWS = [
@@ -82,6 +82,34 @@ def test_what_is_filled_comes_from_above_from_the_left_or_from_what_is_typed(gri
     grid.go("F2")
     grid.press("Control+d", "ArrowUp")  # there is a header above it
     becomes(lambda: grid.text("F2"), "a note")
+
+
+def head(grid: Shared, row: int) -> tuple[float, float]:
+    """The middle of the head of a row on the screen."""
+    box = some(grid.page.locator(f"tr[aria-rowindex='{row}'] > th").bounding_box)
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_rows_are_selected_and_moved_by_dragging_their_heads(grid: Shared) -> None:
+    mouse = grid.page.mouse
+    mouse.move(*head(grid, 2))
+    mouse.down()
+    mouse.move(*head(grid, 3), steps=4)
+    mouse.up()
+    becomes(lambda: grid.page.locator("td[aria-selected]").count(), 12)
+    mouse.move(*head(grid, 2))
+    mouse.down()
+    mouse.move(*head(grid, 5), steps=6)
+    becomes(lambda: grid.page.locator("tr.drop-above").get_attribute("aria-rowindex"), "5")
+    mouse.up()
+    becomes(lambda: column(grid, "B"), ["Close", "Red ball", "Dist 2", ""])
+    grid.press("Control+z")
+    becomes(lambda: column(grid, "B"), ["Red ball", "Dist 2", "Close", ""])
+    mouse.move(*head(grid, 3))  # a click on a head of several selected ones selects its row
+    mouse.down()
+    mouse.up()
+    becomes(lambda: grid.page.locator("td[aria-selected]").count(), 6)
+    becomes(lambda: grid.here, "A3")
 
 
 def found(grid: Shared) -> list[str]:

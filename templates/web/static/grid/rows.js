@@ -96,6 +96,16 @@ export class Rows {
     this.grid.server.step("move", { rows: move, before }, { move, before });
   }
 
+  /** Move the selected rows above another one. */
+  moveBefore(row) {
+    if (this.grid.held.takes(() => this.moveBefore(row))) return;
+    const rows = this.selected();
+    if (!rows.length || rows.includes(row) || this.grid.refuses()) return;
+    this.reserve(rows.length);
+    const move = rows.map((one) => one.id);
+    this.grid.server.step("move", { rows: move, before: row.id }, { move, before: row.id });
+  }
+
   duplicate() {
     if (this.grid.held.takes(() => this.duplicate())) return;
     const rows = this.selected();

@@ -154,6 +154,11 @@ export class Selection {
     this.surround(from, 0, at, this.table.width - 1);
   }
 
+  /** True for a row that is selected as a whole. */
+  has(row) {
+    return this.table.places.every((at) => row.cells[at].ariaSelected === "true");
+  }
+
   /** Scroll a cell into sight, `down` and to the `right` or in one direction alone. */
   reveal(cell, { down = true, right = true } = {}) {
     const frame = this.scroll.getBoundingClientRect();
@@ -216,6 +221,11 @@ export function pointer(grid) {
     return cell && table.grid.contains(cell) && table.column(cell) >= 0 ? cell : null;
   };
 
+  const rowAt = (event) => {
+    const row = document.elementFromPoint(event.clientX, event.clientY)?.closest?.("tr[id]");
+    return row && table.grid.contains(row) ? row : null;
+  };
+
   let touched = false; // two taps on one place are a double click to the browser, also when the table has scrolled between
   table.grid.addEventListener("pointerdown", (event) => {
     touched = event.pointerType === "touch";
@@ -229,7 +239,13 @@ export function pointer(grid) {
     }
     if (header) {
       event.preventDefault();
-      selection.wholeRow(header.parentElement, event.shiftKey);
+      const row = header.parentElement;
+      if (event.pointerType === "mouse" && !event.shiftKey && selection.has(row)) {
+        carry(event, row);
+        return;
+      }
+      selection.wholeRow(row, event.shiftKey);
+      if (event.pointerType === "mouse") drag(event, (over) => selection.wholeRow(over, true), () => {}, rowAt);
       return;
     }
     if (!cell || table.column(cell) < 0) return;
@@ -278,10 +294,26 @@ export function pointer(grid) {
     addEventListener("pointercancel", stop);
   }
 
-  function drag(event, over, done = () => {}) {
+  // whole rows that are selected go with the pointer; one that stays where it is selects its row
+  function carry(event, row) {
+    let to = null;
+    const mark = (next) => {
+      to?.classList.remove("drop-above");
+      next?.classList.add("drop-above");
+      to = next;
+    };
+    drag(event, mark, () => {
+      const target = to;
+      mark(null);
+      if (target && target !== row) grid.rows.moveBefore(target);
+      else selection.wholeRow(row);
+    }, rowAt);
+  }
+
+  function drag(event, over, done = () => {}, at = cellAt) {
     let last = null;
     const move = (now) => {
-      const cell = cellAt(now);
+      const cell = at(now);
       if (cell && cell !== last) over((last = cell));
     };
     const up = () => {
@@ -318,7 +350,7 @@ export function pointer(grid) {
     event.preventDefault();
     const header = event.target.closest("[role=rowheader]");
     const cell = event.target.closest("[role=gridcell]");
-    const within = header ? table.places.every((at) => row.cells[at].ariaSelected === "true") : cell?.ariaSelected === "true";
+    const within = header ? selection.has(row) : cell?.ariaSelected === "true";
     if (!within && header) selection.wholeRow(row);
     else if (!within) selection.go(row, Math.max(cell ? table.column(cell) : 0, 0));
     grid.menu.open(event.clientX, event.clientY, header ? "rows" : "cell");

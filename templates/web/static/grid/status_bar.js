@@ -35,7 +35,7 @@ export class StatusBar {
   }
 
   flagged() {
-    return [...this.grid.table.grid.querySelectorAll("td:has(> .mends)")];
+    return [...this.grid.table.grid.querySelectorAll("td.flagged")];
   }
 
   /** To the next cell of the sheet with a problem, or the one before. */
