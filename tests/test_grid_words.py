@@ -83,6 +83,34 @@ def test_behaviours(at) -> None:
     assert at("T", "D2", '"redBall.') == []  # within a text
 
 
+@pytest.mark.parametrize(("cell", "typed", "name"), [
+    ("B2", "hand", "Touch"), ("B2", "speech", "Word recognized"), ("B2", "child", "Face"),
+    ("E4", "wave", "Gesture"), ("E4", "nod", "Gesture"), ("E4", "raise", "Set joint position"),
+    ("E4", "speak", "Say"), ("E4", "look", "Head tracker"), ("E4", "music", "Play sound"),
+    ("D2", '"wav', "Wave"), ("D2", '"クラ', ""), ("D2", '"sit', "Sit"),
+])  # fmt: skip
+def test_plain_words_find_what_is_meant(at, cell: str, typed: str, name: str) -> None:
+    assert (name in (found := at("T", cell, typed))) is bool(name), found
+
+
+@pytest.mark.parametrize(
+    ("cell", "typed", "name"), [("B5", "顔", "Face"), ("B5", "押す", "Operator button"), ("E4", "歩く", "Walk")]
+)
+def test_so_do_japanese_ones(shelf: Books, book: Path, cell: str, typed: str, name: str) -> None:
+    grid = shelf.open(path=book, sheet="T")
+    grid.checked()
+    grid.go(cell)
+    grid.press("F2", "Control+a")
+    grid.page.keyboard.insert_text(typed)  # as an input method does
+    eventually(lambda: name in grid.page.locator("[role=option] .name").all_inner_texts())
+    grid.press("Escape", "Escape")
+
+
+def test_a_finished_word_hides_no_others(at) -> None:
+    assert {"Ball", "Red ball", "Blue ball"} <= set(at("T", "B2", "Ball"))
+    assert at("T", "B2", "Distance, Gaze") == [], "a complete name alone is no suggestion"
+
+
 @pytest.mark.slow
 def test_devices_offer_what_the_device_takes(at, shelf: Books) -> None:
     assert at("Devices", "B4", "oper")[0] == "Operator button"

@@ -270,8 +270,8 @@ def _setting(entry: Mapping[str, Any]) -> Setting:
     return replace(found, default=parse_duration(found.default, bare="s")) if is_time else found
 
 
-_PLAIN = ("title", "unit", "takes", "resources", "colour", "shows", "knowledge", "engine", "simulated", "says", "stops",
-          "example")  # fmt: skip
+_PLAIN = ("title", "unit", "takes", "resources", "colour", "shows", "synonyms", "knowledge", "engine", "simulated",
+          "says", "stops", "example")  # fmt: skip
 """Fields of a device that its entry has as they are."""
 
 
@@ -289,7 +289,7 @@ def _device(kind: str, entry: Mapping[str, Any], uses: Mapping[str, Mapping[str,
     }
     name, help = entry["name"], entry["help"]
     given = {"title": name, **{k: v for k, v in entry.items() if k in _PLAIN}}
-    given |= {k: tuple(entry.get(k, ())) for k in ("resources", "shows")}
+    given |= {k: tuple(entry.get(k, ())) for k in ("resources", "shows", "synonyms")}
     return DeviceType(name, kind, help, settings, payload, resources_by=by, **given)
 
 
@@ -340,6 +340,7 @@ class DeviceType:
     # what a default scene has for a sensor: `person`, `near` (somebody comes near), balls of a colour (`{colour}` is
     # its setting), `press` and a button's label, `touch` and a zone, `say` and words
     shows: tuple[str, ...] = ()
+    synonyms: tuple[str, ...] = ()  # plain words by which people look for it, in all languages of the pages
     knowledge: bool = False  # True when the simulated sensor is fed from the scene and perceives nothing
     engine: bool = False  # True when the engine itself carries it out, whatever the robot (`Wait`)
     simulated: bool = True  # False when the simulated robot does not carry it out yet

@@ -59,7 +59,7 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
             if key(s) in analysis.workbook.tables
         ],
         "devices": [
-            {"text": name, "kind": kind, "help": _help(robot, firsts, name)}
+            {"text": name, "kind": kind, "help": _help(robot, firsts, name), "words": _synonyms(robot, name)}
             for kind in ("sensor", "actuator") for name in _offered(robot, firsts, kind)
         ],
     }  # fmt: skip
@@ -133,8 +133,17 @@ def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str) -> list[W
     declared = {key(d.stream.text): d.device.text for d in devices}
     own = ((name, declared[key(name)]) for name in mine)
     return [
-        *({"text": n, "kind": kind, "help": N_("of your Devices: {device}", device=d), "device": d} for n, d in own),
-        *({"text": n, "kind": kind, "help": _help(robot, firsts, n)} for n in offered),
+        *(
+            {
+                "text": n,
+                "kind": kind,
+                "help": N_("of your Devices: {device}", device=d),
+                "device": d,
+                "words": _synonyms(robot, d),
+            }
+            for n, d in own
+        ),
+        *({"text": n, "kind": kind, "help": _help(robot, firsts, n), "words": _synonyms(robot, n)} for n in offered),
     ]
 
 
@@ -167,6 +176,12 @@ def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
     return found.type.help if found else ""
 
 
+def _synonyms(robot: Robot, name: str) -> str:
+    """Return plain words for a device, by which it is found too."""
+    found = robot.find(name)
+    return " ".join(found.type.synonyms) if found and "joint" not in found.preset else ""
+
+
 _EXPECTS = (
     ("any", N_("any value")), ("nothing", N_("no value since the row before")),
     ("nothing or blank", N_("no value but blanks, which stop an actuator")),
@@ -183,6 +198,7 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
         "instead": _instead(robot),
         "joints": {key(j.name): _about(j) for j in robot.joints.values()},
         "gestures": [{"text": g.name, "help": g.help} for g in robot.motions.values()],
+        "postures": [{"text": name, "help": N_("a posture")} for name in robot.postures],
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
         "expects": [{"text": text, "help": line} for text, line in _EXPECTS],
         "values": {

@@ -9,6 +9,9 @@ import { noteOf } from "./problems.js";
 const WORD = /[\p{L}\p{N}_]*$/u; // the one that is being typed
 const MOST_OFFERED = 12; // suggestions for what is being typed
 const MOST_AT_FIRST = 40; // suggestions before anything is typed
+const LEAST_OF_HELP = 3; // letters, before words of the help are looked at
+const LEAST_IN_QUOTES = 2; // letters
+const JAPANESE = /[\u3040-\u30ff\u3400-\u9fff]/;
 const WIDE = 360; // px of the list
 const NOTHING = { items: [], from: 0, sure: false }; // to suggest
 const HELP = "#help, [data-do=help], [data-topic]"; // has the focus while one reads how to go on
@@ -321,7 +324,7 @@ function suggest(words, where, before, text) {
     connector: words.connectors, device: words.devices, output: isSubscribe(where) ? words.actuators : [],
     fieldname: words.fields, tested: [...words.streams, ...words.dones],
   }[kind] ?? where.choices;
-  return pick(choices, text, 0, true, kind === "device");
+  return pick(choices, text, 0, true);
 }
 
 /** Help on the function around the caret: its usage with a line of explanation, or null. */
@@ -347,27 +350,36 @@ function shown(texts) {
   });
 }
 
-/** Those of the choices that begin with what is typed, then those that hold it. Nothing is offered for what is complete,
- *  but with `longer` the names that go on from there are shown beside it. */
-function pick(choices, typed, from, whole, longer = false) {
+/** Those of the choices that begin with what is typed, those that hold it, then those of which a plain word or a word of their
+ *  help begins with it. What is complete stays in the list only beside others. */
+function pick(choices, typed, from, whole) {
   const wanted = key(typed);
-  const starts = [];
-  const holds = [];
+  const [starts, holds, alike, about] = [[], [], [], []];
   let complete = false;
   for (const choice of choices ?? []) {
     const k = key(choice.text);
     if (k === wanted && wanted) complete = true;
     if (k.startsWith(wanted)) starts.push(choice);
-    else if (wanted && k.includes(wanted)) holds.push(choice);
+    else if (!wanted) continue;
+    else if (k.includes(wanted)) holds.push(choice);
+    else if (begins(choice.words, wanted)) alike.push(choice);
+    else if (wanted.length >= LEAST_OF_HELP && begins(choice.help, wanted)) about.push(choice);
   }
-  if (complete) return { items: longer && starts.length > 1 ? starts : [], from, sure: false };
-  const items = [...starts, ...holds].slice(0, wanted ? MOST_OFFERED : MOST_AT_FIRST);
+  const items = [...starts, ...holds, ...alike, ...about].slice(0, wanted ? MOST_OFFERED : MOST_AT_FIRST);
+  if (complete) return { items: items.length > 1 ? items : [], from, sure: false };
   return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false };
+}
+
+/** True when a word of a text begins with what is typed; between Japanese words there are no spaces. */
+function begins(text, wanted) {
+  if (!text) return false;
+  const plain = text.normalize("NFKC").toLowerCase();
+  return JAPANESE.test(wanted) ? plain.includes(wanted) : plain.split(/[^\p{L}\p{N}]+/u).some((word) => word.startsWith(wanted));
 }
 
 function inFormula(words, where, before) {
   const none = { items: [], from: 0, sure: false };
-  if (within(before, '"') || within(before, "'")) return none;
+  if (within(before, '"') || within(before, "'")) return quoted(words, before);
   const word = WORD.exec(before)[0];
   const from = before.length - word.length;
   if (before[from - 1] === ".") {
@@ -383,6 +395,14 @@ function inFormula(words, where, before) {
   const all = [...mine, ...words.helpers, ...words.tables, ...(word ? words.functions : [])];
   if (!word && before.trim()) return none;
   return { ...pick(all, word, from, false), partial: true };
+}
+
+/** Names of gestures and postures in a text; Enter takes none by itself, as a text may be anything. */
+function quoted(words, before) {
+  const from = Math.max(before.lastIndexOf('"'), before.lastIndexOf("'")) + 1;
+  const typed = before.slice(from);
+  if (typed.length < LEAST_IN_QUOTES) return NOTHING;
+  return { ...pick([...words.gestures ?? [], ...words.postures ?? []], typed, from, false), sure: false, partial: true };
 }
 
 function within(text, quote) {
