@@ -168,3 +168,16 @@ def test_the_line_below_the_sheet_counts_and_leads_to_the_problems(grid: Shared)
     becomes(lambda: grid.here, "E4")
     grid.page.get_by_role("button", name="Previous").click()
     eventually(lambda: grid.here[1:] == "5")
+
+
+def test_a_row_and_its_sentence_show_each_other(grid: Shared) -> None:
+    words = grid.page.locator("#row-words > [data-number]")
+    becomes(lambda: [int(n) for n in words.evaluate_all("all => all.map((one) => one.dataset.number)")], [2, 3])
+    grid.go("C3")
+    becomes(lambda: grid.page.locator("#row-words .here").get_attribute("data-number"), "3")
+    grid.page.locator("tr[aria-rowindex='2'] td").nth(2).hover()
+    becomes(lambda: grid.page.locator("#row-words .pointed").get_attribute("data-number"), "2")
+    words.nth(1).hover()
+    becomes(lambda: grid.page.locator("tr.pointed").get_attribute("aria-rowindex"), "3")
+    words.nth(0).locator("a").click()
+    eventually(lambda: grid.here[1:] == "2")

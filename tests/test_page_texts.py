@@ -182,9 +182,10 @@ _NO_TEXTS = {"className", "class", "font", "told", "help", "section"}
 _WORDS = {
     "api.js": {"Somebody"}, "commands.js": {"Space", "Character", "Del"}, "shelf.js": {"Files"},
     "pending.js": {"Dead", "Process", "Shift", "Control", "Alt", "Meta"},
-    "session.js": {"looks away", "looks back", "set to", "Light", "Noise"},
+    "session.js": {"looks away", "looks back", "set to", "Light", "Noise"}, "robot.js": {"Head"},
 }  # fmt: skip
-"""Words of some scripts: a name in requests that is shown translated, names of keys, a type of the browser's, words of a Scene sheet."""
+"""Words of some scripts: a name in requests that is shown translated, names of keys, a type of the browser's, words of a Scene sheet,
+a zone of the robot."""
 _LISTS = {
     "input, button, select",
     "•, button, summary, a",

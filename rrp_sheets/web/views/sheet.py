@@ -83,7 +83,7 @@ class Panels:
             finding; `left_out` is the number of those that are not listed.
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         diagram_number: the number of the behaviour, under which the diagram is a file of its own; 0 for none.
-        words: the description of the behaviour, if there can be one.
+        words: the description of the behaviour, if there can be one; `row_ids` are the ids of its rows by number.
         checked: False while the first check is under way.
     """
 
@@ -95,6 +95,7 @@ class Panels:
     left_out: int
     drawing: Markup
     words: BehaviourText | None
+    row_ids: Mapping[int, str]
     why: str
     checked: bool
     diagram_number: int
@@ -448,9 +449,11 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
             except SheetsError as error:
                 why = error_text(error)
             words = explain(analysis.graph, analysis.workbook, [behaviour])[0]
+    here = grids.get(sheet)
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
         left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+        row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
     )  # fmt: skip
 

@@ -11,6 +11,7 @@ import { help } from "./help.js";
 import { menu } from "./menus.js";
 import { people } from "./people.js";
 import { over as retract } from "./spoken.js";
+import { rowWords } from "./row_words.js";
 import { sheetTabs } from "./tabs.js";
 import { splitter } from "./widths.js";
 
@@ -97,6 +98,7 @@ if (grid) {
   grid.finder = finder(grid);
   grid.people = people(grid, listen);
   grid.help = help(grid);
+  rowWords(grid);
   document.addEventListener("keydown", (event) => press("page", event, grid));
   splitter();
   sheetTabs(grid, listen);

@@ -11,7 +11,7 @@ const BESIDE = 20; // px beside the robot that are still it
 const HOLDS = 250; // ms after which a touch lasts as long as it is held
 const AGAIN = 800; // ms between two tellings that it goes on
 const LASTS = "for 1 s"; // each time: a little longer than that
-const KEYS = ["Enter", " "];
+const presses = ({ key }) => ["Enter", " "].includes(key);
 
 export class Touch {
   /** `stage` has the robot, the camera and the canvas; its model tells where the zones are. */
@@ -34,11 +34,11 @@ export class Touch {
     }
     for (const one of this.zones) {
       one.mark.addEventListener("keydown", (event) => {
-        if (!KEYS.includes(event.key)) return;
+        if (!presses(event)) return;
         event.preventDefault();
         if (!event.repeat) this.begin(one, {});
       });
-      one.mark.addEventListener("keyup", ({ key }) => KEYS.includes(key) && this.end(true));
+      one.mark.addEventListener("keyup", (event) => presses(event) && this.end(true));
       one.mark.addEventListener("blur", () => this.end(false));
       one.mark.addEventListener("click", () => this.touch(one.zone)); // by a screen reader
     }
