@@ -77,15 +77,20 @@ class Analysis:
         return {s.output: self.examples[s.ref] for s in steps if s.ref in self.examples}
 
     def drawing(self, behaviour: BehaviourGraph) -> str:
-        """Return a behaviour's diagram for a panel as SVG, drawn once; raises SheetsError when it cannot be drawn."""
-        if behaviour.key not in self._drawings:
+        """Return the diagram of a behaviour, or of some of its rows, for a panel as SVG, drawn once.
+
+        Raises:
+            SheetsError: it cannot be drawn.
+        """
+        what = (behaviour.key, tuple(step.number for step in behaviour.steps))
+        if what not in self._drawings:
             flags = self.flags(behaviour)
             drawn = draw_diagram(self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS)
-            self._drawings[behaviour.key] = drawn[0].svg if drawn else ""
-        return self._drawings[behaviour.key]
+            self._drawings[what] = drawn[0].svg if drawn else ""
+        return self._drawings[what]
 
     @cached_property
-    def _drawings(self) -> dict[str, str]:
+    def _drawings(self) -> dict[tuple[str, tuple[int, ...]], str]:
         return {}
 
     def kinds(self, sheet: str) -> dict[str, str]:

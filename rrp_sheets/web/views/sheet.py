@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, ClassVar
 
@@ -23,6 +23,7 @@ from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import BehaviourText, explain
@@ -31,6 +32,7 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
+from rrp_sheets.web.diagram_parts import part_of, parts
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, error_text, script_json, show
 from rrp_sheets.web.requests import (
     Asked,
@@ -84,6 +86,7 @@ class Panels:
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         diagram_number: the number of the behaviour, under which the diagram is a file of its own; 0 for none.
         words: the description of the behaviour, if there can be one; `row_ids` are the ids of its rows by number.
+        parts: what can be shown of a long behaviour, see `diagram_parts`, and which of these is shown.
         checked: False while the first check is under way.
     """
 
@@ -96,6 +99,8 @@ class Panels:
     drawing: Markup
     words: BehaviourText | None
     row_ids: Mapping[int, str]
+    parts: tuple[tuple[str, str], ...]
+    part: str
     why: str
     checked: bool
     diagram_number: int
@@ -159,7 +164,8 @@ def page(name: str, sheet: str = "") -> str | BaseResponse | tuple[str, int]:
 def beside(name: str, sheet: str) -> str:
     """Show the panels beside and below the grid."""
     session = workbook_or_404(name)
-    return show(panels(session, name, sheet_or_404(session.document, sheet)))
+    part = request.args.get("part", "")[:20]
+    return show(panels(session, name, sheet_or_404(session.document, sheet), part))
 
 
 @blueprint.get("/book/<name>/rows/<sheet>/<int:first>")
@@ -426,8 +432,8 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
     )  # fmt: skip
 
 
-def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
-    """Build the panels: the diagram, the explanation in words, the problems and the tests."""
+def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> Panels:
+    """Build the panels: the diagram and the words of a behaviour or a part of it, the problems and the tests."""
     analysis = session.analysis()
     grids = session.document.grids
     problems = []
@@ -436,23 +442,28 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
         place = d.address.row - grid.first if d.address and grid else -1
         problems.append((number, grid.rows[place] if grid and 0 <= place < len(grid.rows) else "", d))
     behaviour = analysis.behaviour(sheet)
+    offered: tuple[tuple[str, str], ...] = ()
     drawing, words, why = Markup(""), None, ""
     number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
+        headings = next((b.headings for b in analysis.workbook.behaviours if key(b.name) == behaviour.key), {})
+        chosen = replace(behaviour, steps=part_of(behaviour, headings, part))
+        offered = parts(behaviour.steps, headings, int(part.removeprefix("around-")) if part[7:].isdecimal() else 0)
         if not analysis.understood:
             why = N_("The diagram comes when the problems are mended.")
-        elif len(behaviour.steps) > MOST_DRAWN_ROWS:
+        elif len(chosen.steps) > MOST_DRAWN_ROWS:
             why = sentences(*_TOO_LONG)
         else:
             try:
-                drawing = Markup(analysis.drawing(behaviour))
+                drawing = Markup(analysis.drawing(chosen))
             except SheetsError as error:
                 why = error_text(error)
-            words = explain(analysis.graph, analysis.workbook, [behaviour])[0]
+            words = explain(analysis.graph, analysis.workbook, [chosen])[0]
     here = grids.get(sheet)
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
         left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+        parts=offered, part=part if any(part == value for value, _ in offered) else "",
         row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
     )  # fmt: skip
