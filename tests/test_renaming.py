@@ -247,3 +247,14 @@ def test_streams_of_the_workbooks_get_another_name_and_their_own_again(source: P
     for sheet, name in names:
         api.rename(book, f"The {name} 二", name, sheet)
     assert cells(book) == cells(source)
+
+
+def test_diff_tells_no_effect_when_an_actuator_whose_end_is_read_has_another_name(tmp_path: Path) -> None:
+    rows = '| Red ball | map | "Hi" | Words |\n| Words | subscribe | | Voice |\n| Voice done | map | 1 | After |\n'
+    source = tmp_path / "a.md"
+    head = "## T\n| Inputs | Connector | Formula | Output |\n|---|---|---|---|\n"
+    devices = "| After | subscribe | | Print |\n\n## Devices\n| Stream | Device |\n|---|---|\n| Voice | Say |\n"
+    source.write_text(head + rows + devices, encoding="utf-8")
+    other = tmp_path / "b.md"
+    other.write_text(source.read_text(encoding="utf-8").replace("Voice", "Talk"), encoding="utf-8")
+    assert api.diff(source, other).same
