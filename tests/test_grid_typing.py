@@ -312,7 +312,7 @@ def test_there_are_blank_rows_below_whatever_is_filled(shelf: Books) -> None:
         assert room(grid) >= BLANK_ROWS
         grid.press("Control+End", "Enter")
         grid.type("below")
-        grid.press("Shift+Enter", "Control+d", "Alt+ArrowDown")
+        grid.press("Shift+Enter", "Alt+ArrowDown")
         slow.release()
     grid.expect("F51", "below")
     for _ in range(2):

@@ -262,7 +262,7 @@ def test_a_run_shows_what_is_said_and_sent_as_text(
     page = page_of(PERSON)
     page.goto(f"{url}/book/run.xlsx/run")
     listening(page)
-    page.wait_for_selector("#panels:not([aria-busy])")
+    page.wait_for_selector("#panels:not([aria-busy])", state="attached")
     act = """async ([action, body]) => { const r = await fetch(`/book/run.xlsx/run/${action}`, {method: "POST",
       headers: {"Content-Type": "application/json", "X-RRP": "grid"}, body: JSON.stringify(body)}); return [r.status, await r.text()]; }"""
     who = {"client": "c", "name": PERSON}
