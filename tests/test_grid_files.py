@@ -79,7 +79,7 @@ def test_a_file_that_is_open_in_excel_deleted_protected_or_replaced_under_an_ope
     grid.checked()  # it is told what happens; one whose file goes sooner says that it was renamed or moved
     content = grid.path.read_bytes()
     grid.path.unlink()
-    grid.page.wait_for_selector("#notice:has-text('is not there any more')")
+    grid.page.wait_for_selector("#notice:has-text('no longer exists')")
     grid.path.write_bytes(content)
     grid.page.wait_for_selector("#notice:has-text('not there')", state="detached")
     grid.path.chmod(0o444)

@@ -473,7 +473,7 @@ class WorkFile:
     def journal(self) -> Journal:
         """The journal; raises Refused when the file can only be looked at."""
         if self._journal is None:
-            raise Refused(N_("This workbook can only be looked at here."), self.why)
+            raise Refused(N_("This workbook is read-only here."), self.why)
         return self._journal
 
     @property
@@ -581,7 +581,7 @@ class WorkFile:
         content = self.version_content(version)
         name = next((v.name for v in self.versions() if v.id == version), "")
         if content is None:
-            raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
+            raise Refused(N_("This version no longer exists."), N_("Look at the list again."))
         try:
             refuse_open_file(self.path)
             stamp = stamp_of(self.path)
@@ -654,13 +654,13 @@ def write_block_reason(path: Path) -> str:
         mode = path.stat().st_mode
     except SheetsError as error:
         return N_(
-            "{message} It can be looked at here, but not changed, so that nothing is lost. {remedy}",
+            "{message} You can view it here, but not change it, so that nothing is lost. {remedy}",
             message=error.message, remedy=error.remedy,
         )  # fmt: skip
     except OSError:
         return N_(
-            "“{name}” is not there any more: it was deleted, renamed or moved. What is shown here cannot be "
-            "changed. Put it back, or go to the shelf.",
+            "“{name}” no longer exists: it was deleted, renamed or moved. What is shown here cannot be changed. "
+            "Put it back, or go to Workbooks.",
             name=path.name,
         )
     if not path.is_dir() and not mode & stat.S_IWUSR:

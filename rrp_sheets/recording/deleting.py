@@ -347,7 +347,7 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
         doomed = [runs_place(d.folder) / f.run for d in (planned, *below) for f in d.runs]
         result = search_code(participant, root, frozenset(p.resolve() for p in doomed))
     except FileNotFoundError:
-        raise SheetsError(N_("Somebody else has deleted something here at this moment."), N_("Look again.")) from None
+        raise SheetsError(N_("Somebody else has just deleted something here."), N_("Check again.")) from None
     told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
     elsewhere, unsearched = tuple(place for place in result.found if place not in told), tuple(result.unsearched)
     return replace(planned, below=below, elsewhere=elsewhere, unsearched=unsearched, whole=result.whole and seen)

@@ -234,7 +234,7 @@ def ended(metadata: RunMetadata) -> str:
     by = metadata.ended_by
     match metadata.ended:
         case "time":
-            return N_("its time was over")
+            return N_("time limit reached")
         case "end run":
             return N_("ended by the row {row}", row=by) if by else N_("ended by a row")
         case "stopped":

@@ -125,7 +125,7 @@ def refuse_text(repository: WorkbookRepository, name: str) -> None:
     if repository.is_text(name):
         raise SheetsError(
             N_("“{name}” is not a workbook but a text for people.", name=printable(name)),
-            N_("A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."),
+            N_("A workbook needs another name." if _is_readme(name) else "Choose a workbook from the page Workbooks."),
         )
 
 

@@ -68,7 +68,7 @@ _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0  # from line to line of a text in place of a diagram
 MOST_DRAWN_ROWS = 500  # of a behaviour that is drawn and told in words here: nobody reads more beside a table
 _TOO_LONG = (
-    N_("This is too long to be drawn here: more than {n} rows.", n=MOST_DRAWN_ROWS), N_("Divide the sheet."),
+    N_("Too large to draw (over {n} rows).", n=MOST_DRAWN_ROWS), N_("Split the sheet."),
 )  # fmt: skip
 
 blueprint = Blueprint("sheet", __name__)
@@ -362,7 +362,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     missing = sorted(name for name in sheets if name not in document.grids)
     if missing:
         message = N_("There is no sheet “{sheet}” that this fix could change.", sheet=missing[0])
-        raise Refused(message, N_("Make it, or mend it by hand."))
+        raise Refused(message, N_("Create it, or fix this by hand."))
     steps = list(_steps(document.grids, fix.edits))
     if not steps:
         raise Refused(_OLD, _LOOK)
@@ -439,7 +439,7 @@ def panels(session: WorkbookSession, name: str, sheet: str) -> Panels:
     number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
         if not analysis.understood:
-            why = N_("The diagram comes when the problems are mended.")
+            why = N_("The diagram appears when the problems are fixed.")
         elif len(behaviour.steps) > MOST_DRAWN_ROWS:
             why = sentences(*_TOO_LONG)
         else:
@@ -468,7 +468,7 @@ def own_grid(document: Document, name: str) -> Grid:
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
     """Draw the behaviour's diagram, or a picture with the reason why there is none."""
     if not book.analysis.understood:
-        return _in_words([N_("This cannot be drawn yet."), N_("First mend the problems beside it.")])
+        return _in_words([N_("This cannot be drawn yet."), N_("Fix the problems beside it first.")])
     if len(behaviour.steps) > MOST_DRAWN_ROWS:
         return _in_words(_TOO_LONG)
     try:
