@@ -109,7 +109,7 @@ def test_the_panels_of_a_grid_stay_when_their_renewal_fails(page: Any) -> None:
     expect(page.locator("#panels > [role=alert]")).to_have_count(0)
     page.route("**/help?*", lambda route: route.abort())
     page.keyboard.press("F1")
-    expect(page.locator("#status")).to_have_text(f"There is no help now. {AWAY}")
+    expect(page.locator("#status")).to_have_text(f"Help is not available now. {AWAY}")
     page.unroute("**/help?*")
 
 

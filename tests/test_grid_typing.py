@@ -447,7 +447,7 @@ def test_a_draft_meets_a_changed_cell_or_a_deleted_row(shelf: Books) -> None:
     mika.saved()
     aya.page.go_back()
     expect(aya.page.locator(f"{DIALOG} textarea")).to_have_value("not to be lost")
-    expect(aya.page.locator(DIALOG)).to_contain_text("F4, and its row is gone")
+    expect(aya.page.locator(DIALOG)).to_contain_text("F4, and its row has been deleted")
     expect(aya.page.get_by_role("button", name="Continue typing")).to_have_count(0)
 
 

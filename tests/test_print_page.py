@@ -252,4 +252,4 @@ def test_trouble_with_the_pdf_is_told(page: Any) -> None:
     page.evaluate("document.querySelector('[name=against] option').value = 'version/99/挨拶.md'")
     page.get_by_role("button", name="Download the PDF").click()
     page.wait_for_selector("[data-said].is-error")
-    eventually(lambda: "no such version" in page.locator("[data-said]").inner_text())
+    eventually(lambda: "no longer exists" in page.locator("[data-said]").inner_text())

@@ -117,7 +117,7 @@ def test_a_long_record_is_not_waited_for(client: FlaskClient, monkeypatch: pytes
     whole = get(client, "/runs/2-b").text
     monkeypatch.setattr("rrp_sheets.web.views.recordings._LONG", 100)
     page = get(client, "/runs/2-b").text
-    assert "data-reading" in page and "It is being read" in page and "What happened" not in page
+    assert "data-reading" in page and "Reading it takes some seconds" in page and "What happened" not in page
     assert "/runs/2-b/trace.csv" in page and 'id="marbles"' not in page
     assert get(client, "/runs/2-b?read=1").text == whole
 

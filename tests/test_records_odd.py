@@ -89,7 +89,7 @@ def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
     assert metadata_of(place, {"now"}).ended == "going"
     os.utime(place / "trace.jsonl")
     client = visit(tmp_path)
-    assert "is going" in get(client, "/runs").text
+    assert "in progress" in get(client, "/runs").text
     assert "This run is still in progress" in get(client, "/runs/now").text
 
 

@@ -69,7 +69,7 @@ def test_versions_by_hand(page: Any, folder: Path) -> None:
     page.evaluate("localStorage.setItem('name', 'Aya')")
     page.goto("/book/greeter.xlsx/versions")
     assert violations(page) == []
-    page.get_by_label("Keep the workbook").fill("before the pilot")
+    page.get_by_label("Save the workbook").fill("before the pilot")
     page.keyboard.press("Enter")
     expect(page.get_by_role("status").first).to_have_text("Saved as “before the pilot”.")
     expect(page.locator("td[data-head=By]")).to_have_text("Aya")

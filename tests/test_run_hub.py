@@ -190,7 +190,7 @@ def test_a_workbook_with_errors_does_not_run(client) -> None:
     while "checking" in client.get("/book/bad.xlsx/panels/T").text:
         pass
     answer = post(client, "/book/bad.xlsx/run/start")
-    assert answer.status_code == 409 and "no errors" in answer.json["message"]
+    assert answer.status_code == 409 and "has errors" in answer.json["message"]
     assert client.get("/run/now").json == {"phase": "none", "book": ""}
 
 

@@ -489,5 +489,5 @@ def test_two_people_who_delete_the_same_runs_at_once_leave_nothing(
     delete(again)
     write_run(tmp_path, "run-3", of(CODE), END)
     monkeypatch.setattr("rrp_sheets.recording.deleting._files", lambda place: [place / "gone"])
-    with pytest.raises(SheetsError, match="at this moment"):
+    with pytest.raises(SheetsError, match="has just deleted"):
         plan(tmp_path, CODE)

@@ -64,7 +64,7 @@ def test_the_command_makes_it_and_serves_it(tmp_path: Path) -> None:
     process = forked.Forked(command, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
-        assert process.stdout.readline().startswith("Made ")
+        assert process.stdout.readline().startswith("Created ")
         address = next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
         assert "/book/tutorial.xlsx?token=" in address
         opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())

@@ -81,7 +81,7 @@ def test_a_page_has_words_tabs_and_sheets_of_ones_own(folder: Path) -> None:
     (folder / "my book.md").write_text(GOOD + more + mine, encoding="utf-8")
     client = visit(folder)
     text = checked(client, book("my book.md"))
-    for expected in ("In words", ">Scene</a>", "edited in Excel or LibreOffice", ">Budget</a>"):
+    for expected in ("In words", ">Scene</a>", "edit it in Excel or LibreOffice", ">Budget</a>"):
         assert expected in text
     assert "at 1, 0, 0" in get(client, f"{book('my book.md')}/sheet/Scene").text
 

@@ -278,7 +278,7 @@ def faces_command(folder: Path, forget: str | None, forget_all: bool) -> None:
         click.echo(f"{face_memory.forget(folder, forget)} is wiped.")
     else:
         names = face_memory.kept(folder)
-        click.echo("\n".join(names) if names else "No faces are kept here.")
+        click.echo("\n".join(names) if names else "No faces are remembered here.")
 
 
 _STYLES: dict[str, dict[str, Any]] = {

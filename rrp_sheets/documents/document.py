@@ -193,7 +193,7 @@ class Document:
                 gone = missing.sheet
                 self._steps.put(author, step, redo=redo)
                 self._steps.let_wait(author, lambda s: s is step or self.current(s.sheet) == gone, redo=redo)
-                remedy = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
+                remedy = N_("It waits until somebody restores the sheet. Once more continues with the step before it.")
                 raise Refused(missing.message, remedy) from missing
             except Exception as error:  # it can be tried again when the reason is gone
                 if isinstance(error, Refused) or self.version == version:  # else it is in the file already
@@ -725,7 +725,7 @@ class Journal:
             self._marks.execute("pragma synchronous = off")
         except (OSError, sqlite3.Error) as error:
             why = str(getattr(error, "strerror", None) or error)
-            message = N_("Nothing can be kept in {place}: {why}.", place=str(place), why=why)
+            message = N_("Nothing can be saved in {place}: {why}.", place=str(place), why=why)
             raise SheetsError(message, N_("Workbooks can be edited only in a folder you may write to.")) from error
 
     def close(self) -> None:
@@ -842,7 +842,7 @@ class Journal:
                     self._db.execute("pragma wal_checkpoint(restart)").close()
                     return self._at_once(statement, values, more)
         except sqlite3.Error as error:
-            message = N_("This was not stored: nothing can be kept beside the workbook now ({why}).", why=str(error))
+            message = N_("This was not saved: nothing can be saved beside the workbook now ({why}).", why=str(error))
             raise Refused(message, N_("Free some space on the disk, and make the change again.")) from error
 
     def _at_once(

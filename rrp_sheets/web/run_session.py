@@ -93,7 +93,7 @@ class RunSession:
     # ---- the run's thread
 
     def _listen(self) -> None:
-        remedy = N_("The terminal where the server runs tells more.")
+        remedy = N_("See the terminal where the server runs for more.")
         words = _ending("broken", N_("The run was lost by a fault of this program."), remedy)
         try:
             words = outcome_notice(self.process.listen(self.run_state), self.stopped_by)

@@ -116,7 +116,7 @@ def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | Sheet
     except UnreadableFile as error:
         return error
     except OSError as error:
-        message = N_("{name} has just gone: {why}.", name=printable(name), why=error.strerror)
+        message = N_("{name} has just disappeared: {why}.", name=printable(name), why=error.strerror)
         return SheetsError(message, N_("Go back and look again."))
 
 

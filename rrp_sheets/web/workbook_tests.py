@@ -235,7 +235,7 @@ class WorkbookTests:
 
     def _understood(self, answer: TestRun) -> Results:
         if answer.tests is None:
-            return Results(why=N_("The tests are run again when the errors are mended."))
+            return Results(why=N_("The tests are run again when the errors are fixed."))
         found: dict[str, Tested] = {}
         for test, marks in answer.tests:
             grid = self._document.grids.get(test.sheet)

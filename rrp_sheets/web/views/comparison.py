@@ -191,7 +191,7 @@ def path_of(shared: Services, ref: str, folder: Path) -> Path:
     if kind == "run":
         path = shared.runs.place(rest) / WORKBOOK
         if not path.is_file() or path.is_symlink():
-            raise SheetsError(N_("The workbook that ran was not kept with this run."), _GONE)
+            raise SheetsError(N_("The workbook that ran was not saved with this run."), _GONE)
         return path
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
