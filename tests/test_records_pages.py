@@ -76,7 +76,7 @@ def test_versions_by_hand(page: Any, folder: Path) -> None:
     before = (folder / "greeter.xlsx").read_bytes()
     api.set_cell(folder / "greeter.xlsx", "Protocol!B2", "Another title")
     page.reload()
-    page.get_by_text("Restore").click()
+    page.locator("summary", has_text="Restore").click()
     assert violations(page) == []
     page.get_by_role("button", name="Restore “before the pilot”").click()
     expect(page.get_by_role("status").first).to_contain_text("“before the pilot” is restored.")
@@ -112,7 +112,7 @@ def test_the_shelf_searches_sorts_takes_files_and_gives_back(page: Any, folder: 
     expect(page.get_by_role("link", name="Open dropped.xlsx")).to_be_visible()
     page.get_by_label("More about dropped.xlsx").click()
     page.locator(".card", has_text="dropped.xlsx").get_by_role("button", name="Archive").click()
-    expect(page.get_by_role("status").first).to_contain_text("in the folder archive now")
+    expect(page.get_by_role("status").first).to_contain_text("is now in the folder archive")
     page.get_by_text("Archive (1)").click()
     assert violations(page) == []
     page.get_by_role("button", name="Restore").click()

@@ -94,7 +94,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     opened(page, "Tracking")
     grid.status("“Say hello” is deleted")
     grid.press("Control+z")
-    grid.status("“Say hello” is back")
+    grid.status("“Say hello” is restored")
     expect(page.locator("#tabs a").first).to_have_text("Say hello")
     for told in ("“Say hello” is moved", "changed in Say hello", "“Say hello” is now called “Greeting <b>”"):
         grid.press("Control+z")

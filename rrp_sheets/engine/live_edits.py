@@ -181,7 +181,7 @@ def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
     for old, new in pairs:
         where = N_("row {row}" if old.ref == new.ref else "row {row} (in the run {old})", row=new.ref, old=old.ref)
         if old.connector.name != new.connector.name:
-            yield N_("{where} has another connector", where=where)
+            yield N_("{where} has a different connector", where=where)
         elif old.inputs != tuple(names.get(i, i) for i in new.inputs):
             yield N_("{where} has other inputs", where=where)
         elif old.output != names.get(new.output, new.output):
