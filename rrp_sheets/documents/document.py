@@ -665,7 +665,7 @@ def write_block_reason(path: Path) -> str:
         )
     if not path.is_dir() and not mode & stat.S_IWUSR:
         return N_(
-            "“{name}” is write-protected: it can be looked at here, but not changed. "
+            "“{name}” is write-protected: you can view it here, but not change it. "
             "Take the protection off in the file's properties, or change a copy.",
             name=path.name,
         )
