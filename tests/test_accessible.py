@@ -164,7 +164,7 @@ def helped(tour: Tour) -> None:
 def conflict(tour: Tour) -> None:
     tour.sheet("all.xlsx", "Tracking")
     tour.page.route("**/cells", lambda route: route.fulfill(json={
-        "message": "Mika has changed this cell meanwhile.",
+        "message": "Mika has also changed this cell.",
         "clashes": [{"sheet": "Tracking", "row": tour.page.locator("tbody tr").first.get_attribute("id"), "column": 2,
                      "place": "B2", "mine": "a", "theirs": "b", "who": "Mika"}], "rows": [],
     }))  # fmt: skip
@@ -218,7 +218,7 @@ def deleting(tour: Tour) -> None:
 
 def versions(tour: Tour) -> None:
     tour.open("/book/all.xlsx/versions")
-    tour.page.get_by_label("Keep the workbook").fill("before the pilot")
+    tour.page.get_by_label("Save the workbook").fill("before the pilot")
     tour.page.keyboard.press("Enter")
     tour.page.get_by_text("before the pilot").first.wait_for()
 

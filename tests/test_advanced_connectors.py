@@ -312,7 +312,7 @@ def test_the_sentences_of_the_advanced_connectors():
     checked = check(book)
     (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][:8] == [
-        "With each “A” or “B”, the total is worked out anew: `IF(ISBLANK(b), total + 1, 0)` (“N”).",
+        "Each “A” or “B” updates the total: `IF(ISBLANK(b), total + 1, 0)` (“N”).",
         "Each “A” is counted (“M”).",
         "“N” goes on as “O” only the first time since the start or since “B”.",
         "“N” goes on as “P” only the first time for each `n`.",

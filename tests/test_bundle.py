@@ -198,7 +198,7 @@ def test_a_bundle_is_downloaded_and_uploaded(place: Path, tmp_path: Path) -> Non
     client = visit(tmp_path / "shelf")
     for _ in range(2):  # the same again harms nothing
         said = upload(client, "song.zip", answer.data)
-        assert "song.md is on the shelf." in said
+        assert "song.md is uploaded." in said
     assert (tmp_path / "shelf" / "a tune.wav").read_bytes() == (place / "a tune.wav").read_bytes()
     assert api.replay(tmp_path / "shelf" / "runs" / "one").same
     (tmp_path / "shelf" / "a tune.wav").write_bytes(b"mine")
@@ -239,7 +239,7 @@ def test_a_run_for_which_there_is_no_room_is_told(place: Path, tmp_path: Path, m
     monkeypatch.setattr("rrp_sheets.web.views.workbook_list.shutil.copytree", full)
     monkeypatch.setattr("rrp_sheets.services.bundles.add_catalogues", lambda *_: None)
     said = html.unescape(upload(visit(tmp_path), "song.zip", (place / "song.zip").read_bytes()))
-    assert "“one” could not be stored" in said and "song.md is on the shelf" in said
+    assert "“one” could not be stored" in said and "song.md is uploaded" in said
     assert not list((tmp_path / "runs").iterdir())
 
 

@@ -247,13 +247,13 @@ def test_compare_draws_after_its_text(pair: tuple[Path, Path], tmp_path: Path) -
     client = visit(tmp_path)
     refs = "first=book/before.xlsx&second=book/after.xlsx"
     page = get(client, f"/compare?{refs}").text
-    assert "Different behaviour" in page and "The changes are being drawn" in page and "<svg xmlns" not in page
+    assert "Different behaviour" in page and "Drawing the changes" in page and "<svg xmlns" not in page
     asked = re.search(r'hx-get="(/compare/drawn\?[^"]+)"', page)
     assert asked
     drawn = get(client, asked[1].replace("&amp;", "&")).text
     assert "Row 4, filter, changed" in drawn and "<ins>15</ins>" in drawn
     assert "There is no run" in get(client, "/compare/drawn?first=run/no&second=book/after.xlsx").text
-    assert "being drawn" not in get(client, "/compare?first=book/after.xlsx&second=book/after.xlsx").text
+    assert "Drawing the changes" not in get(client, "/compare?first=book/after.xlsx&second=book/after.xlsx").text
 
 
 def test_no_legend_is_cut_in_a_browser_without_the_fonts_that_it_was_measured_for(browser: Any) -> None:

@@ -190,7 +190,7 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
         face_memory.forget(tmp_path, "Anna")
     assert CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output == "Guest 1 is wiped.\n"
     assert not kept.exists()
-    assert CliRunner().invoke(faces_command, [str(tmp_path)]).output == "No faces are kept here.\n"
+    assert CliRunner().invoke(faces_command, [str(tmp_path)]).output == "No faces are remembered here.\n"
 
 
 def test_two_runs_at_once_keep_the_faces_of_both_and_what_is_wiped_stays_wiped(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from rrp_sheets.web.requests import Lan
 ROWS = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]
 BOOKS = {"a.xlsx": {"T": [HEADER, *ROWS]}, "b.xlsx": {"T": [HEADER, ROWS[0]]}}
 AWAY = "The server cannot be reached. Check that the program is running, then try again."
-GONE = "It is not there any more: somebody renamed, moved or deleted it."
+GONE = "It no longer exists: somebody renamed, moved or deleted it."
 SIGNED_OUT = "You are not logged in any more, or the program was started again."
 FAULT = "<main class='page message' id='main'><h1>A fault</h1><p>It broke.</p><p>→ Report it.</p></main>"
 LOOKED_AT = "document.dispatchEvent(new Event('visibilitychange'))"  # a page that is looked at again asks at once
@@ -109,7 +109,7 @@ def test_the_panels_of_a_grid_stay_when_their_renewal_fails(page: Any) -> None:
     expect(page.locator("#panels > [role=alert]")).to_have_count(0)
     page.route("**/help?*", lambda route: route.abort())
     page.keyboard.press("F1")
-    expect(page.locator("#status")).to_have_text(f"There is no help now. {AWAY}")
+    expect(page.locator("#status")).to_have_text(f"Help is not available now. {AWAY}")
     page.unroute("**/help?*")
 
 
@@ -121,7 +121,7 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
     told = page.locator("#run-strip .what")
     for answer, words in (
         (lambda route: route.abort(), "The server cannot be reached."),
-        (lambda route: route.fulfill(status=409, json={"message": "No run is going."}), "No run is going."),
+        (lambda route: route.fulfill(status=409, json={"message": "No run is in progress."}), "No run is in progress."),
         (lambda route: route.fulfill(status=403, body=FAULT), "The server refused this (403). Reload the page."),
         (
             lambda route: route.fulfill(body="{", content_type="application/json"),
@@ -234,7 +234,7 @@ def test_a_pdf_that_cannot_be_made_says_why(page: Any) -> None:
         (lambda route: route.fulfill(status=500, body=FAULT, content_type="text/html"), "It broke. Report it."),
     ):
         page.route("**/print/ready*", answer)
-        page.get_by_role("button", name="Get the PDF").click()
+        page.get_by_role("button", name="Download the PDF").click()
         expect(page.locator(".print-said.is-error")).to_have_text(words)
         page.unroute("**/print/ready*")
 

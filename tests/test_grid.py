@@ -82,7 +82,7 @@ def test_delete_undo_and_redo_tell_what_and_lead_there(grid) -> None:
     grid.status("Undone: F3 is “near” again.")
     becomes(lambda: grid.here, "F3")
     grid.press("Control+y")
-    grid.status("Done again: F3 is “far away” again.")
+    grid.status("Redone: F3 is “far away” again.")
     grid.go("A3")
     grid.press("Control+-")
     grid.expect("C3", "subscribe")
@@ -116,7 +116,7 @@ def test_cells_are_copied_and_pasted_as_a_spreadsheet_does(grid) -> None:
     grid.page.evaluate("navigator.clipboard.writeText('a\\tb\\tc')")
     grid.go("E9")
     grid.press("Control+v")
-    grid.status("1 column did not fit in and was left out.")
+    grid.status("1 column did not fit and was skipped.")
 
 
 @pytest.mark.slow

@@ -59,7 +59,7 @@ def test_a_file_that_is_open_in_excel_deleted_protected_or_replaced_under_an_ope
     grid.page.wait_for_selector("#notice:has-text('is open in Excel')")
     eventually(
         lambda: (
-            "not changed, so that nothing is lost" in notice.inner_text() and "Close it there" in notice.inner_text()
+            "not change it, so that nothing is lost" in notice.inner_text() and "Close it there" in notice.inner_text()
         )
     )
     before = grid.path.read_bytes()
@@ -79,9 +79,9 @@ def test_a_file_that_is_open_in_excel_deleted_protected_or_replaced_under_an_ope
     grid.checked()  # it is told what happens; one whose file goes sooner says that it was renamed or moved
     content = grid.path.read_bytes()
     grid.path.unlink()
-    grid.page.wait_for_selector("#notice:has-text('is not there any more')")
+    grid.page.wait_for_selector("#notice:has-text('no longer exists')")
     grid.path.write_bytes(content)
-    grid.page.wait_for_selector("#notice:has-text('not there')", state="detached")
+    grid.page.wait_for_selector("#notice:has-text('no longer exists')", state="detached")
     grid.path.chmod(0o444)
     grid.page.wait_for_selector("#notice:has-text('write-protected')")
     grid.path.chmod(0o644)

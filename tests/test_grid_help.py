@@ -143,7 +143,7 @@ def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_o
     grid.press("Enter")
     grid.page.wait_for_selector("#help .help-found a:text-is('Touch')")
     grid.page.fill("#help input", "nosuchthing")
-    grid.page.wait_for_selector("#help:has-text('Nothing on “nosuchthing”')")
+    grid.page.wait_for_selector("#help:has-text('No results for “nosuchthing”')")
     eventually(lambda: "Try a single word" in grid.page.inner_text("#help-results"))
     grid.page.fill("#help input", "")
     grid.page.keyboard.type(
@@ -166,7 +166,7 @@ def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_o
     grid.page.keyboard.type("x")
     becomes(lambda: grid.page.locator(".editor").count(), 0)
     grid.press("Delete", "Control++", "Control+-")
-    grid.status("be changed")
+    grid.status("read-only")
     eventually(lambda: grid.path.read_bytes() == before and grid.here == "A3")
     assert grid.faults() == []
 

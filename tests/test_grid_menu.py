@@ -125,7 +125,7 @@ def test_found_cells_are_listed_by_letters_whole_cells_or_names(grid: Shared) ->
     becomes(lambda: found(grid), ["E2", "B3", "D3"])
     grid.page.get_by_role("button", name="Replace all").click()
     becomes(
-        lambda: grid.page.inner_text("#status"), "A name is changed by “Rename everywhere” in the menu of its cell."
+        lambda: grid.page.inner_text("#status"), "To change a name, use “Rename everywhere” in the menu of its cell."
     )
     grid.page.get_by_label("Stream name").uncheck()
     field.fill("CLOSE")

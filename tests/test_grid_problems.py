@@ -36,7 +36,7 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
     eventually(lambda: "Apply fix: Write distance" in box.inner_text() and "Ctrl ." in box.inner_text())
     grid.press("Control+.")
     grid.expect("D3", "distance < 0.5")
-    grid.status("Done: Write distance. Ctrl+Z takes it back.")
+    grid.status("Done: Write distance. Press Ctrl+Z to undo.")
     becomes(lambda: grid.here, "D3")
     grid.page.wait_for_selector("td[aria-invalid=true]", state="detached")
     grid.press("Control+z")

@@ -71,7 +71,7 @@ def test_it_stays_while_the_pointer_or_the_focus_is_on_it(grid: Timed) -> None:
     grid.page.evaluate("navigator.clipboard.writeText('a\\tb\\tc')")
     grid.go("F2")
     grid.press("Control+v")
-    words = "2 columns did not fit in and were left out."
+    words = "2 columns did not fit and were skipped."
     expect(grid.page.locator("#status.is-warning")).to_have_text(words)
     grid.passes(10)
     grid.line.hover()

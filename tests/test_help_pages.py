@@ -84,7 +84,7 @@ def codes_of_a_run(markdown: str) -> set[str]:
 
 @pytest.mark.parametrize(
     "text",
-    ["# A\n", "# A\n## Wrong\n", "# A\n## What it means\nx\n## Why it matters\ny\n## How to mend it\nz\n## Right\n"],
+    ["# A\n", "# A\n## Wrong\n", "# A\n## What it means\nx\n## Why it matters\ny\n## How to fix it\nz\n## Right\n"],
 )
 def test_a_page_without_the_fixed_form_is_refused(text):
     with pytest.raises(ValueError, match="has the sections"):

@@ -240,7 +240,7 @@ def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path:
         server.process.wait()
         # whether it still runs cannot be known, nothing is offered that cannot work, and it is said what happens
         expect(page.locator("#run-phase")).to_have_text("Not known")
-        expect(page.locator("#run-notice")).to_contain_text("the robot comes to rest by itself")
+        expect(page.locator("#run-notice")).to_contain_text("the robot moves to its rest position by itself")
         becomes(
             lambda: page.locator("[data-run=pause]:enabled, #mark button:enabled, #things button:enabled").count(), 0
         )

@@ -163,7 +163,7 @@ def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(
     expect(page.locator("#curves canvas").first).to_be_visible()
     page.locator("#time").press("Home")
     expect(formula).to_have_text("distance < 0.95")
-    expect(page.locator("#said")).to_have_text(re.compile("Nothing was said yet"))
+    expect(page.locator("#said")).to_have_text(re.compile("The robot hasn’t spoken yet"))
     expect(page.locator("#sheet-0 svg .row.lit")).to_have_count(1)  # the joint's sensor gives a value at once
     page.get_by_role("tab", name="Other <b>").click()
     expect(page.locator("#sheet-1 svg [data-row='2'].lit")).to_be_visible()

@@ -67,7 +67,7 @@ def test_no_run_begins_of_a_workbook_whose_file_has_another_name_by_then(open_wo
     goes_on.set()
     for thread in threads:
         thread.join(300)
-    assert told == ["This workbook was renamed or moved meanwhile."] and run_manager.run is None
+    assert told == ["This workbook was renamed or moved."] and run_manager.run is None
 
 
 def test_nobody_opens_a_workbook_while_its_file_goes_away(open_workbooks: OpenWorkbooks) -> None:

@@ -103,7 +103,7 @@ def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
 def test_what_is_open_and_which_tests_fail_is_told(pages):
     text = " ".join(pages)
     assert "Let “Close ball” be forgotten (forgetAfter)" in text
-    assert re.search(r"Test old angle FAILS 1 of 3 rows do not hold", text)
+    assert re.search(r"Test old angle FAILS 1 of 3 rows fail", text)
     assert "got: -0.3 at 3000 ms" in text
 
 

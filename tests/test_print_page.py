@@ -108,7 +108,7 @@ def test_its_language_is_the_protocols_or_the_chosen_one(client: Any) -> None:
 def test_a_workbook_with_mistakes_is_a_draft(client: Any) -> None:
     text = protocol(client, "wrong.md")
     assert "Did you mean map?" in text and ">mapp</td>" in text and "DRAFT" in text
-    assert "Get the PDF (draft)" in get(client, f"{book('wrong.md')}/print").text
+    assert "Download the PDF (draft)" in get(client, f"{book('wrong.md')}/print").text
     assert get(client, "/book/nothing.md/print").status_code == 404
     assert get(client, "/book/nothing.md/print/protocol.pdf").status_code == 404
 
@@ -139,7 +139,7 @@ def test_it_is_compared_with_the_version_that_was_approved(tmp_path: Path) -> No
     path.write_text(GREETING.replace("日本語", "English"), encoding="utf-8")
     client = visit(tmp_path)
     before = get(client, f"{book('protocol.md')}/print").text
-    assert "keep it as a version</a> with “approved”" in before
+    assert "save it as a version</a> with “approved”" in before
     sent = {"data": {"title": "Approved, 倫2026-041, 1 May 2026"}, "headers": {"X-RRP": "grid", "Origin": HOME}}
     assert client.post(f"{book('protocol.md')}/versions/keep", base_url=HOME, **sent).status_code == 200
     path.write_text(path.read_text(encoding="utf-8").replace("こんにちは。", "はじめまして。"), encoding="utf-8")
@@ -235,11 +235,11 @@ def test_the_buttons_print_and_give_the_pdf(page: Any, tmp_path: Path) -> None:
     eventually(lambda: page.evaluate("window.printed") is True)
     page.get_by_label("Paper").select_option("letter")
     with page.expect_download() as download:
-        page.get_by_role("button", name="Get the PDF").click()
+        page.get_by_role("button", name="Download the PDF").click()
     assert download.value.suggested_filename == "挨拶-protocol.pdf"
     download.value.save_as(tmp_path / "made.pdf")
     assert LETTER in (tmp_path / "made.pdf").read_bytes()
-    becomes(lambda: page.locator("[data-said]").inner_text(), "The PDF is made.")
+    becomes(lambda: page.locator("[data-said]").inner_text(), "The PDF is ready.")
     page.get_by_label("Language").select_option("en")
     page.wait_for_selector(".protocol[lang=en]")
     page.get_by_label("Compared with").select_option("book/complex-tracking.xlsx")
@@ -250,6 +250,6 @@ def test_the_buttons_print_and_give_the_pdf(page: Any, tmp_path: Path) -> None:
 def test_trouble_with_the_pdf_is_told(page: Any) -> None:
     drawn(page, "挨拶.md")
     page.evaluate("document.querySelector('[name=against] option').value = 'version/99/挨拶.md'")
-    page.get_by_role("button", name="Get the PDF").click()
+    page.get_by_role("button", name="Download the PDF").click()
     page.wait_for_selector("[data-said].is-error")
-    eventually(lambda: "no such version" in page.locator("[data-said]").inner_text())
+    eventually(lambda: "no longer exists" in page.locator("[data-said]").inner_text())

@@ -50,7 +50,7 @@ def run(real: Path) -> str:
 @pytest.mark.slow
 def test_the_list_says_what_a_run_was(client: FlaskClient, run: str) -> None:
     text = get(client, "/runs").text
-    for expected in ("say-ball-colour-ja.xlsx", "P-07", "Aya", "Pilot: never data", "4.0 s", "its time was over"):
+    for expected in ("say-ball-colour-ja.xlsx", "P-07", "Aya", "Pilot: never data", "4.0 s", "time limit reached"):
         assert expected in text
     assert f'href="/runs/{run}"' in text
 
@@ -154,7 +154,7 @@ def test_a_drag_is_one_line_and_the_diagram_says_what_was_changed_since(tmp_path
     assert shown == ["Red ball appears at 0.00 m.", "Red ball is dragged to 61.00 m (until 0:08.0)",
                      "Red ball is put to 62.00 m.", "Red ball is put to 63.00 m."]  # fmt: skip
     told = re.search(r'class="as-began">(.*?)</p>', text)
-    assert told and "As it began; <a" in told[1] and 'and <a href="#log">2 more</a>.' in told[1]
+    assert told and "As it was at the start; <a" in told[1] and 'and <a href="#log">2 more</a>.' in told[1]
     [line] = re.findall(r'<a href="#([^"]*)">row 3 of Tracking was changed at 2:07.8</a>', told[1])
     assert re.search(f'<li class="of-edit" id="{line}"><button[^>]*data-at="127.8"', text)
 

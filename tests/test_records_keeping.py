@@ -117,7 +117,7 @@ def test_a_long_record_is_not_waited_for(client: FlaskClient, monkeypatch: pytes
     whole = get(client, "/runs/2-b").text
     monkeypatch.setattr("rrp_sheets.web.views.recordings._LONG", 100)
     page = get(client, "/runs/2-b").text
-    assert "data-reading" in page and "It is being read" in page and "What happened" not in page
+    assert "data-reading" in page and "Reading it takes some seconds" in page and "What happened" not in page
     assert "/runs/2-b/trace.csv" in page and 'id="marbles"' not in page
     assert get(client, "/runs/2-b?read=1").text == whole
 
@@ -189,10 +189,10 @@ def test_deleting_asks_for_the_code(tmp_path: Path) -> None:
     assert "1 run of &lt;script&gt;" in page and "<script>alert" not in page
     for typed in ("", "delete", HOSTILE.lower()[:-1]):
         assert "was not typed; nothing was deleted" in send(client, participant=HOSTILE, typed=typed, shown="1-a").text
-    assert "Meanwhile there are other runs" in send(client, participant=HOSTILE, typed=HOSTILE, shown=["1-a", "0"]).text
+    assert "The list of runs has changed" in send(client, participant=HOSTILE, typed=HOSTILE, shown=["1-a", "0"]).text
     assert (tmp_path / "runs" / "1-a").is_dir()
     done = send(client, participant=HOSTILE, typed=HOSTILE, shown="1-a").text
-    assert "1 run deleted" in done and "Gone" in done
+    assert "1 run deleted" in done and "Deleted" in done
     assert [p.name for p in (tmp_path / "runs").iterdir()] == ["2-b"]
     assert "1 run deleted." in send(client, run="2-b", typed="delete", shown="2-b").text
     assert "Nothing has run yet" in get(client, "/runs").text

@@ -47,9 +47,9 @@ ODD = {
     "stopped": ([HEADER, EVENT, END | {"ended": "stopped", "stopped_by": "Ken"}], "stopped by Ken", True),
     "by a row": ([HEADER, EVENT, END | {"ended": "end run", "by": "Tracking!9"}], "ended by the row Tracking!9", True),
     "wrong types": ([HEADER | {"name": [1], "began": 7, "mode": {}, "streams": 3}, END | {"events": 3, "errors": [1],
-                     "simulated_seconds": "x"}], "its time was over", True),
+                     "simulated_seconds": "x"}], "time limit reached", True),
     "no streams": ([{"type": "header", "version": 1}, {"t": 0.1, "row": None, "happening": "note", "text": "Hm"}, END],
-                   "its time was over", True),
+                   "time limit reached", True),
     "failures": ([HEADER, END | {"errors": {"Tracking!3": 1200, "Tracking!4": 1}}], "1,201 errors", True),
 }  # fmt: skip
 
@@ -89,8 +89,8 @@ def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
     assert metadata_of(place, {"now"}).ended == "going"
     os.utime(place / "trace.jsonl")
     client = visit(tmp_path)
-    assert "is going" in get(client, "/runs").text
-    assert "This run is going on" in get(client, "/runs/now").text
+    assert "in progress" in get(client, "/runs").text
+    assert "This run is still in progress" in get(client, "/runs/now").text
 
 
 def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, queries: QueryWorker) -> None:

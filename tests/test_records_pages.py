@@ -69,17 +69,17 @@ def test_versions_by_hand(page: Any, folder: Path) -> None:
     page.evaluate("localStorage.setItem('name', 'Aya')")
     page.goto("/book/greeter.xlsx/versions")
     assert violations(page) == []
-    page.get_by_label("Keep the workbook").fill("before the pilot")
+    page.get_by_label("Save the workbook").fill("before the pilot")
     page.keyboard.press("Enter")
-    expect(page.get_by_role("status").first).to_have_text("Kept as “before the pilot”.")
+    expect(page.get_by_role("status").first).to_have_text("Saved as “before the pilot”.")
     expect(page.locator("td[data-head=By]")).to_have_text("Aya")
     before = (folder / "greeter.xlsx").read_bytes()
     api.set_cell(folder / "greeter.xlsx", "Protocol!B2", "Another title")
     page.reload()
-    page.get_by_text("Bring back").click()
+    page.locator("summary", has_text="Restore").click()
     assert violations(page) == []
-    page.get_by_role("button", name="Bring “before the pilot” back").click()
-    expect(page.get_by_role("status").first).to_contain_text("“before the pilot” is back.")
+    page.get_by_role("button", name="Restore “before the pilot”").click()
+    expect(page.get_by_role("status").first).to_contain_text("“before the pilot” is restored.")
     assert (folder / "greeter.xlsx").read_bytes() == before
     page.get_by_role("link", name="Compare “Before before the pilot came back” with now").click()
     expect(page.locator(".comparison .verdict")).to_contain_text("Same behaviour.")
@@ -95,12 +95,12 @@ def test_the_shelf_searches_sorts_takes_files_and_gives_back(page: Any, folder: 
     expect(page.locator(".about-template")).to_contain_text("what to type where")
     page.get_by_label("from").select_option("simple-tracking")
     expect(page.locator(".about-template")).to_contain_text("looks after a ball")
-    page.get_by_label("Search the shelf").fill("remember face")
+    page.get_by_label("Search the workbooks").fill("remember face")
     expect(page.locator(".card:visible h3")).to_have_text(["Greeter"])
     page.get_by_role("link", name="last run").click()
     first = page.locator(".card").first
     expect(first.locator("h3")).to_have_text("ボールの色を言う")
-    expect(first.locator(".last-run")).to_contain_text("its time was over")
+    expect(first.locator(".last-run")).to_contain_text("time limit reached")
     data = list(bundled("workbooks", "simple-tracking.xlsx").read_bytes())
     script = """(data) => {
       const files = new DataTransfer();
@@ -112,11 +112,11 @@ def test_the_shelf_searches_sorts_takes_files_and_gives_back(page: Any, folder: 
     expect(page.get_by_role("link", name="Open dropped.xlsx")).to_be_visible()
     page.get_by_label("More about dropped.xlsx").click()
     page.locator(".card", has_text="dropped.xlsx").get_by_role("button", name="Archive").click()
-    expect(page.get_by_role("status").first).to_contain_text("in the folder archive now")
+    expect(page.get_by_role("status").first).to_contain_text("is now in the folder archive")
     page.get_by_text("Archive (1)").click()
     assert violations(page) == []
-    page.get_by_role("button", name="Back to the shelf").click()
-    expect(page.get_by_role("status").first).to_contain_text("dropped.xlsx is back on the shelf.")
+    page.get_by_role("button", name="Restore").click()
+    expect(page.get_by_role("status").first).to_contain_text("dropped.xlsx is restored.")
     assert (folder / "dropped.xlsx").is_file()
     page.locator("h3 a", has_text="Greeter").click()
     page.wait_for_url("**/book/greeter.xlsx**")

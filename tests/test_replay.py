@@ -269,7 +269,7 @@ def test_a_row_ends_the_run_again_at_its_time(tmp_path):
     assert found.same and found.seconds == pytest.approx(0.3)
     made.path.write_text(book.replace("= 3", "= 30"))
     other = api.replay(made.result.folder, made.path)
-    assert other.ending == "The run was ended at 0.3 s by T row 3; it would have gone on." and not other.same
+    assert other.ending == "The run was ended at 0.3 s by T row 3; it would have continued." and not other.same
     made.path.write_text(book.replace("= 3", "= 1"))
     assert "The run would have ended at 0.1 s instead of 0.3 s." in as_text(api.replay(made.result.folder, made.path))
 

@@ -85,7 +85,7 @@ def test_a_pause_changes_nothing_but_is_recorded(tmp_path, untouched, book):
     assert told == [
         ("pause", "Paused.", "Anna", 0.1),
         ("mark", "he laughs", "Anna", 0.1),
-        ("resume", "Goes on.", "Bo", 0.1),
+        ("resume", "Continues.", "Bo", 0.1),
     ]
 
 

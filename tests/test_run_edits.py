@@ -97,7 +97,7 @@ def test_what_was_only_written_differently_and_notes_change_nothing(tmp_path):
 
 @pytest.mark.parametrize(("was", "now", "why"), [
     ("| Sum, Head pitch | combineLatest", "| Head pitch, Sum | combineLatest", "row T!3 has other inputs"),
-    ("accumulate | total + headYaw", "map | headYaw", "row T!2 has another connector"),
+    ("accumulate | total + headYaw", "map | headYaw", "row T!2 has a different connector"),
     ("| value > 2 | Large |", "| value > 2 | Huge |", "row T!7 has another output"),
     ("| Large | subscribe | | Say |\n", "", "T has fewer rows"),
     ("| Large | subscribe | | Say |\n", "| Large | subscribe | | Say |\n| Large | subscribe | | Print |\n", "T has more rows"),
@@ -135,7 +135,7 @@ def test_other_devices_scenes_and_settings_are_refused(sheet, why):
 def test_errors_and_unreadable_files_are_refused_and_the_run_goes_on(tmp_path):
     made = edited(tmp_path, ROWS.replace("total + headYaw", "total + headYow"))
     [(kind, message, remedy)] = made.script.refusals
-    assert kind == "apply" and "T!C2" in message and "goes on" in remedy
+    assert kind == "apply" and "T!C2" in message and "uses the old rows" in remedy
     assert made.script.values("T!Sum") == list(range(1, 11)) and not made.happened("edit")
 
 

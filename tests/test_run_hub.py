@@ -190,7 +190,7 @@ def test_a_workbook_with_errors_does_not_run(client) -> None:
     while "checking" in client.get("/book/bad.xlsx/panels/T").text:
         pass
     answer = post(client, "/book/bad.xlsx/run/start")
-    assert answer.status_code == 409 and "no errors" in answer.json["message"]
+    assert answer.status_code == 409 and "has errors" in answer.json["message"]
     assert client.get("/run/now").json == {"phase": "none", "book": ""}
 
 
@@ -211,7 +211,7 @@ def test_stop_is_not_refused_for_what_is_sent_with_it(client, sent: str) -> None
     headers = {"X-RRP": "grid", "Origin": "http://localhost"}
     for body in (b"", b"{", b"\xff" * 100_000):
         answer = client.post(f"/run/stop{sent}", headers=headers, data=body, content_type="application/json")
-        assert answer.status_code == 409 and answer.json == {"message": "No run is going."}
+        assert answer.status_code == 409 and answer.json == {"message": "No run is in progress."}
 
 
 def test_stop_does_not_wait_for_a_workbook_that_is_being_opened(tmp_path: Path, monkeypatch) -> None:

@@ -95,7 +95,7 @@ def it_stands_still(at: GridPage) -> None:
     page.wait_for_selector("body[data-run=paused]")
     before = page.inner_text("#run-clock")
     page.locator("body").press("1")
-    expect(page.locator("#press small").first).to_have_text("comes when it goes on", timeout=300)
+    expect(page.locator("#press small").first).to_have_text("sent when the run continues", timeout=300)
     page.click("[data-run=step]")
     page.wait_for_function("before => document.getElementById('run-clock').textContent !== before", arg=before)
     page.click("[data-run=pause]")
@@ -146,7 +146,7 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     it_is_stopped(at)
     # its record is there at once, and shows the table when that has been written
     record = at.context.new_page()
-    record.goto(f"{url}{page.get_by_role('link', name='Look at the recording').get_attribute('href')}")
+    record.goto(f"{url}{page.get_by_role('link', name='Open the recording').get_attribute('href')}")
     becomes(lambda: page.evaluate(EYE), [204], "nothing is seen when nothing runs")
     becomes(lambda: page.inner_text("th.of-example .title"), "Last value, run ended")
     becomes(lambda: page.locator("#log li").first.inner_text().count("Stopped by Aya"), 1)

@@ -53,7 +53,7 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     at.write("Very near")
     at.go("B4")
     at.write("Very near")
-    expect(page.locator("#run-notice")).to_contain_text("The run goes on with the rows as they were")
+    expect(page.locator("#run-notice")).to_contain_text("Still running the old rows")
     expect(page.locator("body")).to_have_attribute("data-run", "running")
     page.click("#run-notice button")
     expect(page.locator("#log li[data-kind=edit]")).to_have_count(0)  # a new run has a new log

@@ -159,7 +159,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         until(page, lambda: red_place(page) == pointer)  # a busy machine shows what was drawn a little later
         return place
 
-    becomes(caption.inner_text, "Drag a thing to move it, elsewhere to look around")
+    becomes(caption.inner_text, "Drag an object to move it, drag elsewhere to look around")
     x, y, z = drag(0, -60)
     assert z > begin[2] + 0.05 and abs(y - begin[1]) < 0.05, "up as seen"
     panel.view("scene")
@@ -210,7 +210,7 @@ def test_a_ball_is_dragged_in_the_picture_and_elsewhere_the_view_turns(panel: Ro
         panel.still()
         assert (np.abs(still - panel.picture()).sum(axis=2) > 60).mean() > 0.02
     assert not puts
-    becomes(caption.inner_text, "Things can be moved while it runs. Drag to look around")
+    becomes(caption.inner_text, "Objects can be moved during a run. Drag to look around")
     page.unroute("**/run/put")
     panel.run()
     canvas.press("0")

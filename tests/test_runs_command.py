@@ -345,7 +345,7 @@ def test_runs_in_folders_below_are_told_and_stay(study: Path) -> None:
     assert "group 'C'/タロウ: rrp" in told.output and "All of them go with --below." in told.output
     assert (
         "9-x" not in told.output
-        and "also stands in these files, which stay as they are:\n  runs/2-b/inside/" in told.output
+        and "also appears in these files, which were not changed:\n  runs/2-b/inside/" in told.output
     )
     assert told.output.endswith("Deleted: 1 run, 0 remembered faces.\n")
     assert (study / "group B" / "runs" / "1-a").is_dir() and not (study / "runs" / "1-a").exists()
@@ -489,5 +489,5 @@ def test_two_people_who_delete_the_same_runs_at_once_leave_nothing(
     delete(again)
     write_run(tmp_path, "run-3", of(CODE), END)
     monkeypatch.setattr("rrp_sheets.recording.deleting._files", lambda place: [place / "gone"])
-    with pytest.raises(SheetsError, match="at this moment"):
+    with pytest.raises(SheetsError, match="has just deleted"):
         plan(tmp_path, CODE)

@@ -177,7 +177,7 @@ def test_a_picture_is_looked_for_beside_the_workbook(tmp_path) -> None:
 
     assert of('at 1, 0 with picture "my face.png" voice child') == ([], [str(tmp_path / "my face.png")])
     assert of("picture anna.jpg, at 1, 0") == ([], [str(tmp_path / "anna.jpg")])
-    for name, remedy in (("ana.jpg", "Did you mean anna.jpg?"), ("text.png", "Save it anew"), ("tiny.png", "32 to 4000"),
+    for name, remedy in (("ana.jpg", "Did you mean anna.jpg?"), ("text.png", "Save it again"), ("tiny.png", "32 to 4000"),
                          ("anna.gif", ".png or .jpg")):  # fmt: skip
         (told,), seen = of(f"at 1, 0 with picture {name}")
         assert remedy in told and seen == []

@@ -74,7 +74,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     grid.press("F2")
     page.locator("dialog[open] input").fill("Say hello")
     grid.press("Enter")
-    grid.status("is called “Say hello” now")
+    grid.status("is now called “Say hello”")
     opened(page, "Say hello")
     grid.write("map")  # the page goes on as it was
     grid.saved()
@@ -87,16 +87,16 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
     expect(page.locator("#tabs a").first).to_have_text("Say hello")
     page.focus("#tabs a[aria-current]")
     grid.press("Delete")
-    expect(page.locator("dialog[open]")).to_contain_text("It has 1 row. Ctrl+Z brings it back.")
+    expect(page.locator("dialog[open]")).to_contain_text("It has 1 row. Press Ctrl+Z to undo.")
     expect(page.locator("dialog[open] .naming")).to_contain_text("Protocol!B2: Tracking, Say hello")
     assert not grid.faults()
     page.locator("dialog[open] button", has_text="Delete").press("Enter")
     opened(page, "Tracking")
     grid.status("“Say hello” is deleted")
     grid.press("Control+z")
-    grid.status("“Say hello” is back")
+    grid.status("“Say hello” is restored")
     expect(page.locator("#tabs a").first).to_have_text("Say hello")
-    for told in ("“Say hello” is moved", "changed in Say hello", "“Say hello” is called “Greeting <b>” now"):
+    for told in ("“Say hello” is moved", "changed in Say hello", "“Say hello” is now called “Greeting <b>”"):
         grid.press("Control+z")
         grid.status(told)
     assert read(grid.path).workbook.protocol.text("Run") == "Tracking, Greeting <b>"
@@ -157,7 +157,7 @@ def test_others_are_told_and_lose_nothing(shelf: Books) -> None:
     expect(mika.page.locator("#notice")).to_contain_text("Aya has deleted “Look”.")
     mika.go("F2")
     mika.page.keyboard.type("x")
-    mika.status("can only be read here")
+    mika.status("is read-only here")
     aya.press("Control+z")
     mika.page.wait_for_selector("#notice:empty", state="attached")  # it is back, and the page with it
     mika.expect("F2", "half a note")

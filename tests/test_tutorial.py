@@ -219,7 +219,7 @@ def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: 
     page.write("Chest LED color")
     go(page, "B", row)
     page.page.keyboard.type("Blue ball")
-    eventually(lambda: "the robot leaves it out" in page.page.inner_text(".editor .is-comment"))
+    eventually(lambda: "the robot skips it" in page.page.inner_text(".editor .is-comment"))
     page.press("Tab")
     page.write("subscribe")
     mend(page, "SHEET022", "C", row)

@@ -21,7 +21,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.resources import bundled
 
 FRESH = bundled("templates", "workbooks", "tutorial.xlsx").read_bytes()
-BEGIN = "Begin the tutorial"
+BEGIN = "Start the tutorial"
 
 
 @pytest.mark.slow
@@ -29,15 +29,15 @@ def test_the_shelf_leads_to_it(tmp_path: Path) -> None:
     client = visit(tmp_path)
     assert BEGIN in get(client, "/").text
     made = post(client, "/shelf/tutorial")
-    assert made.headers["HX-Redirect"] == "/book/tutorial.xlsx" and "Go on with tutorial.xlsx" in made.text
+    assert made.headers["HX-Redirect"] == "/book/tutorial.xlsx" and "Continue tutorial.xlsx" in made.text
     path = tmp_path / "tutorial.xlsx"
     assert path.read_bytes() == FRESH
     path.write_bytes(bundled("workbooks", "greeter.xlsx").read_bytes())
     anew = post(client, "/shelf/tutorial")
-    assert anew.headers["HX-Redirect"] == "/book/tutorial%20(2).xlsx" and "Go on with tutorial (2).xlsx" in anew.text
+    assert anew.headers["HX-Redirect"] == "/book/tutorial%20(2).xlsx" and "Continue tutorial (2).xlsx" in anew.text
     assert path.read_bytes() != FRESH and (tmp_path / "tutorial (2).xlsx").read_bytes() == FRESH
     os.utime(path)
-    assert "Go on with tutorial.xlsx" in post(client, "/shelf/copy", book="tutorial (2).xlsx").text
+    assert "Continue tutorial.xlsx" in post(client, "/shelf/copy", book="tutorial (2).xlsx").text
 
 
 def test_a_folder_in_which_nothing_can_be_written_is_told(tmp_path: Path) -> None:
@@ -64,7 +64,7 @@ def test_the_command_makes_it_and_serves_it(tmp_path: Path) -> None:
     process = forked.Forked(command, stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
-        assert process.stdout.readline().startswith("Made ")
+        assert process.stdout.readline().startswith("Created ")
         address = next(found[0] for line in process.stdout if (found := re.search(r"http://\S+", line)))
         assert "/book/tutorial.xlsx?token=" in address
         opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())

@@ -49,11 +49,11 @@ def change(folder: Path, text: str = "Say") -> None:
 
 
 def test_no_version_yet_says_what_they_are_for(client: FlaskClient) -> None:
-    assert "No version is kept yet" in get(client, PAGE).text
+    assert "No saved versions yet" in get(client, PAGE).text
 
 
 def test_versions_are_kept_with_name_and_author_and_survive_a_restart(folder: Path, client: FlaskClient) -> None:
-    assert "Kept as “before the pilot”." in keep(client, "  before the   pilot ")
+    assert "Saved as “before the pilot”." in keep(client, "  before the   pilot ")
     keep(client, "approved", "Ken")
     for visitor in (client, visit(folder)):
         text = get(visitor, PAGE).text
@@ -80,10 +80,10 @@ def test_a_version_is_compared_with_now_and_brought_back(folder: Path, client: F
     assert "Different behaviour" in compared and "Head tracker" in compared and "first, today" in compared
     session = _session(client)
     listener = session.join("c1", "Ken")
-    assert "“first” is back." in restore(client, versions(client)["first"])
+    assert "“first” is restored." in restore(client, versions(client)["first"])
     assert (folder / "good.md").read_bytes() == before
     assert list(versions(client)) == ["Before first came back", "first"]
-    assert any("event: reload" in m and "Aya has brought back the version “first”." in m for m in told(listener))
+    assert any("event: reload" in m and "Aya has restored the version “first”." in m for m in told(listener))
     assert "Head tracker" in get(client, "/book/good.md").text
     restore(client, versions(client)["Before first came back"])
     assert (folder / "good.md").read_bytes() == after
@@ -99,7 +99,7 @@ def test_nothing_is_brought_back_into_a_file_that_excel_has_open(folder: Path, c
     assert "is open in Excel" in restore(client, versions(client)["first"])
     assert (folder / "good.md").read_bytes() == now and list(versions(client)) == ["first"]
     lock.unlink()
-    assert "“first” is back." in restore(client, versions(client)["first"])
+    assert "“first” is restored." in restore(client, versions(client)["first"])
 
 
 def test_bringing_back_waits_for_who_edits_a_cell(folder: Path, client: FlaskClient) -> None:
@@ -111,10 +111,10 @@ def test_bringing_back_waits_for_who_edits_a_cell(folder: Path, client: FlaskCli
     place = ("Tracking", grid.rows[0], 1)
     session.lock("c1", "Ken", place)
     number = versions(client)["first"]
-    assert "Ken is editing a cell just now. Bring it back when they have finished." in restore(client, number)
+    assert "Ken is editing a cell just now. Restore it when they have finished." in restore(client, number)
     assert (folder / "good.md").read_bytes() == now
     session.unlock("c1", place)
-    assert "“first” is back." in restore(client, number)
+    assert "“first” is restored." in restore(client, number)
 
 
 def test_what_excel_has_written_meanwhile_is_what_is_kept(folder: Path, client: FlaskClient) -> None:
@@ -136,7 +136,7 @@ def test_a_version_can_be_taken_along(client: FlaskClient) -> None:
 
 def test_a_version_that_is_not_there(client: FlaskClient) -> None:
     for number in ("999", "x", "", "-1"):
-        assert "There is no such version any more." in restore(client, number)
+        assert "This version no longer exists." in restore(client, number)
     for address in ("/book/nothing.md/versions", "/book/..%2fgood.md/versions"):
         assert get(client, address).status_code == 404
 
@@ -151,8 +151,8 @@ def test_in_a_folder_that_cannot_be_written_nothing_is_offered(folder: Path) -> 
     (folder / ".rrp-sheets").write_text("in the way")
     client = visit(folder)
     text = get(client, PAGE).text
-    assert "No versions can be kept here." in text and "Keep it</button>" not in text
-    assert "This workbook can only be looked at here." in keep(client, "x")
+    assert "Versions cannot be saved here." in text and "Save version</button>" not in text
+    assert "This workbook is read-only here." in keep(client, "x")
 
 
 def test_versions_are_changed_by_our_own_pages_only(client: FlaskClient) -> None:

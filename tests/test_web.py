@@ -81,7 +81,7 @@ def test_a_page_has_words_tabs_and_sheets_of_ones_own(folder: Path) -> None:
     (folder / "my book.md").write_text(GOOD + more + mine, encoding="utf-8")
     client = visit(folder)
     text = checked(client, book("my book.md"))
-    for expected in ("In words", ">Scene</a>", "edited in Excel or LibreOffice", ">Budget</a>"):
+    for expected in ("In words", ">Scene</a>", "edit it in Excel or LibreOffice", ">Budget</a>"):
         assert expected in text
     assert "at 1, 0, 0" in get(client, f"{book('my book.md')}/sheet/Scene").text
 
@@ -111,8 +111,8 @@ def test_bundled_workbooks_are_shown_without_inline_script_or_style(path: Path, 
 def test_a_new_workbook_a_copy_another_name_the_archive(tmp_path: Path) -> None:
     client = visit(tmp_path)
     made = post(client, "/shelf/new", name="mine", template="simple-tracking")
-    assert "Made mine.xlsx" in made.text and made.headers["HX-Redirect"] == book("mine.xlsx")
-    assert "Made mine (2).xlsx" in post(client, "/shelf/copy", book="mine.xlsx").text
+    assert "Created mine.xlsx" in made.text and made.headers["HX-Redirect"] == book("mine.xlsx")
+    assert "Created mine (2).xlsx" in post(client, "/shelf/copy", book="mine.xlsx").text
     assert "mine (2).xlsx is now other.xlsx" in post(client, "/shelf/rename", book="mine (2).xlsx", name="other").text
     assert "in the folder archive" in post(client, "/shelf/archive", book="other.xlsx").text
     assert sorted(p.name for p in tmp_path.rglob("*.xlsx")) == ["mine.xlsx", "other.xlsx"]
@@ -130,7 +130,7 @@ def test_names_that_cannot_be_are_refused_in_words(folder: Path, name: str) -> N
 def test_only_workbooks_can_be_uploaded(folder: Path) -> None:
     client = visit(folder)
     good = bundled("workbooks", "simple-tracking.xlsx").read_bytes()
-    assert "is on the shelf" in post(client, "/shelf/upload", file=(io.BytesIO(good), "up.xlsx")).text
+    assert "is uploaded" in post(client, "/shelf/upload", file=(io.BytesIO(good), "up.xlsx")).text
     for content in (b"", b"PK\x03\x04 broken", b"MZ" * 100):
         text = post(client, "/shelf/upload", file=(io.BytesIO(content), "bad.xlsx")).text
         assert "notice is-error" in text and not (folder / "bad.xlsx").exists()

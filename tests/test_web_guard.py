@@ -285,7 +285,7 @@ def test_changes_of_a_file_are_seen(folder: Path) -> None:
     assert "Whole day" in get(client, book("good.md")).text
     (folder / "good.md").unlink()
     answer = get(client, book("good.md"))
-    assert answer.status_code == 404 and "Go to the shelf" in answer.text
+    assert answer.status_code == 404 and "Go to Workbooks" in answer.text
 
 
 def test_what_was_read_is_kept(folder: Path) -> None:

@@ -59,9 +59,9 @@ def test_what_expects_nothing_does_not_hold(book):
 
 def test_the_output_names_cell_value_and_draws_the_streams(book):
     out = CliRunner().invoke(command, [str(book("| 0 | Red ball | distance=0.2 | |\n| 0 | Say | | Hello |"))]).output
-    assert "✗ Test: 1 of 1 row does not hold" in out
+    assert "✗ Test: 1 of 1 row fails" in out
     two = CliRunner().invoke(command, [str(book(BAD + "\n| 1 | Say | | nothing |"))]).output
-    assert "✗ Test: 1 of 2 rows does not hold" in two
+    assert "✗ Test: 1 of 2 rows fails" in two
     assert "Test!D3 (0 ms, Say): expected Hello" in out
     assert "got: “It is close, at 0.2” at 0 ms" in out
     assert "▣ Say" in out and "□ Red ball" in out and "▲ row 3" in out

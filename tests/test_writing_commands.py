@@ -102,9 +102,9 @@ def test_set_in_text_files(wrong, tmp_path):
 def test_convert(path, tmp_path):
     for out in ("x.md", "folder", "back.xlsx"):
         source = path if out != "back.xlsx" else tmp_path / "folder"
-        assert run("convert", source, tmp_path / out) == (0, f"Made {tmp_path / out}.\n")
+        assert run("convert", source, tmp_path / out) == (0, f"Created {tmp_path / out}.\n")
         assert not api.check(tmp_path / out).report.errors
-    assert run("convert", path, "-o", tmp_path / "y.md") == (0, f"Made {tmp_path / 'y.md'}.\n")
+    assert run("convert", path, "-o", tmp_path / "y.md") == (0, f"Created {tmp_path / 'y.md'}.\n")
     assert (tmp_path / "y.md").read_bytes() == (tmp_path / "x.md").read_bytes()
     for wrong in ((), (tmp_path / "z.md", "-o", tmp_path / "z.md")):
         code, told = run("convert", path, *wrong)
@@ -121,7 +121,7 @@ def report_of(path: Path, tmp_path: Path) -> Path:
     before = path.read_bytes()
     code, told = run("check", path, "--report", out)
     assert path.read_bytes() == before
-    assert code == bool(api.check(path).report.errors) and f"Made {out}" in told
+    assert code == bool(api.check(path).report.errors) and f"Created {out}" in told
     return out
 
 

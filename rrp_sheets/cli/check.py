@@ -98,7 +98,7 @@ def check_command(
         print_findings(report)
         say(verdict(report))
         if out is not None:
-            say(N_("Made {path}: the findings stand beside their rows, and all of them on its last sheet.", path=out))
+            say(N_("Created {path}: the findings are beside their rows, and all of them on its last sheet.", path=out))
     sys.exit(1 if report.errors else 0)
 
 
@@ -120,7 +120,7 @@ def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
     for c in changes:
         what = N_("inserted: {text}", text=c.new) if c.old is None else quoted(c.old, c.new)
         click.echo(f"{changed} {c.code} {translated(c.place)} {translated(what)}")
-    say(N_("Made {path}.", path=mended) if changes else N_("Nothing to change; {path} is a copy.", path=mended))
+    say(N_("Created {path}.", path=mended) if changes else N_("Nothing to change; {path} is a copy.", path=mended))
 
 
 def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:

@@ -27,7 +27,7 @@ def new_command(file: Path, template: str, robot: str) -> None:
     from rrp_sheets import api
 
     made = api.new(file, robot, template)
-    click.echo(f"Made {made}. Open it in Excel or LibreOffice, and try it with:")
+    click.echo(f"Created {made}. Open it in Excel or LibreOffice, and try it with:")
     click.echo(f'  rrp-sheets run "{made}"')
 
 
@@ -103,7 +103,7 @@ def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     targets = [target for target in (out, output) if target is not None]
     if len(targets) != 1:
         raise click.UsageError("Name one file or folder to write: OUT, or -o OUT.")
-    click.echo(f"Made {api.convert(file, targets[0], replace=False)}.")
+    click.echo(f"Created {api.convert(file, targets[0], replace=False)}.")
 
 
 @click.command(name="pose", context_settings={"ignore_unknown_options": True})

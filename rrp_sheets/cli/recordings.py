@@ -123,7 +123,7 @@ def delete(
         count, wiped = sum(len(d.runs) for d in parts), sum(len(d.faces_gone) for d in parts)
         click.echo(f"Deleted: {counted(count, 'run')}, {counted(wiped, 'remembered face')}.")
     if begun:
-        told = f"Meanwhile there is another run: {_listed(begun)}. It stays; delete again when it has ended."
+        told = f"A new run has begun and was not deleted: {_listed(begun)}. Delete it when it has ended."
         click.echo(told, err=True)
         sys.exit(1)
 
@@ -174,7 +174,7 @@ def _words(planned: Deletion, parts: Sequence[Deletion]) -> list[str]:
         if len(planned.below) > 1:
             stays.append("  All of them go with --below.")
     if planned.elsewhere:
-        stays.append(f"“{planned.participant}” also stands in these files, which stay as they are:")
+        stays.append(f"“{planned.participant}” also appears in these files, which were not changed:")
         stays += _indented(planned.elsewhere)
     if planned.unsearched:
         stays.append(f"These files were not searched for “{planned.participant}”. Open them and look yourself:")
@@ -278,7 +278,7 @@ def faces_command(folder: Path, forget: str | None, forget_all: bool) -> None:
         click.echo(f"{face_memory.forget(folder, forget)} is wiped.")
     else:
         names = face_memory.kept(folder)
-        click.echo("\n".join(names) if names else "No faces are kept here.")
+        click.echo("\n".join(names) if names else "No faces are remembered here.")
 
 
 _STYLES: dict[str, dict[str, Any]] = {

@@ -66,7 +66,7 @@ def run_command(
     if result is None:
         speak(ended.language)
         print_findings(ended.findings, err=True)
-        say(N_("The workbook has errors, so the run does not begin."), err=True)
+        say(N_("The workbook has errors, so the run does not start."), err=True)
         if as_json:
             click.echo(json.dumps({"findings": [d.as_dict() for d in ended.findings]}, ensure_ascii=False))
         sys.exit(1)

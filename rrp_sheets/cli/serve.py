@@ -201,7 +201,7 @@ def _has_screen() -> bool:
 
 @click.command(name="tutorial")
 @click.argument("folder", type=click.Path(path_type=Path), default=".")
-@click.option("--anew", is_flag=True, help="begin with a fresh copy; the one that is there stays")
+@click.option("--anew", is_flag=True, help="start with a fresh copy; the existing one is not changed")
 @click.option("--port", type=click.IntRange(1, 65535), help="the port; without it a free one is taken")
 @click.option("--no-browser", is_flag=True, help="only print the address, do not open a browser")
 @click.pass_context
@@ -219,5 +219,5 @@ def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | N
         raise SheetsError(N_("There is no folder {folder}.", folder=folder), N_("Make it first, or name another."))
     there = None if anew else latest_tutorial(folder)
     path = there or begin_tutorial(folder)
-    click.echo(f"You go on with {path}; --anew begins with a fresh copy." if there else f"Made {path}.")
+    click.echo(f"Continuing with {path}; --anew starts with a fresh copy." if there else f"Created {path}.")
     ctx.invoke(serve_command, folder=path, port=port, lan=False, no_browser=no_browser)

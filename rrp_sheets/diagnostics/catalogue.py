@@ -1,7 +1,7 @@
 """The catalogue of diagnostic codes, and their help pages: both stand in `pages/<CODE>.md`, tests check their form.
 
 At its head a page has severity, title, message and remedy. Below are the sections “What it means”, “Why it matters”
-and “How to mend it”, and then either the examples “Wrong” and “Right”, each made of sheets (`### Name` and a table),
+and “How to fix it”, and then either the examples “Wrong” and “Right”, each made of sheets (`### Name` and a table),
 or “Not in a table”, where the fault is one of the file and not of what stands in its cells.
 """
 
@@ -78,7 +78,7 @@ def _place(page: Path) -> tuple[int, str]:
 
 CODES: dict[str, Code] = {page.stem: _code(page) for page in sorted(PAGES.glob("*.md"), key=_place)}
 
-_TEXTS = ("What it means", "Why it matters", "How to mend it")
+_TEXTS = ("What it means", "Why it matters", "How to fix it")
 _FORMS = ([*_TEXTS, "Wrong", "Right"], [*_TEXTS, "Not in a table"])
 _BYSTANDER = """
 ## Looking

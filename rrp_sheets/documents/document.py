@@ -193,7 +193,7 @@ class Document:
                 gone = missing.sheet
                 self._steps.put(author, step, redo=redo)
                 self._steps.let_wait(author, lambda s: s is step or self.current(s.sheet) == gone, redo=redo)
-                remedy = N_("It waits until somebody brings the sheet back. Once more goes on with the step before it.")
+                remedy = N_("It waits until somebody restores the sheet. Once more continues with the step before it.")
                 raise Refused(missing.message, remedy) from missing
             except Exception as error:  # it can be tried again when the reason is gone
                 if isinstance(error, Refused) or self.version == version:  # else it is in the file already
@@ -473,7 +473,7 @@ class WorkFile:
     def journal(self) -> Journal:
         """The journal; raises Refused when the file can only be looked at."""
         if self._journal is None:
-            raise Refused(N_("This workbook can only be looked at here."), self.why)
+            raise Refused(N_("This workbook is read-only here."), self.why)
         return self._journal
 
     @property
@@ -581,7 +581,7 @@ class WorkFile:
         content = self.version_content(version)
         name = next((v.name for v in self.versions() if v.id == version), "")
         if content is None:
-            raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
+            raise Refused(N_("This version no longer exists."), N_("Look at the list again."))
         try:
             refuse_open_file(self.path)
             stamp = stamp_of(self.path)
@@ -654,18 +654,18 @@ def write_block_reason(path: Path) -> str:
         mode = path.stat().st_mode
     except SheetsError as error:
         return N_(
-            "{message} It can be looked at here, but not changed, so that nothing is lost. {remedy}",
+            "{message} You can view it here, but not change it, so that nothing is lost. {remedy}",
             message=error.message, remedy=error.remedy,
         )  # fmt: skip
     except OSError:
         return N_(
-            "“{name}” is not there any more: it was deleted, renamed or moved. What is shown here cannot be "
-            "changed. Put it back, or go to the shelf.",
+            "“{name}” no longer exists: it was deleted, renamed or moved. What is shown here cannot be changed. "
+            "Put it back, or go to Workbooks.",
             name=path.name,
         )
     if not path.is_dir() and not mode & stat.S_IWUSR:
         return N_(
-            "“{name}” is write-protected: it can be looked at here, but not changed. "
+            "“{name}” is write-protected: you can view it here, but not change it. "
             "Take the protection off in the file's properties, or change a copy.",
             name=path.name,
         )
@@ -725,7 +725,7 @@ class Journal:
             self._marks.execute("pragma synchronous = off")
         except (OSError, sqlite3.Error) as error:
             why = str(getattr(error, "strerror", None) or error)
-            message = N_("Nothing can be kept in {place}: {why}.", place=str(place), why=why)
+            message = N_("Nothing can be saved in {place}: {why}.", place=str(place), why=why)
             raise SheetsError(message, N_("Workbooks can be edited only in a folder you may write to.")) from error
 
     def close(self) -> None:
@@ -842,7 +842,7 @@ class Journal:
                     self._db.execute("pragma wal_checkpoint(restart)").close()
                     return self._at_once(statement, values, more)
         except sqlite3.Error as error:
-            message = N_("This was not stored: nothing can be kept beside the workbook now ({why}).", why=str(error))
+            message = N_("This was not saved: nothing can be saved beside the workbook now ({why}).", why=str(error))
             raise Refused(message, N_("Free some space on the disk, and make the change again.")) from error
 
     def _at_once(

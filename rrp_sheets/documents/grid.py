@@ -506,14 +506,14 @@ _AGAIN = N_("Look at it, and change it again if you still want to.")
 def must_have(grid: Grid, rows: Iterable[str]) -> None:
     """Refuse when one of the rows is gone."""
     if not all(grid.has(row) for row in rows):
-        raise Refused(N_("A row that this changes was deleted meanwhile."), _AGAIN)
+        raise Refused(N_("A row that this changes has been deleted."), _AGAIN)
 
 
 def clash(grid: Grid, clashes: list[Clash]) -> Refused:
     """Return the refusal for cells that somebody has changed meanwhile."""
     first = clashes[0]
     message = N_(
-        "{who} has changed this cell meanwhile ({sheet}, row {row}): it is “{theirs}” now; yours was “{mine}”.",
+        "{who} has also changed this cell ({sheet}, row {row}). It is now “{theirs}”; yours was “{mine}”.",
         who=first.by or N_("Someone"), sheet=grid.name, row=grid.number(first.row), theirs=first.theirs,
         mine=first.mine,
     )  # fmt: skip

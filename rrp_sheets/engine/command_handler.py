@@ -97,7 +97,7 @@ class CommandHandler:
         if not self._runner.resume(us):
             return None
         self._observer.handle(PauseEvent(us, False))
-        return OperatorAction("resume", N_("Goes on."), command.by)
+        return OperatorAction("resume", N_("Continues."), command.by)
 
     def _step(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         if self._runner.pause(us):

@@ -85,7 +85,7 @@ class Editor:
             where = f" ({errors[0].address})" if errors[0].address else ""
             raise SheetsError(
                 N_("The edited workbook has errors{where}: {message}", where=where, message=errors[0].message),
-                N_("Mend them; until then the run goes on with the rows it has."),
+                N_("Fix them to use your edits; until then the run uses the old rows."),
             )
         return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
 
@@ -120,7 +120,7 @@ def compare(plan: Plan, used: Checked, steps: Mapping[str, Step], edited: Plan) 
     """
     why = next(_differences(plan, edited), "")
     if why:
-        raise SheetsError(N_("The run cannot go on with the edited rows: {reason}.", reason=why), REMEDY)
+        raise SheetsError(N_("The run cannot use your changes: {reason}.", reason=why), REMEDY)
     rows = {  # paired by their order in the sheet, whatever their numbers are
         old.ref: new
         for behaviour, running in plan.behaviours.items()
@@ -181,7 +181,7 @@ def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
     for old, new in pairs:
         where = N_("row {row}" if old.ref == new.ref else "row {row} (in the run {old})", row=new.ref, old=old.ref)
         if old.connector.name != new.connector.name:
-            yield N_("{where} has another connector", where=where)
+            yield N_("{where} has a different connector", where=where)
         elif old.inputs != tuple(names.get(i, i) for i in new.inputs):
             yield N_("{where} has other inputs", where=where)
         elif old.output != names.get(new.output, new.output):

@@ -89,7 +89,11 @@ class SceneTriggers:
     def left(self) -> list[Notice]:
         """Notes on the rows that have not had their event, for the end of the run."""
         return [
-            Notice("note", N_("{thing}: what this row waits for has not come.", thing=a.thing), row=f"Scene!{a.row}")
+            Notice(
+                "note",
+                N_("{thing}: this row never happened, because what it waits for never came.", thing=a.thing),
+                row=f"Scene!{a.row}",
+            )
             for a in (self._rows[i] for i in sorted(self._open))
         ]
 

@@ -25,7 +25,7 @@ def one_code(code: Code) -> Iterator[str]:
     """The page of a code, with what the check says of its wrong example."""
     yield heading(f"{code.id} ({code.severity.value}): {code.title}")
     page = load_page(code.id)
-    for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to mend it", page.mend)):
+    for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to fix it", page.mend)):
         yield titled(title, paragraph(text, 2))
     if page.untabled:
         yield titled("For example", paragraph(page.untabled, 2))

@@ -12,7 +12,7 @@ from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
 
 TIMES = [
     ("2.5", "seconds from the start of the run"),
-    ("2..4", "a time between both, which every run draws anew"),
+    ("2..4", "a time between both, drawn again in every run"),
     ("+ 2", "two seconds after the row above has happened"),
     ("Say done + 2", "two seconds after an event of a stream: a sensor, a row's output, or the end of an actuator’s "
      "command. It is the first event that comes when the row above has happened. Rows under each other that wait for "

@@ -132,7 +132,7 @@ def forget(folder: Path, name: str) -> str:
     gone = [p for p in memory.persons if key(p.name) == key(name)]
     if not gone:
         names = ", ".join(p.name for p in memory.persons)
-        remedy = N_("Remembered are: {names}.", names=names) if names else N_("No faces are kept here.")
+        remedy = N_("Remembered are: {names}.", names=names) if names else N_("No faces are remembered here.")
         raise SheetsError(N_("Nobody called “{name}” is remembered.", name=name), remedy)
     write_memory(faces_file(folder), FaceMemory([p for p in memory.persons if p not in gone]))
     return gone[0].name

@@ -347,7 +347,7 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
         doomed = [runs_place(d.folder) / f.run for d in (planned, *below) for f in d.runs]
         result = search_code(participant, root, frozenset(p.resolve() for p in doomed))
     except FileNotFoundError:
-        raise SheetsError(N_("Somebody else has deleted something here at this moment."), N_("Look again.")) from None
+        raise SheetsError(N_("Somebody else has just deleted something here."), N_("Check again.")) from None
     told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
     elsewhere, unsearched = tuple(place for place in result.found if place not in told), tuple(result.unsearched)
     return replace(planned, below=below, elsewhere=elsewhere, unsearched=unsearched, whole=result.whole and seen)
@@ -448,7 +448,7 @@ def _require_possible(part: Deletion, going: Collection[str]) -> None:
     if part.faces_gone:
         busy = [f.run for f in chosen(list(places.values()), going=going) if f.ended == "going"]
         if busy:
-            message = N_("The run {run} goes on, and would write the remembered faces again.", run=busy[0])
+            message = N_("The run {run} is still in progress, and would write the remembered faces again.", run=busy[0])
             raise SheetsError(message, N_("Wait until it has ended."))
 
 
@@ -487,7 +487,7 @@ def _named(names: Sequence[str], every: dict[str, RunMetadata]) -> list[RunMetad
 def _require_ended(folder: Path, wanted: Sequence[RunMetadata], going: Collection[str]) -> None:
     for metadata in wanted:
         if metadata.ended == "going" or metadata.run in going or is_locked(runs_place(folder) / metadata.run):
-            message = N_("The run {run} goes on, or is still being written.", run=metadata.run)
+            message = N_("The run {run} is still in progress, or is still being written.", run=metadata.run)
             raise SheetsError(message, N_("Stop it, and delete when it has ended."))
 
 

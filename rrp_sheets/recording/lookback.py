@@ -423,7 +423,7 @@ def drawing(book: RecordedWorkbook, number: int) -> str:
     if any(i not in book.graph.streams for s in behaviour.steps for i in (*s.inputs, s.output)):
         return ""
     if len(behaviour.steps) > MOST_ROWS:
-        message = N_("“{name}” is too long to be drawn: more than {most} rows.", name=behaviour.name, most=MOST_ROWS)
+        message = N_("“{name}” is too large to draw (over {most} rows).", name=behaviour.name, most=MOST_ROWS)
         raise SheetsError(message)
     drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS)
     return drawn[0].svg if drawn else ""

@@ -234,7 +234,7 @@ def ended(metadata: RunMetadata) -> str:
     by = metadata.ended_by
     match metadata.ended:
         case "time":
-            return N_("its time was over")
+            return N_("time limit reached")
         case "end run":
             return N_("ended by the row {row}", row=by) if by else N_("ended by a row")
         case "stopped":
@@ -244,7 +244,7 @@ def ended(metadata: RunMetadata) -> str:
         case "broken":
             return N_("broke off at the row {row}", row=by) if by else N_("broke off")
         case "going":
-            return N_("is going")
+            return N_("in progress")
         case "unreadable":
             return N_("cannot be read")
     return N_("broke off: the record has no end")

@@ -396,7 +396,7 @@ def lay_out(dot: str, *, binary: str | None = None, timeout: float = TIMEOUT) ->
         except subprocess.TimeoutExpired:
             raise SheetsError(
                 N_("The diagram is too large: it could not be laid out within {n:g} seconds.", n=timeout),
-                N_("Divide the behaviour into several sheets."),
+                N_("Split the behaviour into several sheets."),
             ) from None
         except OSError as error:
             reason = str(error)

@@ -58,7 +58,7 @@ def draw(checked: Checked, target: Path, behaviour: str = "", language: str = ""
             raise SheetsError(
                 N_("The behaviour “{name}” has {n} rows; at most {most} can be drawn.",
                    name=graph.name, n=len(graph.steps), most=MOST_ROWS),
-                N_("Divide it into several behaviours."),
+                N_("Split it into several behaviours."),
             )  # fmt: skip
         flags = {
             d.address.row: n

@@ -68,7 +68,7 @@ class Editions:
             made = compare(self._plan, self._checked, self._steps, plan)
         except SheetsError as error:
             places = ", ".join(str(c.get("place")) for c in changes)
-            words = N_("An edit at {places} is left out: {message}", places=places, message=error.message)
+            words = N_("An edit at {places} is skipped: {message}", places=places, message=error.message)
             self._leave(places, words)
             return
         apply(engine, made)

@@ -30,7 +30,7 @@ def ending(recorded: Recorded, player: ReplayPlayer) -> str:
     if player.ended_by and recorded.ended != "end run":
         return N_("The run would have ended at {at}, by {row}.", at=at, row=in_words(player.ended_by))
     if recorded.ended == "end run" and not player.ended_by:
-        words = N_("The run was ended at {value:g} s by {row}; it would have gone on.")
+        words = N_("The run was ended at {value:g} s by {row}; it would have continued.")
         return N_(words, value=recorded.last_us / 1e6, row=in_words(by))
     if player.ended_by and player.until_us != recorded.last_us:
         return N_("The run would have ended at {at} instead of {value:g} s.", at=at, value=recorded.last_us / 1e6)

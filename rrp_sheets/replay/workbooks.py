@@ -59,7 +59,7 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
         message, program = checked.report.errors[0].message, recorded.header.text("program")
         words = N_("The workbook of this run has errors for this version of the program ({version}): {message}")
         remedy = N_(
-            "Replay it with the version that made it ({program}), or --with a mended workbook.", program=program
+            "Replay it with the version that made it ({program}), or --with a corrected workbook.", program=program
         )
         raise SheetsError(N_(words, version=__version__, message=message), remedy)
     name = recorded.header.text("name") or path.name
@@ -79,7 +79,7 @@ def another(path: Path, recorded: Recorded, like: ReplaySource | None) -> Replay
             words = N_("“{name}” has errors and cannot run ({address}): {message}")
         raise SheetsError(
             N_(words, name=path.name, address=str(first.address or ""), message=first.message),
-            N_("See `rrp-sheets check`, mend them, and replay again."),
+            N_("See `rrp-sheets check`, fix them, and replay again."),
         )
     plan = _plan(checked, recorded) if like is None else make_plan(checked, everything=like.plan.everything)
     if not plan.steps:

@@ -60,9 +60,9 @@ def _problem(folder: Path, name: str) -> tuple[str, str, str | None]:
             return why, N_("Save it smaller: 400 x 400 pixels are enough."), None
         size = picture_size(path.read_bytes())
     except (OSError, ValueError):
-        return N_("it cannot be read."), N_("Save it anew as a .png or .jpg file."), None
+        return N_("it cannot be read."), N_("Save it again as a .png or .jpg file."), None
     if size is None:
-        return N_("it is no picture."), N_("Save it anew as a .png or .jpg file."), None
+        return N_("it is no picture."), N_("Save it again as a .png or .jpg file."), None
     if not all(LEAST_PIXELS <= side <= MOST_PIXELS for side in size):
         why = N_("it is {value} x {value2} pixels large.", value=size[0], value2=size[1])
         return why, N_("Save it with sides from {low} to {high} pixels.", low=LEAST_PIXELS, high=MOST_PIXELS), None

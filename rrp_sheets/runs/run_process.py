@@ -240,7 +240,7 @@ class RunProcess:
             raise unpack(SheetsError, rest[0])
         if kind == "memory":
             words = N_("The workbook needs more memory than a run may have.")
-            raise RunBroken(words, N_("Divide it into smaller ones."))
+            raise RunBroken(words, N_("Split it into smaller ones."))
         if kind == "checked":
             return RunOutcome(unpack(tuple[Diagnostic, ...], rest[0]), language=known_language(rest[1]))
         if kind == "starting":

@@ -75,8 +75,8 @@ def pack(path: Path, target: Path | None = None, runs: Sequence[str] = (), print
         content |= _run(folder, notes)
     _refuse_names(content)
     if count := len(checked.report.errors):
-        one = N_("The workbook has {n} error; it cannot run before they are mended.")
-        more = N_("The workbook has {n} errors; it cannot run before they are mended.")
+        one = N_("The workbook has {n} error; it cannot run before it is fixed.")
+        more = N_("The workbook has {n} errors; it cannot run before they are fixed.")
         notes.append(N_(more if count > 1 else one, n=count))
     if printer is not None:
         try:

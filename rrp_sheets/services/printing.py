@@ -105,7 +105,7 @@ def gather(
     rows = sum(len(b.rows) for b in checked.workbook.behaviours)
     if rows > MOST_ROWS:
         message = N_("The workbook has {n:,} rows; at most {most:,} can be printed.", n=rows, most=MOST_ROWS)
-        raise SheetsError(message, N_("Divide it into several workbooks."))
+        raise SheetsError(message, N_("Split it into several workbooks."))
     words = texts(language or checked.run.language)
     tests, note = _tested(checked, words)
     changes = _changes((reading, checked), against, words) if against is not None else None

@@ -194,7 +194,7 @@ class SimWorld:
     def unwritten(self, what: str, error: Exception) -> None:
         """Report that a file of the run's record cannot be written; the run goes on without it."""
         why = (error.strerror if isinstance(error, OSError) else "") or str(error)
-        told = N_("{what} cannot be kept ({reason}): make room before the next run.", what=what, reason=why)
+        told = N_("{what} cannot be saved ({reason}): make room before the next run.", what=what, reason=why)
         self._tell(Notice("note", told))
 
     def _by_people(self, action: SceneAction) -> None:

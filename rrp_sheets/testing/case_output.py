@@ -75,10 +75,10 @@ def counted(result: CaseResult) -> str:
         return N_("nothing is expected, so nothing is tested")
     failed, every = len(result.failed_rows) + len(result.broken), len(result.rows) + len(result.broken)
     if failed > 1:
-        return N_("{failed} of {n} rows do not hold", failed=failed, n=every)
+        return N_("{failed} of {n} rows fail", failed=failed, n=every)
     if failed:
-        return N_("1 of {n} row does not hold" if every == 1 else "1 of {n} rows does not hold", n=every)
-    return N_("{n} row holds" if every == 1 else "{n} rows hold", n=every)
+        return N_("1 of {n} row fails" if every == 1 else "1 of {n} rows fails", n=every)
+    return N_("{n} row passes" if every == 1 else "{n} rows pass", n=every)
 
 
 def as_dict(report: TestReport) -> dict[str, Any]:

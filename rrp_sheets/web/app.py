@@ -52,7 +52,7 @@ _NOT_NOW = N_("This cannot be done now")
 _REFUSALS = {
     400: (N_("This address does not lead here"),
           N_("The page was asked for under a name that is not this computer’s own."),
-          N_("Use the address that rrp-sheets serve has printed.")),
+          N_("Use the link shown in the window of rrp-sheets serve.")),
     403: (N_("This browser needs a link first"),
           N_("Only a browser that was opened with a link can see these workbooks."), _NEW_LINK),
     405: (N_("This cannot be done here"), N_("This address does not take what was sent to it."), N_("Go back.")),
@@ -63,7 +63,7 @@ _USED = (
 )  # fmt: skip
 _MESSAGES = {
     404: (N_("There is nothing here"), N_("What was here was renamed, moved or deleted, or the address is mistyped."),
-          N_("Go to the shelf and open it from there.")),
+          N_("Go to Workbooks and open it from there.")),
     413: (N_("That is too much at once"),
           N_("The server takes up to 8 MB, and workbooks up to 5 MB. Nothing was changed."),
           N_("Make it smaller: pictures in a workbook take most of the room.")),

@@ -273,8 +273,8 @@ _HELP = re.compile(r"`rrp-sheets help ([^`]+)`", re.DOTALL)
 _WORDS = (
     (re.compile(r"\s*`rrp-sheets --help` lists the commands\."), ""),
     (re.compile(r" \(`rrp-sheets (?:serve|new FILE)`(?: makes one)?\)"), ""),
-    (re.compile(r" with\s+`rrp-sheets new FILE`"), " on the shelf"),
-    (re.compile(r"made with `rrp-sheets new`"), "made on the shelf"),
+    (re.compile(r" with\s+`rrp-sheets new FILE`"), " on the page Workbooks"),
+    (re.compile(r"made with `rrp-sheets new`"), "created on the page Workbooks"),
     (re.compile(r"`rrp-sheets check --fix`"), "The button below the message"),
     (re.compile(r" \(`rrp-sheets help [^`]+`\)"), ""),
     (re.compile(r"`rrp-sheets help`"), "Help (F1)"),
@@ -287,7 +287,7 @@ def in_browser(text: str) -> str:
     """Reword a message or a remedy for a page, where commands in backticks cannot be followed.
 
     >>> in_browser("See `rrp-sheets help devices`."), in_browser("Make one with `rrp-sheets new FILE`.")
-    ('See Help (F1): devices.', 'Make one on the shelf.')
+    ('See Help (F1): devices.', 'Make one on the page Workbooks.')
     >>> in_browser("Make room, or name another folder with --out.")
     'Make room.'
     """

@@ -118,7 +118,7 @@ class ProtocolPrinter(QueryWorker):
 
 def _content(path: Path) -> bytes:
     if path.stat().st_size > _MOST_BYTES:
-        raise SheetsError(N_("This protocol is too large to be printed."), N_("Divide the workbook."))
+        raise SheetsError(N_("This protocol is too large to be printed."), N_("Split the workbook."))
     return path.read_bytes()
 
 

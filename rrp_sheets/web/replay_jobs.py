@@ -66,7 +66,7 @@ class Replays:
                 found.asked = time.monotonic()
                 return found
             if sum(not job.over for job in self._jobs.values()) >= _MOST:
-                raise SheetsError(N_("Other replays are going on."), N_("Try it again in a minute."))
+                raise SheetsError(N_("Other replays are in progress."), N_("Try it again in a minute."))
             job = self._jobs[name] = ReplayJob()
             for old in [n for n, j in self._jobs.items() if j.over][: max(0, len(self._jobs) - _KEPT)]:
                 del self._jobs[old]

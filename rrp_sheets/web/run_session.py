@@ -93,7 +93,7 @@ class RunSession:
     # ---- the run's thread
 
     def _listen(self) -> None:
-        remedy = N_("The terminal where the server runs tells more.")
+        remedy = N_("See the terminal where the server runs for more.")
         words = _ending("broken", N_("The run was lost by a fault of this program."), remedy)
         try:
             words = outcome_notice(self.process.listen(self.run_state), self.stopped_by)
@@ -254,9 +254,9 @@ def outcome_notice(ended: RunOutcome, by: str) -> JsonObject:
         n = sum(d.severity.value == "error" for d in ended.findings)
         one = N_("It did not start: the workbook has {n} error.")
         many = N_("It did not start: the workbook has {n} errors.")
-        return _ending("errors", N_(one if n == 1 else many, n=n), N_("Mend them, and press Run again."))
+        return _ending("errors", N_(one if n == 1 else many, n=n), N_("Fix them, and press Run again."))
     if ended.result is None:
-        words = N_("Stopped by {name} before it began." if by else "Stopped before it began.", name=by)
+        words = N_("Stopped by {name} before it started." if by else "Stopped before it started.", name=by)
         return _ending("stopped", words)
     data = rest_notice(ended.result.summary, ended.result.broken, by)
     return data if data["broken"] else {**data, "remedy": sentences(*ended.result.problems)}
@@ -270,7 +270,7 @@ def rest_notice(summary: Summary, broken: RunBroken | None, by: str) -> JsonObje
     """
     at = clock(round(summary.simulated * 1e6))
     endings = {
-        "time": N_("The time was over at {time}.", time=at),
+        "time": N_("Time limit reached at {time}.", time=at),
         "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=by, time=at),
         "end run": N_("Row {row} ended the run at {time}.", row=summary.ended_by, time=at),
     }
@@ -322,7 +322,8 @@ class RunManager:
         """
         errors = session.analysis().errors
         if errors:
-            raise SheetsError(N_("Run starts when there are no errors."), N_("Mend what is listed under Problems."))
+            remedy = N_("Fix what is listed under Problems.")
+            raise SheetsError(N_("The workbook has errors, so it cannot run."), remedy)
         with self._lock:
             if going := self.going_run():
                 text = N_("{who} is running {book} since {since}. There is one robot, so one run at a time.",

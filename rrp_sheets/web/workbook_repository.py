@@ -116,7 +116,7 @@ def _read(name: str, path: Path, worker: CheckWorker) -> CheckedWorkbook | Sheet
     except UnreadableFile as error:
         return error
     except OSError as error:
-        message = N_("{name} has just gone: {why}.", name=printable(name), why=error.strerror)
+        message = N_("{name} has just disappeared: {why}.", name=printable(name), why=error.strerror)
         return SheetsError(message, N_("Go back and look again."))
 
 
@@ -125,7 +125,7 @@ def refuse_text(repository: WorkbookRepository, name: str) -> None:
     if repository.is_text(name):
         raise SheetsError(
             N_("“{name}” is not a workbook but a text for people.", name=printable(name)),
-            N_("A workbook needs another name." if _is_readme(name) else "Choose a workbook from the shelf."),
+            N_("A workbook needs another name." if _is_readme(name) else "Choose a workbook from the page Workbooks."),
         )
 
 

@@ -665,7 +665,7 @@ class OpenWorkbooks:
         """Keep a workbook open during the `with` block; raises SheetsError when it has been closed."""
         with self._lock:
             if session not in self._sessions.values():
-                raise SheetsError(N_("This workbook was renamed or moved meanwhile."), N_("Go to the shelf."))
+                raise SheetsError(N_("This workbook was renamed or moved."), N_("Go to Workbooks."))
             yield
 
     def renamed(self, before: str, name: str) -> None:
@@ -710,11 +710,11 @@ class OpenWorkbooks:
             listeners = [one for session in self._sessions.values() for one in session.listeners]
         mine = sum(one.login_key == login_key for one in listeners)
         if mine >= (MOST_OF_LOGIN if login_key else MOST_HERE):
-            return N_("You have {n} pages open here. Close one; this page then goes on by itself.", n=mine)
+            return N_("You have {n} pages open here. Close one; this page then continues by itself.", n=mine)
         if len(listeners) >= MOST_LISTENERS:
             return N_(
-                "{n} pages are open on this server, {mine} of them yours, and it cannot tell more of them what "
-                "happens. When one is closed, this page goes on by itself.",
+                "{n} pages are open on this server, {mine} of them yours. It cannot update more of them. When one is "
+                "closed, this page continues by itself.",
                 n=len(listeners),
                 mine=mine,
             )

@@ -235,7 +235,7 @@ class WorkbookTests:
 
     def _understood(self, answer: TestRun) -> Results:
         if answer.tests is None:
-            return Results(why=N_("The tests are run again when the errors are mended."))
+            return Results(why=N_("The tests are run again when the errors are fixed."))
         found: dict[str, Tested] = {}
         for test, marks in answer.tests:
             grid = self._document.grids.get(test.sheet)
@@ -436,8 +436,8 @@ def _notes(results: Results) -> list[str]:
     notes = [results.why] if results.why else []
     if results.rows and not results.why:
         few, many = (
-            N_("Left out, because of errors there: {rows}."),
-            N_("Left out, because of errors there: {rows} and {n} more."),
+            N_("Skipped because of errors: {rows}."),
+            N_("Skipped because of errors: {rows} and {n} more."),
         )
         more = len(results.rows) - 3
         notes.append(N_(many if more > 0 else few, rows=listed(results.rows[:3]), n=more))

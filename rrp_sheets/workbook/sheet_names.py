@@ -58,7 +58,7 @@ def refuse_more(names: Sequence[str]) -> None:
     """Raise SheetsError when there can be no further sheet."""
     if len(names) >= limits.SHEETS:
         message = N_("A workbook has at most {n} sheets.", n=limits.SHEETS)
-        raise SheetsError(message, N_("Delete one first, or begin another workbook."))
+        raise SheetsError(message, N_("Delete one first, or start another workbook."))
 
 
 def header_row(sheet: str, row: int) -> SheetsError:

@@ -38,7 +38,7 @@ def _filter(step: Step, context: LintContext) -> None:
         routes = context.routes.of.get(step.inputs[0]) or ()
         steps = {s.ref: s for s in context.steps()} if routes else {}
         before = [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]
-        why = N_("its condition contradicts what is known of its input")
+        why = N_("its condition is never true for what its input can be")
         remedy = N_("what its input can be")
         if before:
             rows = listed([row_of(s, step) for s in before], "and")

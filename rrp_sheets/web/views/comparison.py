@@ -156,7 +156,7 @@ def current_and_kept(names: Sequence[str], books: Sequence[str]) -> list[Group]:
     for book in books:
         kept = services().open_workbooks.session(services().repository.path(book)).document.file.versions()
         found = tuple((f"version/{v.id}/{book}", listed([v.name, moment(v)])) for v in kept)
-        groups.append((N_("Kept versions of {book}", book=book), found))
+        groups.append((N_("Saved versions of {book}", book=book), found))
     return [group for group in groups if group[1]]
 
 
@@ -191,7 +191,7 @@ def path_of(shared: Services, ref: str, folder: Path) -> Path:
     if kind == "run":
         path = shared.runs.place(rest) / WORKBOOK
         if not path.is_file() or path.is_symlink():
-            raise SheetsError(N_("The workbook that ran was not kept with this run."), _GONE)
+            raise SheetsError(N_("The workbook that ran was not saved with this run."), _GONE)
         return path
     number, _, book = rest.partition("/")
     if kind != "version" or not number.isdecimal():
@@ -199,7 +199,7 @@ def path_of(shared: Services, ref: str, folder: Path) -> Path:
     session = shared.open_workbooks.session(shared.repository.path(book))
     content = session.document.file.version_content(int(number[:15]))
     if content is None:
-        raise SheetsError(N_("There is no such version any more."), _GONE)
+        raise SheetsError(N_("This version no longer exists."), _GONE)
     folder.mkdir()
     path = folder / book
     path.write_bytes(content)
@@ -229,7 +229,7 @@ def _keep(session: WorkbookSession) -> str:
         raise Refused(N_("A version needs a name."), remedy)
     session.poll()
     session.document.keep_version(author_name(request.form.get("author", "")), title)
-    return N_("Kept as “{title}”.", title=title)
+    return N_("Saved as “{title}”.", title=title)
 
 
 def _restore(session: WorkbookSession) -> str:
@@ -237,17 +237,17 @@ def _restore(session: WorkbookSession) -> str:
     number = request.form.get("version", "")
     found = next((v for v in session.document.file.versions() if str(v.id) == number), None)
     if found is None:
-        raise Refused(N_("There is no such version any more."), N_("Look at the list again."))
+        raise Refused(N_("This version no longer exists."), N_("Look at the list again."))
     if people := sorted({name for _, name in session.locks.holders().values()}):
         one, many = N_("{who} is editing a cell just now."), N_("{who} are editing a cell just now.")
         message = N_(one if len(people) == 1 else many, who=both(people[:3]))
-        raise Refused(message, N_("Bring it back when they have finished."))
+        raise Refused(message, N_("Restore it when they have finished."))
     author = author_name(request.form.get("author", ""))
     session.document.restore(author, found.id)
-    why = N_("{name} has brought back the version “{version}”.", name=author, version=found.name)
+    why = N_("{name} has restored the version “{version}”.", name=author, version=found.name)
     session.tell("reload", {"why": why})
     session.check_soon()
-    return N_("“{version}” is back. What the workbook was before is kept as a version too.", version=found.name)
+    return N_("“{version}” is restored. The workbook as it was before is saved as a version too.", version=found.name)
 
 
 def file_name(book: str, version: Version) -> str:

@@ -77,7 +77,7 @@ def page(run: str) -> str:
     line = line_of(metadata, names)
     trouble = "" if metadata.readable else sentences(metadata.why, metadata.remedy)
     if metadata.ended == "going":
-        trouble = N_("This run is going on; it can be replayed when it is over.")
+        trouble = N_("This run is still in progress; it can be replayed when it is over.")
     mine = [line.book] if line.book else []
     groups = current_and_kept(list(dict.fromkeys([*mine, *names])), mine)
     return show(ReplayPage(line, trouble, tuple(groups), _asked()))

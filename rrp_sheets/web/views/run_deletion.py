@@ -93,7 +93,7 @@ def _deleted_page(participant: str, names: list[str]) -> DeletePage:
     runs = services().runs
     answer = _of_exporter("delete_planned", participant, names, expected, below)
     if not answer["deleted"]:
-        notice = N_("Meanwhile there are other runs than were shown; nothing was deleted. Look again.")
+        notice = N_("The list of runs has changed since it was shown, so nothing was deleted. Check the list again.")
         return _page(participant, answer, notice, failed=True)
     runs.forget({str(run["run"]) for run in answer["runs"]})
     count = len(answer["runs"]) + sum(len(d["runs"]) for d in answer.get("below", ()) if d["folder"] in below)
@@ -103,7 +103,7 @@ def _deleted_page(participant: str, names: list[str]) -> DeletePage:
         notice = N_(of_code, n=count, code=participant)
     if answer["begun"]:
         begun = listed([printable(str(n)) for n in answer["begun"][:_MOST_NAMED]])
-        more = N_("Meanwhile there is another one, which stays: {runs}. Delete again when it has ended.", runs=begun)
+        more = N_("A new run has begun and was not deleted: {runs}. Delete it when it has ended.", runs=begun)
         notice = sentences(notice, more)
     return _page(participant, answer, notice, failed=bool(answer["begun"]))
 

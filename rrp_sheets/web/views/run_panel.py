@@ -40,7 +40,7 @@ def stop() -> tuple[Response, int]:
     """Stop the run, of whichever workbook it is; no workbook is opened, and no body read that could be refused."""
     run = services().run_manager.run
     if run is None:
-        return jsonify({"message": N_("No run is going.")}), 409
+        return jsonify({"message": N_("No run is in progress.")}), 409
     if run.is_going:  # else it has ended while Stop was pressed: nothing is wrong
         run.stop(author_name(request.args.get("name", "")))
     return jsonify({}), 200
@@ -83,7 +83,7 @@ def act(name: str, action: str) -> tuple[Response, int]:
         return jsonify({}), 200
     run = run_manager.going_run(session)
     if run is None:
-        return jsonify({"message": N_("No run of this workbook is going.")}), 409
+        return jsonify({"message": N_("No run of this workbook is in progress.")}), 409
     _ACTIONS[action](run, author_of(sent), sent)
     return jsonify({}), 200
 

@@ -70,7 +70,7 @@ _SECONDS = 15.0  # for the layout; a larger diagram is told as too large
 _LINE = 16.0  # from line to line of a text in place of a diagram
 MOST_DRAWN_ROWS = 500  # of a behaviour that is drawn and told in words here: nobody reads more beside a table
 _TOO_LONG = (
-    N_("This is too long to be drawn here: more than {n} rows.", n=MOST_DRAWN_ROWS), N_("Divide the sheet."),
+    N_("Too large to draw (over {n} rows).", n=MOST_DRAWN_ROWS), N_("Split the sheet."),
 )  # fmt: skip
 
 blueprint = Blueprint("sheet", __name__)
@@ -369,7 +369,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     missing = sorted(name for name in sheets if name not in document.grids)
     if missing:
         message = N_("There is no sheet “{sheet}” that this fix could change.", sheet=missing[0])
-        raise Refused(message, N_("Make it, or mend it by hand."))
+        raise Refused(message, N_("Create it, or fix this by hand."))
     steps = list(_steps(document.grids, fix.edits))
     if not steps:
         raise Refused(_OLD, _LOOK)
@@ -450,7 +450,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         chosen = replace(behaviour, steps=part_of(behaviour, headings, part))
         offered = parts(behaviour.steps, headings, int(part.removeprefix("around-")) if part[7:].isdecimal() else 0)
         if not analysis.understood:
-            why = N_("The diagram comes when the problems are mended.")
+            why = N_("The diagram appears when the problems are fixed.")
         elif len(chosen.steps) > MOST_DRAWN_ROWS:
             why = sentences(*_TOO_LONG)
         else:
@@ -482,7 +482,7 @@ def own_grid(document: Document, name: str) -> Grid:
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
     """Draw the behaviour's diagram, or a picture with the reason why there is none."""
     if not book.analysis.understood:
-        return _in_words([N_("This cannot be drawn yet."), N_("First mend the problems beside it.")])
+        return _in_words([N_("This cannot be drawn yet."), N_("Fix the problems beside it first.")])
     if len(behaviour.steps) > MOST_DRAWN_ROWS:
         return _in_words(_TOO_LONG)
     try:

@@ -189,12 +189,12 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
 def _new(repository: WorkbookRepository) -> Done:
     path = _new_path(repository, request.form.get("name", ""))
     api.new(path, template=request.form.get("template", "guided"))
-    return N_("Made {name}.", name=path.name), path.name
+    return N_("Created {name}.", name=path.name), path.name
 
 
 def _tutorial(repository: WorkbookRepository) -> Done:
     path = begin_tutorial(repository.folder)
-    return N_("Made {name}.", name=path.name), path.name
+    return N_("Created {name}.", name=path.name), path.name
 
 
 def _copy(repository: WorkbookRepository) -> Done:
@@ -204,7 +204,7 @@ def _copy(repository: WorkbookRepository) -> Done:
         message = N_("“{name}” is no file any more.", name=source.name)
         raise SheetsError(message, N_("Put the workbook there again."))
     write_atomically(target, source.read_bytes(), replace=False)
-    return N_("Made {name}.", name=target.name), target.name
+    return N_("Created {name}.", name=target.name), target.name
 
 
 def _rename(repository: WorkbookRepository) -> Done:
@@ -223,7 +223,7 @@ def _archive(repository: WorkbookRepository) -> Done:
     target = _numbered(folder / source.name)
     with services().open_workbooks.without(source.name):
         shutil.move(source, target)
-    return N_("{name} is in the folder {folder} now.", name=source.name, folder=ARCHIVE), ""
+    return N_("{name} is now in the folder {folder}.", name=source.name, folder=ARCHIVE), ""
 
 
 def _unarchive(repository: WorkbookRepository) -> Done:
@@ -233,7 +233,7 @@ def _unarchive(repository: WorkbookRepository) -> Done:
         raise SheetsError(N_("This workbook is not in the archive any more."), N_("Look at the list again."))
     target = _numbered(repository.folder / name)
     source.rename(target)
-    return N_("{name} is back on the shelf.", name=target.name), target.name
+    return N_("{name} is restored.", name=target.name), target.name
 
 
 def _upload(repository: WorkbookRepository) -> Done:
@@ -254,7 +254,7 @@ def _upload(repository: WorkbookRepository) -> Done:
         except SheetsError as error:
             done = N_("{names} could be stored.", names=both(stored)) if stored else ""
             raise SheetsError(sentences(error.message, done), error.remedy) from error
-    notice = N_("{names} is on the shelf." if len(stored) == 1 else "{names} are on the shelf.", names=both(stored))
+    notice = N_("{names} is uploaded." if len(stored) == 1 else "{names} are uploaded.", names=both(stored))
     return sentences(notice, *notes), stored[0] if len(stored) == 1 else ""
 
 

@@ -45,7 +45,7 @@ def parse(data: bytes) -> etree._Element:
     """Parse UTF-8 without a declaration; raises SheetsError for broken or unsafe XML."""
     if _DOCTYPE.match(data):
         message = N_("A part of the file declares its own document type.")
-        raise SheetsError(message, N_("Save the workbook anew in Excel."))
+        raise SheetsError(message, N_("Save the workbook again in Excel."))
     refuse_endless(data)
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False, load_dtd=False, strip_cdata=False

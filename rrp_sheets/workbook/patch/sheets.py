@@ -311,7 +311,7 @@ def _part_for(package: PackageEdit, kept: dict[str, Any]) -> str:
     if taken or _style_digest(package, kept["counts"]) != kept["ground"]:
         name = kept["sheet"]
         message = N_("“{sheet}” cannot come back as it was: another program has saved the workbook since.", sheet=name)
-        raise SheetsError(message, N_("Take it from a version that was kept before (Versions)."))
+        raise SheetsError(message, N_("Take it from a version that was saved before (Versions)."))
     return kept["part"] if kept["part"].casefold() not in there else listed.free_part(package)
 
 

@@ -10,12 +10,12 @@ const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
 const SERVER = t("The server cannot be reached. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
   403: t("You are not logged in any more, or the program was started again."),
-  404: t("It is not there any more: somebody renamed, moved or deleted it."),
+  404: t("It no longer exists: somebody renamed, moved or deleted it."),
 };
 const STOPPED = { // why an edit waits for a person, by status
   0: t("The server cannot be reached. Start it again, then choose Try again."),
   403: t("This browser is signed out. Open the link that the server prints, then choose Try again."),
-  404: t("The workbook was renamed or moved. Copy your changes, then open it from the shelf."),
+  404: t("The workbook was renamed or moved. Copy your changes, then open it from the page Workbooks."),
 };
 const TOO_MUCH = t("That is too much at once. Paste it in smaller pieces.");
 const RECONNECT_MS = 5000; // before the next try of the connection
@@ -23,8 +23,8 @@ const MOST_TRIES = 120; // of the connection, in a row: some ten minutes
 const FINAL = new Set([403, 404]); // statuses of the connection that nothing changes by itself
 const LOST = { // why there is no connection, by status
   403: t("This browser is signed out. Open the link that the server prints, or log in; then choose Try again."),
-  404: t("The workbook was renamed or moved. Go to the shelf."),
-  503: t("So many pages are open that this one is not told what happens. Close another one; this one then goes on by itself."),
+  404: t("The workbook was renamed or moved. Go to Workbooks."),
+  503: t("Too many pages are open, so this one is not updated. Close another one; this one then continues by itself."),
   0: t("The server cannot be reached. This page tries again by itself."),
 };
 const PAGE = "page"; // the key of this page's identity in the tab's storage

@@ -88,7 +88,7 @@ export class Clipboard {
     const wide = Math.max(...all.map((line) => line.length));
     if (wide > table.width - left) {
       const n = wide - (table.width - left);
-      const leftOut = tn("{n} column did not fit in and was left out.", "{n} columns did not fit in and were left out.", { n });
+      const leftOut = tn("{n} column did not fit and was skipped.", "{n} columns did not fit and were skipped.", { n });
       grid.say(`${block.said} ${leftOut}`.trim(), true);
     }
     selection.spread(box.top, left, Math.min(box.top + all.length, table.rows.length) - 1,

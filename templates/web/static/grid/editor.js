@@ -274,7 +274,7 @@ export class Editor {
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
     if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move, alone);
-    else if (keep && text !== this.was) this.context.lost(t("The row was deleted meanwhile. Copy your text, and paste it where it belongs."), text);
+    else if (keep && text !== this.was) this.context.lost(t("The row has been deleted. Copy your text, and paste it where it belongs."), text);
   }
 
   /** The focus goes from one element to another, or to none: that ends editing, but not while help is read. */

@@ -293,7 +293,7 @@ class Unsent {
     area.readOnly = true;
     area.rows = Math.min(10, lines.split("\n").length + 1);
     area.setAttribute("aria-label", t("Changes that are not saved"));
-    const dialog = open(t("Changes that are not saved"), [make("p", t("They are sent when the server takes them again. You can copy them.")), area]);
+    const dialog = open(t("Changes that are not saved"), [make("p", t("They are sent when the server accepts them again. You can copy them.")), area]);
     const copy = button(t("Copy"), async () => {
       area.select();
       if (navigator.clipboard) await navigator.clipboard.writeText(lines);
@@ -420,7 +420,7 @@ export class Drafts {
     const fixed = table.grid.ariaReadOnly === "true";
     const words = draft.column < 0 ? t("You typed this while the server did not answer, and it is not saved. Copy your text, and paste it where it belongs.")
       : cell ? t("You had not finished {cell} when this page was left.", { cell: table.address(cell) })
-      : t("You had not finished {cell}, and its row is gone now. Copy your text, and paste it where it belongs.", { cell: draft.address });
+      : t("You had not finished {cell}, and its row has been deleted. Copy your text, and paste it where it belongs.", { cell: draft.address });
     return new Promise((resolve) => {
       const dialog = open(t("You were typing"), [make("p", words), text]);
       dialog.addEventListener("close", resolve);
@@ -430,7 +430,7 @@ export class Drafts {
         action(); // at once: the next key is for the editor
       }));
       if (cell && !fixed) {
-        ends(t("Go on typing"), () => {
+        ends(t("Continue typing"), () => {
           selection.go(table.row(draft.row), k);
           editor.open(selection.cell, draft.text, draft.was);
         });

@@ -76,7 +76,7 @@ export function finder(grid) {
   }
 
   function replaces() {
-    if (names.checked) grid.say(t("A name is changed by “Rename everywhere” in the menu of its cell."), true);
+    if (names.checked) grid.say(t("To change a name, use “Rename everywhere” in the menu of its cell."), true);
     return !names.checked;
   }
 

@@ -96,13 +96,13 @@ export class Grid {
   /** Take a cell for editing, or give it free; when somebody else has it, that is told. */
   async taking(row, k, on) {
     const comment = on ? aboutComment(this.table, this.table.cell(this.table.row(row), k)) : "";
-    if (on) this.spoken.say(t("Editing {column}. {help}", { column: this.table.name(k), help: comment || t("Enter keeps, Escape takes back.") }));
+    if (on) this.spoken.say(t("Editing {column}. {help}", { column: this.table.name(k), help: comment || t("Enter to save, Escape to cancel.") }));
     const column = this.table.sheetColumn(k);
     if (!on) this.drafts.drop();
     const answer = await this.server[on ? "lock" : "unlock"](row, column);
     if (answer.locked && this.editor.isOpen && this.editor.rowId === row && this.editor.k === k) {
       this.editor.contest();
-      this.say(t("{why} Whoever ends second is asked which text stays.", { why: answer.message }), true);
+      this.say(t("{why} Whoever finishes second is asked which text to keep.", { why: answer.message }), true);
     }
   }
 
@@ -131,7 +131,7 @@ export class Grid {
   /** True, with a message, when the sheet can only be read here. */
   refuses() {
     const fixed = this.table.grid.ariaReadOnly === "true";
-    if (fixed) this.say(t("This sheet can only be read here, not be changed."), true);
+    if (fixed) this.say(t("This sheet is read-only here."), true);
     return fixed;
   }
 
@@ -208,7 +208,7 @@ export class Grid {
     if (move === null) {
       if (document.activeElement === document.body) this.selection.go(row, k);
     } else this.move(move, row, k);
-    this.spoken.moved(text !== was ? t("Kept") : move === null ? t("Taken back") : t("Unchanged"));
+    this.spoken.moved(text !== was ? t("Saved") : move === null ? t("Cancelled") : t("Unchanged"));
     this.stand();
   }
 
@@ -303,8 +303,8 @@ export class Grid {
       this.selection.cell?.focus({ preventScroll: true });
       const others = [...new Set(answer.rows.map((r) => r.sheet))].filter((name) => name !== this.server.sheet);
       this.say(others.length
-        ? t("Done: {title} (also in {sheets}). Ctrl+Z takes it back.", { title, sheets: listed(others) })
-        : t("Done: {title}. Ctrl+Z takes it back.", { title }));
+        ? t("Done: {title} (also in {sheets}). Press Ctrl+Z to undo.", { title, sheets: listed(others) })
+        : t("Done: {title}. Press Ctrl+Z to undo.", { title }));
     });
   }
 }
@@ -318,7 +318,7 @@ function retrace(grid, entries, isRedo) {
   const told = here.map((entry) => describe(grid, entry)).filter(Boolean);
   if (others.length) told.push(t("changed in {sheets}", { sheets: listed(others) }));
   const changes = told.slice(0, 3).join("; ") || t("nothing to be seen");
-  grid.say(isRedo ? t("Done again: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
+  grid.say(isRedo ? t("Redone: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
 }
 
 function describe(grid, { cells, insert, remove, move }) {
@@ -344,7 +344,7 @@ function describe(grid, { cells, insert, remove, move }) {
     if (insert?.length) return numbers.length > 1 ? t("rows {first} to {last} are there", span) : t("row {first} is there", span);
     return numbers.length > 1 ? t("rows {first} to {last} moved", span) : t("row {first} moved", span);
   }
-  if (remove?.length) return tn("a row is gone", "{n} rows are gone", { n: remove.length });
+  if (remove?.length) return tn("a row was deleted", "{n} rows were deleted", { n: remove.length });
   return "";
 }
 

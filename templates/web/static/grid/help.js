@@ -63,7 +63,7 @@ export function help(grid) {
     query.set("book", panel.dataset.book);
     const { ok, status, text } = await request(`${panel.dataset.url}?${query}`);
     if (!ok) {
-      grid.say(t("There is no help now. {why}", { why: why({ status, text }) }), "error");
+      grid.say(t("Help is not available now. {why}", { why: why({ status, text }) }), "error");
       return null;
     }
     const holder = document.createElement("template");

@@ -21,7 +21,7 @@ function renewed(grid, listen) {
   let waits = false;
   listen.addEventListener("program", ({ detail }) => {
     const { program } = listen.dataset;
-    if (program && JSON.parse(detail.data).version !== program) wait(t("The program was renewed."));
+    if (program && JSON.parse(detail.data).version !== program) wait(t("The program was updated."));
   });
   listen.addEventListener("reload", ({ detail }) => {
     const { sheet, why } = JSON.parse(detail.data);

@@ -32,7 +32,7 @@ export class Held {
   /** Hold what is done until a job has ended. */
   async until(job) {
     this.jobs++;
-    const slow = setTimeout(() => this.grid.say(t("The server has not answered yet. What you type is kept and follows.")), TOLD_AFTER_MS);
+    const slow = setTimeout(() => this.grid.say(t("The server has not answered yet. What you type is kept here and sent later.")), TOLD_AFTER_MS);
     try {
       return await job();
     } finally {

@@ -115,5 +115,5 @@ async function take() {
 
 async function get(url, body) {
   const { ok, status, json } = await request(url, { body });
-  return ok ? json : { message: status === 404 ? t("There is no such row any more. Reload the page.") : refusal(status) };
+  return ok ? json : { message: status === 404 ? t("This row no longer exists. Reload the page.") : refusal(status) };
 }

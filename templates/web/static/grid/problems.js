@@ -23,7 +23,7 @@ export class Mending {
   /** Ctrl+. in a cell. */
   go() {
     const buttons = this.buttons();
-    if (!buttons.length) this.grid.say(t("There is no remedy to apply in this cell."));
+    if (!buttons.length) this.grid.say(t("There is no fix to apply in this cell."));
     else if (buttons.length === 1) this.grid.fix(buttons[0]);
     else buttons[0].focus();
   }
@@ -87,8 +87,8 @@ export function noteOf(table, cell) {
 export function spoken(table, cell) {
   const mark = markOf(table, cell.parentElement);
   if (!mark || mark === cell) return "";
-  return alone(table, mark) ? t("This row begins with #: the robot leaves it out. Without the # it counts.")
-    : t("This row begins with #: the robot leaves it out. Write your row into an empty one (Esc leaves this cell).");
+  return alone(table, mark) ? t("This row begins with #, so the robot skips it. Without the # the row is used.")
+    : t("This row begins with #, so the robot skips it. Write your row into an empty one (Esc to leave this cell).");
 }
 
 /** The actions of the key and the button beside a comment; `mark` shows at once whether what was typed into a row makes it one. */
@@ -111,7 +111,7 @@ export function comments(grid) {
     if (!mark || grid.refuses()) return;
     grid.change([[mark, table.value(mark).trimStart().replace(/^#+\s*/, "")]]);
     if (grid.editor.isOpen) grid.editor.mend();
-    grid.say(t("The # is taken away: the row counts. Ctrl+Z takes it back."));
+    grid.say(t("The # is removed: the row is used. Press Ctrl+Z to undo."));
   }
 
   function mark(row) {
@@ -131,7 +131,7 @@ function alone(table, mark) {
 }
 
 function offer() {
-  const button = make("button", { type: "button", className: "button small", tabIndex: -1 }, t("Take the # away"), " ", make("kbd", hintOf("uncomment")));
+  const button = make("button", { type: "button", className: "button small", tabIndex: -1 }, t("Remove the #"), " ", make("kbd", hintOf("uncomment")));
   button.dataset.uncomment = "";
   return button;
 }

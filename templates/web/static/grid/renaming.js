@@ -131,7 +131,7 @@ export class Renaming {
     const { edits } = grid.server;
     const newest = (act) => () => {
       if (grid.server.edits === edits) act();
-      else grid.say(t("You have changed something else since. Ctrl+Z takes your changes back one by one."), true);
+      else grid.say(t("You have changed something else since. Press Ctrl+Z to undo your changes one by one."), true);
     };
     const acts = [[t("Undo"), newest(() => grid.undo())], ...(alone ? [[t("Only this cell"), newest(alone)]] : [])];
     status(tn("“{was}” is now “{text}” in {n} row.", "“{was}” is now “{text}” in {n} rows.", { was, text, n: rows }), "told", acts);

@@ -112,17 +112,17 @@ export function sheetTabs(grid, listen) {
   }
 
   function rename(sheet) {
-    asking(t("Rename “{name}”", { name: sheet }), [[t("Name"), sheet, t("Everything that names this sheet follows: tests, formulas, the Protocol.")]], t("Rename"),
+    asking(t("Rename “{name}”", { name: sheet }), [[t("Name"), sheet, t("Everything that names this sheet is updated too: tests, formulas, the Protocol.")]], t("Rename"),
       (dialog, title) => (title === sheet ? dialog.close() : send("rename", { of: sheet, title }, dialog)));
   }
 
   async function remove(sheet) {
     const { ok, status, json } = await request(`${server.url}/sheets/about/${encodeURIComponent(sheet)}`);
-    const about = ok ? json : { message: status ? t("There is no such sheet any more.") : refusal(status) };
+    const about = ok ? json : { message: status ? t("This sheet no longer exists.") : refusal(status) };
     if (about.message) return grid.say(about.message, "error");
-    const has = about.rows === null ? t("It goes with everything in it. Ctrl+Z brings it back.")
-      : about.rows ? tn("It has {n} row. Ctrl+Z brings it back.", "It has {n} rows. Ctrl+Z brings it back.", { n: about.rows })
-        : t("It has no rows. Ctrl+Z brings it back.");
+    const has = about.rows === null ? t("Everything in it is deleted too. Press Ctrl+Z to undo.")
+      : about.rows ? tn("It has {n} row. Press Ctrl+Z to undo.", "It has {n} rows. Press Ctrl+Z to undo.", { n: about.rows })
+        : t("It has no rows. Press Ctrl+Z to undo.");
     const parts = [make("p", has)];
     if (about.naming.length) {
       const list = make("ul");
@@ -166,12 +166,12 @@ export function sheetTabs(grid, listen) {
       }[what];
     }
     const does = {
-      added: undone ? t("“{name}” is back.", places) : t("“{name}” is added.", places), deleted: t("“{name}” is deleted.", places),
-      renamed: t("“{was}” is called “{name}” now.", places), moved: t("“{name}” is moved.", places),
+      added: undone ? t("“{name}” is restored.", places) : t("“{name}” is added.", places), deleted: t("“{name}” is deleted.", places),
+      renamed: t("“{was}” is now called “{name}”.", places), moved: t("“{name}” is moved.", places),
     }[what];
     const follows = runs ? t("It is named in the Run of {sheets}, so it runs too.", { sheets: listed(others) })
-      : others.length ? tn("{sheets} follows.", "{sheets} follow.", { n: others.length, sheets: listed(others, " and ") }) : "";
-    return [does, follows, undone ? "" : t("Ctrl+Z takes it back.")].filter(Boolean).join(" ");
+      : others.length ? tn("{sheets} was updated too.", "{sheets} were updated too.", { n: others.length, sheets: listed(others, " and ") }) : "";
+    return [does, follows, undone ? "" : t("Press Ctrl+Z to undo.")].filter(Boolean).join(" ");
   }
 
   async function leave(name, words) {

@@ -46,7 +46,7 @@ async function awaitFiles(address) {
 async function awaitRecord(notice) {
   const { ok } = await request(notice.dataset.reading, { patience: RECORD_WITHIN_MS });
   if (ok) location.replace(notice.querySelector("a").href);
-  else notice.textContent = t("The record could not be read now. Reload the page.");
+  else notice.textContent = t("The recording could not be read now. Reload the page.");
 }
 
 /** Bring the page of a run to life; null on other pages. */
@@ -94,7 +94,7 @@ function follow(word) {
       said.remove();
       return;
     }
-    if (!said.firstChild && Date.now() - began > WORDS_AFTER_MS) said.append(t("The file is being made …"), document.createElement("span"));
+    if (!said.firstChild && Date.now() - began > WORDS_AFTER_MS) said.append(t("Creating the file …"), document.createElement("span"));
     if (said.firstChild && seconds > 1) said.lastChild.textContent = ` ${seconds} s`; // the words are spoken once
   }, LOOK_EVERY_MS);
 }

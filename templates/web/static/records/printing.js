@@ -14,13 +14,13 @@ async function pdf() {
   const chosen = new URLSearchParams(new FormData(form));
   button.disabled = true;
   said.className = "print-said";
-  said.textContent = t("The PDF is being made …");
+  said.textContent = t("Creating the PDF …");
   const { ok, status, text, json } = await request(`${button.dataset.pdf}?${chosen}`, { patience: PDF_WITHIN_MS });
   button.disabled = false;
   if (!ok || !json) return tell(why({ status, text }));
   if (json.trouble) return tell(json.trouble);
   location.assign(`${button.formAction}?${chosen}`);
-  said.textContent = [t("The PDF is made."), ...json.notes].join(" ");
+  said.textContent = [t("The PDF is ready."), ...json.notes].join(" ");
   return undefined;
 }
 

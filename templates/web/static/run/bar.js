@@ -7,9 +7,9 @@ import { clock, now } from "./time.js";
 
 const words = {
   none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), stopping: t("Stopping …"),
-  finishing: t("The robot comes to rest …"), ended: t("Run ended"),
+  finishing: t("Stopping: the robot is moving to its rest position …"), ended: t("Run ended"),
 };
-const UNKNOWN = t("This page is not told any more what the run does. If the server has ended, the robot comes to rest by itself. If only the network is interrupted, the run goes on: it can be stopped at the computer of the server. Stop tries it from here.");
+const UNKNOWN = t("This page no longer hears from the run. If the server has ended, the robot moves to its rest position by itself. If only the network is interrupted, the run continues: you can stop it at the computer of the server. Press Stop to try it from here.");
 const SHOWN = 12000; // ms that a refusal is told
 const SMALL = "button small"; // class of the buttons in lines of text
 const modes = { simulated: t("Simulated"), pilot: t("Pilot rehearsal"), real: t("Real robot") };
@@ -93,7 +93,7 @@ export function bar(root) {
     put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
     buttons.stop.disabled = !canBeStopped(state.phase);
     buttons.pause.disabled = !acting() || lost;
-    buttons.pause.lastElementChild.textContent = state.phase === "paused" ? t("Go on") : t("Pause");
+    buttons.pause.lastElementChild.textContent = state.phase === "paused" ? t("Continue") : t("Pause");
     buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);
     buttons.step.disabled = state.phase !== "paused" || lost;
     speed.disabled = unknown;
@@ -116,11 +116,11 @@ export function bar(root) {
   }
 
   function errorsLeft() {
-    return tn("Run starts when there are no errors: {n} error is left.", "Run starts when there are no errors: {n} errors are left.", { n: errors });
+    return tn("Fix {n} error to run.", "Fix {n} errors to run.", { n: errors });
   }
 
   function startReason(going) {
-    if (going) return t("A run is going.");
+    if (going) return t("A run is in progress.");
     if (elsewhere.phase !== "none") return t("{by} is running {book}. There is one robot, so one run at a time.", elsewhere);
     if (errors) return errorsLeft();
     return "";
@@ -140,10 +140,10 @@ export function bar(root) {
     if (unknown) notice.replaceChildren(make("span", { textContent: UNKNOWN }));
     else if (over) {
       notice.replaceChildren(make("span", { textContent: `${ended.words} ${ended.remedy}`.trim() }),
-        ...(state.folder ? [link(t("Look at the recording"), `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
+        ...(state.folder ? [link(t("Open the recording"), `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
         button(t("Back to the examples"), () => act("clear"), SMALL));
     } else if (unused) {
-      notice.replaceChildren(make("span", { textContent: t("The run goes on with the rows as they were. {why}", { why: restart }) }),
+      notice.replaceChildren(make("span", { textContent: t("Still running the old rows. {why}", { why: restart }) }),
         ...(errors ? [] : [button(t("Restart"), () => act("restart"), SMALL)]));
     }
   }

@@ -5,10 +5,10 @@ import { act, request, takesActions } from "../api.js";
 import { make, put } from "../elements.js";
 import { listed, t } from "../texts.js";
 
-const EMPTY = t("This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log tell what it does.");
+const EMPTY = t("This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log show what it does.");
 const TURN = t("Drag to look around");
-const MOVE = t("Drag a thing to move it, elsewhere to look around");
-const LATER = t("Things can be moved while it runs. Drag to look around");
+const MOVE = t("Drag an object to move it, drag elsewhere to look around");
+const LATER = t("Objects can be moved during a run. Drag to look around");
 
 /** Fill `#robot3d`. */
 export async function robot3d(root) {
@@ -44,7 +44,7 @@ export async function robot3d(root) {
   };
   const hand = {
     limits: ways.map(([, least, most]) => [least, most]),
-    held(name) { caption.textContent = name ? t("{thing}: drag it where it shall be", { thing: name }) : LATER; },
+    held(name) { caption.textContent = name ? t("{thing}: drag it to where it should be", { thing: name }) : LATER; },
     moved(name, at, most) {
       move(name, at);
       const [forward, left, up] = at.map((metres) => metres.toFixed(2));

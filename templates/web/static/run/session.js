@@ -7,7 +7,7 @@ import { t, tn } from "../texts.js";
 import { move, ways } from "./robot.js";
 import { now } from "./time.js";
 
-const WAITS = t("comes when it goes on");
+const WAITS = t("sent when the run continues");
 const QUICK = { // verbs of the buttons beside a thing, by its kind
   ball: ["appears", "circles", "disappears"],
   person: ["enters", "looks away", "looks back", "leaves", "says", "touches", "pushes"],

@@ -6,7 +6,7 @@ import { put } from "../elements.js";
 import { t } from "../texts.js";
 
 const FADES = 8; // s after it was said
-export const NOTHING = t("Nothing was said yet");
+export const NOTHING = t("The robot hasn’t spoken yet");
 
 export const quoted = (text) => t("“{text}”", { text });
 export const lastSaid = (text) => t("last said: {text}", { text });

@@ -122,5 +122,5 @@ class View {
 begin().catch((error) => {
   const note = document.getElementById("trouble");
   note.hidden = false;
-  note.textContent = error.message || t("The record cannot be read.");
+  note.textContent = error.message || t("The recording cannot be read.");
 });
