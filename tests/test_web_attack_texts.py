@@ -210,7 +210,7 @@ def test_nothing_runs_on_any_page(
         page.goto(f"{url}{address}")
         if page.query_selector("#listen"):
             listening(page)
-            page.wait_for_selector("#panels:not([aria-busy])")
+            page.wait_for_selector("#panels:not([aria-busy])", state="attached")
         becomes(lambda: page.evaluate(STRANGERS), [], address)
         becomes(lambda: page.evaluate("window.seen"), [], address)
         expect(page.locator("img[src=x], b:text-is('bold'), b:text-is('Eve')"), address).to_have_count(0)
@@ -225,7 +225,7 @@ def test_people_cells_and_suggestions_are_shown_as_text(
     for page in pages:
         page.goto(f"{url}{book('good.xlsx')}")
         listening(page)
-        page.wait_for_selector("#panels:not([aria-busy])")
+        page.wait_for_selector("#panels:not([aria-busy])", state="attached")
     anna, eve = pages
     anna.wait_for_function("t => document.getElementById('people').textContent.includes(t)", arg=PERSON)
     for header in ("Input streams", "Connector", "Formula", "Output stream", "Notes"):
