@@ -124,7 +124,7 @@ def test_undo_for_which_there_is_no_room_can_be_made_later(document: Document) -
     journal = document.file.journal._db
     (pages,) = journal.execute("pragma page_count").fetchone()
     journal.execute(f"pragma max_page_count = {pages}")
-    with pytest.raises(SheetsError, match="This was not stored"):
+    with pytest.raises(SheetsError, match="This was not saved"):
         document.undo("Aya")
     journal.execute("pragma max_page_count = 100000")
     document.undo("Aya")

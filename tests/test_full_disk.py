@@ -55,7 +55,7 @@ def test_with_a_full_disk_nothing_is_lost_and_everyone_is_told(folder: Path) -> 
     with Served(folder, FULL) as server:
         told = {server.answer(row % 20, f"edit {row}").get("message", "stored") for row in range(15)}
         assert told and all("cannot be written" in str(words) for words in told), told
-        assert "was not stored" in str(server.answer(0, "x" * 30_000, cells=6)["message"])  # no room in the journal
+        assert "was not saved" in str(server.answer(0, "x" * 30_000, cells=6)["message"])  # no room in the journal
         assert "stored" in server.get("book/b.xlsx") and "T" in server.get("")
         notice = server.form("book/b.xlsx/versions/keep", {"title": "full"})
         assert "is-error" in notice and "Traceback" not in notice
@@ -95,11 +95,11 @@ def test_what_cannot_be_kept_of_a_run_is_told_and_the_rest_is_whole(tmp_path: Pa
     command = ["run", str(book), "--fast", "--for", "12s", "--out", str(out)]
     small = FULL.replace(
         str(LIMIT), "62_000"
-    )  # less than the pictures of 12 s, more than each other file (robot.toml: 58 kB)
+    )  # less than the pictures of 12 s, more than each other file (robot.toml: 60 kB)
     done = forked.run([sys.executable, "-c", small, *command], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     notes = [e.text for e in TraceReader(out) if isinstance(e, RecordedNotice) and e.kind == "note"]
-    assert [note.split(" cannot be kept (")[0] for note in notes] == ["What the camera sees", "The film"]
+    assert [note.split(" cannot be saved (")[0] for note in notes] == ["What the camera sees", "The film"]
     assert all(note in done.stdout for note in notes)
     assert not {"camera.zip", "film.gif", "strip.png"} & {path.name for path in out.iterdir()}
     assert json.loads((out / "poses.jsonl").read_text(encoding="utf-8").splitlines()[-1])["t"] > 7

@@ -214,7 +214,7 @@ def test_a_run_that_goes_on_is_not_deleted(tmp_path: Path) -> None:
     run_manager = client.application.extensions["services"].run_manager
     run_manager.run = SimpleNamespace(folder="1-a", session=None, is_going=True)
     answer = send(client, participant="P-01", typed="P-01", shown="1-a")
-    assert answer.status_code == 200 and "1-a goes on" in answer.text and "To the runs" in answer.text
+    assert answer.status_code == 200 and "1-a is still in progress" in answer.text and "To the runs" in answer.text
     assert (tmp_path / "runs" / "1-a" / "trace.jsonl").is_file()
 
 

@@ -191,15 +191,15 @@ def test_a_run_that_goes_on_is_refused(folder: Path) -> None:
         assert metadata_of(trace.parent).ended == "cut"
         lock(written)
         assert metadata_of(trace.parent).ended == "going"  # although nothing was written for long
-        with pytest.raises(SheetsError, match="8-now goes on"):
+        with pytest.raises(SheetsError, match="8-now is still in progress"):
             plan(folder, CODE)
     planned = plan(folder, CODE)
     assert len(planned.runs) == 4
-    with pytest.raises(SheetsError, match="1-a goes on"):
+    with pytest.raises(SheetsError, match="1-a is still in progress"):
         plan(folder, CODE, going={"1-a"})
     with trace.open("a") as written:
         lock(written)
-        with pytest.raises(SheetsError, match="8-now goes on"):
+        with pytest.raises(SheetsError, match="8-now is still in progress"):
             delete(planned)
     assert (folder / "runs" / "1-a").is_dir()  # nothing went before that was seen
 
@@ -386,7 +386,10 @@ def test_a_run_that_begins_is_told_when_it_may_be_of_the_code(study: Path) -> No
 
 
 def test_a_run_whose_last_files_are_written_is_refused(study: Path) -> None:
-    with locked(study / "runs" / "1-a"), pytest.raises(SheetsError, match="1-a goes on, or is still being written"):
+    with (
+        locked(study / "runs" / "1-a"),
+        pytest.raises(SheetsError, match="1-a is still in progress, or is still being written"),
+    ):
         plan(study, CODE)
     assert len(plan(study, CODE).runs) == 1
 
@@ -405,7 +408,7 @@ def test_deleting_while_a_run_of_the_code_begins_leaves_nothing_half(tmp_path: P
                 refused.add(error.message)
             with suppress(subprocess.TimeoutExpired):
                 process.wait(0.01)
-    assert process.returncode == 0 and any("goes on, or is still being written" in said for said in refused)
+    assert process.returncode == 0 and any("in progress, or is still being written" in said for said in refused)
     places = [p for p in (tmp_path / "runs").iterdir() if p.is_dir()]
     for place in places:  # when it was not deleted, it is whole
         assert {"trace.jsonl", "protocol.xlsx", "run.xlsx", "diagram.svg"} <= {p.name for p in place.iterdir()}

@@ -70,7 +70,7 @@ def test_a_page_that_knows_the_old_name_only_loses_nothing(document: Document) -
     assert document.grids["Watch"].rows[0] == row and document.current("Look") == "Watch"
     document.undo("Aya")
     document.sheets.add("Kai", "behaviour", "Look")  # now that name means another sheet
-    with pytest.raises(Refused, match="deleted meanwhile"):
+    with pytest.raises(Refused, match="has been deleted"):
         document.set_cells("Aya", "Look", [CellText(row, 6, "too late")])
 
 
@@ -203,7 +203,7 @@ def test_undo_on_a_deleted_sheet_is_refused_and_kept(document: Document) -> None
     assert deleted is not None
     document.sheets.delete("Cem", "Parts")
     for _ in range(2):
-        with pytest.raises(Refused, match="It waits until somebody brings the sheet back"):
+        with pytest.raises(Refused, match="It waits until somebody restores the sheet"):
             document.undo("Aya")
     document.undo("Cem")
     document.undo("Aya")
