@@ -98,7 +98,7 @@ def test_many_rows_come_and_go(grid: GridPage, folder: Path) -> None:
     assert held(grid, folder) == before
     eventually(lambda: grid.page.evaluate("document.activeElement.closest('td') !== null"))
     grid.press("Control+y")
-    grid.page.wait_for_selector("#status:has-text('gone')")
+    grid.page.wait_for_selector("#status:has-text('were deleted')")
     grid.press("Control+z")
     grid.page.wait_for_selector("#status:has-text('are there')")
 

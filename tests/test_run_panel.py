@@ -268,7 +268,7 @@ def test_codes_are_asked_for_a_session_or_a_rehearsal_only(browser, url: str) ->
 def test_run_waits_until_no_error_is_left_and_stop_is_in_sight(browser, url: str) -> None:
     at = GridPage(browser, url, "wrong.xlsx/run")
     page = at.page
-    expect(page.locator("#run-why")).to_contain_text("1 error is left")
+    expect(page.locator("#run-why")).to_contain_text("Fix 1 error to run.")
     page.click("#views [data-view=problems]")
     expect(page.locator(".problem-list")).to_be_visible()
     page.evaluate("document.querySelector('.problem-list').remove()")  # a list that comes later than its number
