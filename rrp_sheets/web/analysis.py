@@ -23,6 +23,7 @@ from rrp_sheets.robots.gesture_sheet import parse_gestures
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.workbook import Reading
 
+MOST_DRAWINGS = 50  # that are kept: one may be asked around each row
 _SECONDS = 5.0  # for a diagram's layout
 
 
@@ -84,6 +85,8 @@ class Analysis:
         """
         what = (behaviour.key, tuple(step.number for step in behaviour.steps))
         if what not in self._drawings:
+            if len(self._drawings) >= MOST_DRAWINGS:
+                self._drawings.clear()
             flags = self.flags(behaviour)
             drawn = draw_diagram(self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS)
             self._drawings[what] = drawn[0].svg if drawn else ""
