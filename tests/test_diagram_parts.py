@@ -39,8 +39,8 @@ def test_what_hangs_together_with_all_is_cut(tmp_path) -> None:
 
 
 def test_a_short_behaviour_is_not_divided(chain: BehaviourGraph) -> None:
-    assert parts(chain.steps[:3], HEADINGS, 0) == ()
-    assert [value for value, _ in parts(chain.steps, HEADINGS, 5)] == ["", "around-5", "below-3", "below-9"]
+    assert parts(chain.steps[:3], HEADINGS) == ()
+    assert [value for value, _ in parts(chain.steps, HEADINGS)] == ["", "around", "below-3", "below-9"]
 
 
 def test_the_panel_shows_the_chosen_part_and_goes_along_with_the_cursor(shelf: Books) -> None:

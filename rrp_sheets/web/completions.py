@@ -69,10 +69,10 @@ def _uses(analysis: Analysis) -> dict[str, dict[str, int]]:
     """Return how many rows use each stream of a behaviour, by its key, and of the sheet Devices, by an empty text."""
     streams, steps = analysis.graph.streams, [s for b in analysis.graph.behaviours for s in b.steps]
     used = Counter(
-        used
+        stream
         for step in steps
-        for used in {streams[i].done_of or i for i in (*step.inputs, step.output) if i in streams}
-        if used != step.output or streams[used].kind is StreamKind.ACTUATOR
+        for stream in {streams[i].done_of or i for i in (*step.inputs, step.output) if i in streams}
+        if stream != step.output or streams[stream].kind is StreamKind.ACTUATOR  # what a row gives it does not use
     )
     given = [("", key(device.stream.text)) for device in analysis.workbook.devices]
     given += [(i.partition("!")[0], i.partition("!")[2]) for i, s in streams.items() if s.kind is StreamKind.ORDINARY]

@@ -7,34 +7,31 @@ from collections.abc import Mapping, Sequence
 from rrp_sheets.graph import BehaviourGraph, Step
 from rrp_sheets.texts import N_
 
+AROUND = "around"
 HOPS = 2  # streams from the row in the middle to one that is shown with it
 MOST_AROUND = 40  # rows that are shown around one
 FEWEST = 8  # rows of a behaviour that is worth dividing
 
 
-def parts(steps: Sequence[Step], headings: Mapping[int, str], here: int) -> tuple[tuple[str, str], ...]:
-    """Return what can be shown of a behaviour, each with its name in requests and its title; nothing for a short one.
+def parts(steps: Sequence[Step], headings: Mapping[int, str]) -> tuple[tuple[str, str], ...]:
+    """Return what can be shown of a behaviour, each with its name and its title; nothing for a short one.
 
-    Args:
-        steps: rows of the behaviour.
-        headings: comments above rows, by the row's number.
-        here: the number of the row with the cursor, 0 for none.
+    `headings` are the comments above rows, by the row's number. A request adds the row to the part around one.
     """
     if len(steps) < FEWEST:
         return ()
     below = [(f"below-{n}", title) for n, title in sorted(headings.items()) if any(s.number >= n for s in steps)]
-    around = f"around-{here or steps[0].number}"
-    return (("", N_("All rows")), (around, N_("Around this row")), *below)
+    return (("", N_("All rows")), (AROUND, N_("Around this row")), *below)
 
 
 def part_of(behaviour: BehaviourGraph, headings: Mapping[int, str], asked: str) -> tuple[Step, ...]:
-    """Return the rows of a part by its name in requests; all rows for another name."""
+    """Return the rows of a part: `below-9` (a heading), `around-5` (a row); all rows for any other name."""
     kind, _, digits = asked.partition("-")
     number = int(digits) if digits.isdecimal() and len(digits) < 8 else 0
     if kind == "below" and number in headings:
         following = min((n for n in headings if n > number), default=10**8)
         return tuple(s for s in behaviour.steps if number <= s.number < following)
-    return _around(behaviour.steps, number) if kind == "around" and behaviour.steps else behaviour.steps
+    return _around(behaviour.steps, number) if kind == AROUND and behaviour.steps else behaviour.steps
 
 
 def _around(steps: Sequence[Step], number: int) -> tuple[Step, ...]:

@@ -32,7 +32,7 @@ from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
-from rrp_sheets.web.diagram_parts import part_of, parts
+from rrp_sheets.web.diagram_parts import AROUND, part_of, parts
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, error_text, script_json, show
 from rrp_sheets.web.requests import (
     Asked,
@@ -448,7 +448,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
     if behaviour is not None and behaviour.steps:
         headings = next((b.headings for b in analysis.workbook.behaviours if key(b.name) == behaviour.key), {})
         chosen = replace(behaviour, steps=part_of(behaviour, headings, part))
-        offered = parts(behaviour.steps, headings, int(part.removeprefix("around-")) if part[7:].isdecimal() else 0)
+        offered = parts(behaviour.steps, headings)
         if not analysis.understood:
             why = N_("The diagram appears when the problems are fixed.")
         elif len(chosen.steps) > MOST_DRAWN_ROWS:
@@ -463,7 +463,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
         left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
-        parts=offered, part=part if any(part == value for value, _ in offered) else "",
+        parts=offered, part=AROUND if part.startswith(AROUND) else part,
         row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
     )  # fmt: skip

@@ -108,9 +108,11 @@ export const COMMANDS = [
     when: (place, { key, repeat, target }) => !repeat && !target.closest?.(TYPED) && nth(place, key)?.disabled === false, run: (place, { key }) => nth(place, key).click() },
 ];
 
+const COPYING = ["cut", "copy", "paste", "clear", ""];
+const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: ["cut", "copy", "paste", "clear", "", "renameName", "fillDown", "fillRight", "", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"],
-  rows: ["cut", "copy", "paste", "clear", "", "fillDown", "", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"],
+  cell: [...COPYING, "renameName", "fillDown", "fillRight", ...ROWS],
+  rows: [...COPYING, "fillDown", ...ROWS],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
 

@@ -30,7 +30,6 @@ export function diagram(panels) {
   live.redrawn();
 }
 
-const AROUND = "around-"; // begins the part around a row
 const RESTS_MS = 300; // the cursor on a row, before the rows around it are drawn
 
 /** The rows of a long sheet that are drawn: all, those below a heading, or those around the row with the cursor. */
@@ -38,20 +37,19 @@ function part(panels) {
   const address = panels.getAttribute("hx-get");
   let here = 0;
   let timer = 0;
-  const show = (wanted) => {
-    panels.setAttribute("hx-get", wanted ? `${address}?part=${wanted}` : address);
+  const wanted = () => document.getElementById("diagram-part")?.value ?? "";
+  const show = () => {
+    const name = wanted() === "around" ? `around-${here}` : wanted();
+    const from = name ? `${address}?part=${name}` : address;
+    if (panels.getAttribute("hx-get") === from) return;
+    panels.setAttribute("hx-get", from);
     htmx.trigger("#panels", "recheck");
   };
-  panels.addEventListener("change", ({ target }) => {
-    if (target.id === "diagram-part") show(target.value.startsWith(AROUND) && here ? AROUND + here : target.value);
-  });
+  panels.addEventListener("change", ({ target }) => target.id === "diagram-part" && show());
   document.addEventListener("rrp:row", ({ detail }) => {
     here = detail.number;
     clearTimeout(timer);
-    timer = setTimeout(() => {
-      const shown = document.getElementById("diagram-part")?.value ?? "";
-      if (shown.startsWith(AROUND) && shown !== AROUND + here) show(AROUND + here);
-    }, RESTS_MS);
+    timer = setTimeout(show, RESTS_MS);
   });
 }
 

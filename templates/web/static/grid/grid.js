@@ -181,18 +181,11 @@ export class Grid {
     this.rows.reserve(0);
     const answer = this.server.cells(changes, rename);
     // which cells change only the server knows: what is typed next may be into one of them
-    if (rename) this.held.until(() => answer.then(({ rows }) => this.renamed(rows ?? [], changes[0]), () => {}));
+    if (rename) this.held.until(() => answer.then(({ rows }) => this.renaming.told(rows ?? [], changes[0]), () => {}));
     for (const { row, k } of changes) {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.mark(this.table.row(row));
     }
-  }
-
-  renamed(entries, { row, k, text, was }) {
-    this.renaming.told(entries, was, text, () => this.held.until(async () => {
-      await this.server.send("undo", {});
-      this.change([[this.table.cell(this.table.row(row), k), text]]);
-    }));
   }
 
   edited(cell, text, was, move, alone = false) {

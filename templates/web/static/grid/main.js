@@ -10,8 +10,8 @@ import { Grid } from "./grid.js";
 import { help } from "./help.js";
 import { menu } from "./menus.js";
 import { people } from "./people.js";
-import { over as retract } from "./spoken.js";
 import { rowWords } from "./row_words.js";
+import { over as retract } from "./spoken.js";
 import { sheetTabs } from "./tabs.js";
 import { splitter } from "./widths.js";
 

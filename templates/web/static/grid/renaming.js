@@ -94,7 +94,7 @@ export class Renaming {
       if (!found?.cells?.length || !dialog.open) return;
       done = () => {};
       dialog.close();
-      grid.held.until(async () => this.told((await grid.server.send("rename", { old, new: found.name })).rows ?? [], old, found.name));
+      grid.held.until(async () => this.told((await grid.server.send("rename", { old, new: found.name })).rows ?? [], { was: old, text: found.name }));
     });
     field.select();
     look();
@@ -123,9 +123,13 @@ export class Renaming {
     }
   }
 
-  /** Tell that a name was changed, which can be taken back; with `alone`, also in all cells but one. */
-  told(entries, was, text, alone) {
+  /** Tell that a name was changed, which can be undone; of a cell that gives it (`row` and `k`) in the other cells alone, too. */
+  told(entries, { was, text, row, k }) {
     const { grid } = this;
+    const alone = row && (() => grid.held.until(async () => {
+      await grid.server.send("undo", {});
+      grid.change([[grid.table.cell(grid.table.row(row), k), text]]);
+    }));
     const rows = new Set(entries.flatMap(({ sheet, cells = [] }) => cells.map(([row]) => `${sheet} ${row}`))).size;
     if (!rows || (alone && rows < 2)) return;
     const { edits } = grid.server;

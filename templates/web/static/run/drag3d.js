@@ -5,7 +5,7 @@ import * as THREE from "/vendor/js/three.module.js";
 
 const FINGER = 26;
 const MOUSE = 12; // pixels beside a thing that are still it
-const STEADY = 4; // px that a pointer may move and still clicks
+export const STEADY = 4; // px that a pointer may move and still clicks
 const DEEPER = 0.001; // of the way from the viewer to the thing, per pixel of the wheel
 const EDGE = 0.94; // of the way from the middle of the picture to its edge
 
@@ -18,7 +18,6 @@ export class Drag {
     const { element } = this;
     this.on = false; // whether things can be moved now
     this.grip = null; // what is held: { name, object, pointer, plane, off, limits }
-    this.ray = new THREE.Raycaster();
     this.lines = new Map(); // object → its outline's parts
     this.paint = outline();
     const first = { capture: true }; // before the view is turned
@@ -179,12 +178,9 @@ export class Drag {
     if (begun) this.told.chosen?.(name);
   }
 
-  aim({ clientX, clientY }) {
-    const box = this.element.getBoundingClientRect();
-    const within = (v) => Math.min(Math.max(v, -EDGE), EDGE); // what is dragged stays in the picture
-    const [x, y] = [(clientX - box.left) / box.width * 2 - 1, 1 - (clientY - box.top) / box.height * 2];
-    const point = new THREE.Vector2(within(x), within(y));
-    this.ray.setFromCamera(point, this.camera);
+  /** Aim at what is under the pointer: what is dragged stays in the picture. */
+  aim(event) {
+    this.ray = this.stage.rayTo(event, EDGE);
   }
 
   /** The name of the thing under the pointer or just beside it, that the robot does not hide. */

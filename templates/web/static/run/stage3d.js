@@ -56,6 +56,7 @@ export class Stage {
     this.late = 0;
     const again = () => this.ask();
     model.scene.again = again;
+    this.ray = new THREE.Raycaster();
     this.drag = new Drag(this, hand.limits, hand);
     this.touch = new Touch(this);
     this.orbit = new Orbit(canvas, this.camera, again);
@@ -68,6 +69,15 @@ export class Stage {
     this.aim();
     this.resize();
     this.orbit.settle(1);
+  }
+
+  /** The ray through a pointer; with `edge` (of the way from the middle) never beyond that. */
+  rayTo({ clientX, clientY }, edge = 1) {
+    const box = this.canvas.getBoundingClientRect();
+    const within = (v) => Math.min(Math.max(v, -edge), edge);
+    const point = new THREE.Vector2(within((clientX - box.left) / box.width * 2 - 1), within(1 - (clientY - box.top) / box.height * 2));
+    this.ray.setFromCamera(point, this.camera);
+    return this.ray;
   }
 
   paint() {

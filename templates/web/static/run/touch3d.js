@@ -5,8 +5,8 @@ import * as THREE from "/vendor/js/three.module.js";
 import { act } from "../api.js";
 import { make } from "../elements.js";
 import { t } from "../texts.js";
+import { STEADY } from "./drag3d.js";
 
-const STEADY = 4; // px that a pointer may move and still touches
 const BESIDE = 20; // px beside the robot that are still it
 const HOLDS = 250; // ms after which a touch lasts as long as it is held
 const AGAIN = 800; // ms between two tellings that it goes on
@@ -19,7 +19,6 @@ export class Touch {
     this.stage = stage;
     this.on = false;
     this.press = null; // { zone, x, y, timer, held }
-    this.ray = new THREE.Raycaster();
     this.zones = stage.model.touch.map(({ zone, link, xyz }) => ({ zone, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(zone) }));
     this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark));
     const { canvas } = stage;
@@ -93,9 +92,7 @@ export class Touch {
   /** The zone under a pointer, of the part of the robot that is in front. */
   under({ clientX, clientY }) {
     const box = this.stage.canvas.getBoundingClientRect();
-    const point = new THREE.Vector2((clientX - box.left) / box.width * 2 - 1, 1 - (clientY - box.top) / box.height * 2);
-    this.ray.setFromCamera(point, this.stage.camera);
-    const [front] = this.ray.intersectObject(this.stage.body.base, true);
+    const [front] = this.stage.rayTo({ clientX, clientY }).intersectObject(this.stage.body.base, true);
     const links = new Set(this.stage.body.links.values());
     let first = true; // the link itself; what hangs on the trunk is not the chest
     for (let node = front?.object; node && node !== this.stage.body.base; node = node.parent) {
