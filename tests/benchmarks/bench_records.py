@@ -91,5 +91,5 @@ def test_exporting_a_long_run(tmp_path: Path) -> None:
         api.export([place], tmp_path / name)
         timed(f"{name} of 100,000 events", began)
     began = processor()
-    assert set(plan(tmp_path, "P-01").elsewhere) >= {"run.csv", "run.xlsx", "plots.svg", "plots.pdf"}
+    assert set(plan(tmp_path, "P-01").elsewhere) >= {"run.csv", "run.xlsx", "plots.svg"}  # no PDF is searched
     timed("looking for the code in these", began)
