@@ -92,6 +92,13 @@ def _catalogue(language: str) -> gettext.NullTranslations:
     return found
 
 
+def templates() -> frozenset[str]:
+    """Return the texts of the program in English, those whose meaning depends on a context left out."""
+    with (LOCALE / "ja" / "LC_MESSAGES" / "messages.mo").open("rb") as file:
+        known = gettext.GNUTranslations(file)._catalog  # type: ignore[attr-defined]  # no public way to its keys
+    return frozenset(text for text in known if isinstance(text, str) and text and "\x04" not in text)
+
+
 def _translated(template: str, context: str, catalogue: gettext.NullTranslations) -> str:
     """Return the translation of a template, also of one whose first letter was recased."""
     find = (lambda text: catalogue.pgettext(context, text)) if context else catalogue.gettext

@@ -96,15 +96,15 @@ def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
 def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, queries: QueryWorker) -> None:
     place = write_run(tmp_path, "x", HEADER, EVENT, END)
     with pytest.raises(SheetsError, match="did not come to an end"):
-        QueryWorker(within=0.0).course(place)
-    assert queries.course(place)["count"] == 1
+        QueryWorker(within=0.0).course(place, "en")
+    assert queries.course(place, "en")["count"] == 1
     (place / "trace.jsonl").write_bytes(b"\xff\xfe")
     with pytest.raises(SheetsError, match="not a record"):
-        queries.course(place)
+        queries.course(place, "en")
     assert queries.pid is not None
     killed(queries.pid)
     write_run(tmp_path, "y", HEADER, EVENT, END)
-    assert queries.course(tmp_path / "runs" / "y")["count"] == 1
+    assert queries.course(tmp_path / "runs" / "y", "en")["count"] == 1
 
 
 def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,14 +114,14 @@ def test_who_comes_when_many_wait_is_told_and_waits_not(tmp_path: Path, monkeypa
 
     def one_more_meanwhile(*link: object) -> bool:
         with pytest.raises(SheetsError, match="at once") as told:
-            queries.course(place)
+            queries.course(place, "en")
         refused.append(told.value)
         return ready(*link)  # type: ignore[arg-type]
 
     monkeypatch.setattr(worker_process, "ready", one_more_meanwhile)
-    assert queries.course(place)["count"] == 1 and refused
+    assert queries.course(place, "en")["count"] == 1 and refused
     monkeypatch.setattr(worker_process, "ready", ready)
-    assert queries.course(place)["count"] == 1
+    assert queries.course(place, "en")["count"] == 1
     queries.close()
 
 
@@ -130,7 +130,7 @@ def test_what_the_process_keeps_for_a_moment_goes_with_it(tmp_path: Path, monkey
     scratch.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(scratch))
     queries = QueryWorker()
-    queries.course(write_run(tmp_path, "good", HEADER, END))
+    queries.course(write_run(tmp_path, "good", HEADER, END), "en")
     (place,) = scratch.iterdir()
     (place / "half a table").write_text("x", encoding="utf-8")
     queries.close()

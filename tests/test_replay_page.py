@@ -72,25 +72,25 @@ def test_what_cannot_be_replayed_says_why(page: Any, url: str, folder: Path) -> 
 
 def test_a_replay_that_nobody_waits_for_or_that_takes_too_long_is_ended(ran: Path) -> None:
     with pytest.raises(Stopped):
-        replay_apart(ran, None, lambda part: None, lambda: True)
+        replay_apart(ran, None, "en", lambda part: None, lambda: True)
     with pytest.raises(SheetsError, match="did not come to an end"):
-        replay_apart(ran, None, lambda part: None, within=0.0)
+        replay_apart(ran, None, "en", lambda part: None, within=0.0)
 
 
 def test_a_replay_is_done_once_and_told_to_all(ran: Path, tmp_path: Path) -> None:
     place = shutil.copytree(ran, tmp_path / "run")
     replays = Replays()
-    job = replays.job("one", place, lambda stack: None)
-    assert replays.job("one", place, lambda stack: None) is job
+    job = replays.job("one", place, lambda stack: None, "en")
+    assert replays.job("one", place, lambda stack: None, "en") is job
     deadline = time.monotonic() + 300
     while not job.over and time.monotonic() < deadline:
         job.done.wait(1)
-        replays.job("one", place, lambda stack: None)
+        replays.job("one", place, lambda stack: None, "en")
     assert job.account is not None and job.account["same"]
 
 
 def test_a_replay_is_given_up_when_the_services_are_closed(ran: Path) -> None:
     replays = Replays()
     replays.close()
-    job = replays.job("one", ran, lambda stack: None)
+    job = replays.job("one", ran, lambda stack: None, "en")
     assert job.done.wait(60) and job.given_up

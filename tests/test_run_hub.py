@@ -17,6 +17,7 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, record_from_mapping
 from rrp_sheets.runs.check_worker import CheckWorker, Findings
 from rrp_sheets.runs.run_data import RunStart
+from rrp_sheets.texts import N_
 from rrp_sheets.web import workbook_session
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.run_session import RunManager, RunOptions
@@ -34,6 +35,10 @@ START = RunStart(
 )  # fmt: skip
 ROWS = {"A!2": "w2", "A!3": "w3", "A!5": "w5"}
 BALL = record_from_mapping("Red ball", {"x": 0.1, "y": -0.2, "distance": 0.5, "colour": "red"})
+
+
+def put_to(x: int) -> str:
+    return N_("{thing} is put to {place} m.", thing="Red ball", place=f"{x}, 0, 0")
 
 
 @pytest.fixture
@@ -84,10 +89,7 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(run_state: 
     run_state.notice(3_200_000, Notice("say", "Hello", "say", "A!3", "say-001.wav"))
     run_state.acted(3_300_000, OperatorAction("mark", "Kai laughs", "Mika"))
     for us in range(3_400_000, 4_000_000, 100_000):
-        run_state.acted(
-            us,
-            OperatorAction("scene", "Red ball is put to 1, 0, 0 m.", "Mika", {"thing": "Red ball", "put": [1, 0, 0]}),
-        )
+        run_state.acted(us, OperatorAction("scene", put_to(1), "Mika", {"thing": "Red ball", "put": [1, 0, 0]}))
         run_state.refused("put", "Blue ball cannot be put there.", "")
     lines = run_state.news()[1]
     assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
@@ -100,7 +102,7 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(run_state: 
 
 def test_a_thing_that_is_dragged_is_one_line_that_tells_its_last_place(run_state: RunState) -> None:
     def put(us: int, x: int, by: str = "Mika") -> None:
-        act = OperatorAction("scene", f"Red ball is put to {x}, 0, 0 m.", by, {"thing": "Red ball", "put": [x, 0, 0]})
+        act = OperatorAction("scene", put_to(x), by, {"thing": "Red ball", "put": [x, 0, 0]})
         run_state.acted(us, act)
 
     put(0, 1)
@@ -152,10 +154,10 @@ def test_a_page_that_lags_behind_is_told_the_newest_instead_of_everything() -> N
     for number in range(200):
         listener.tell_live(message("live", {"t": number}))
     listener.tell(message("run", {"phase": "stopping"}))
-    text = listener.take(lambda: message("live", {"full": True}))
+    text = listener.take(lambda: [("live", {"full": True})])
     assert text.count("event: live") == 1 and '"full":true' in text and "stopping" in text
     listener.tell_live(message("live", {"t": 201}))
-    assert '"t":201' in listener.take(str)
+    assert '"t":201' in listener.take(list)
 
 
 # ---- what is refused
@@ -310,7 +312,8 @@ def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(run_s
 
 def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(run_state: RunState) -> None:
     run_state.speed = 4.0
-    run_state.refused("send", "There is no function “RANDOM”.", "See `rrp-sheets help functions`.")
-    assert run_state.news()[1][-1]["text"] == "There is no function “RANDOM”. Help: functions." and run_state.speed == 4
+    run_state.refused("send", "There is no function “RANDOM”.", N_("See `rrp-sheets help functions`."))
+    told = run_state.news()[1][-1]["text"]
+    assert told == "There is no function “RANDOM”. See Help (F1): functions." and run_state.speed == 4
     run_state.refused("speed", "An event loop has no speed.", "")
     assert run_state.speed == 1

@@ -8,7 +8,6 @@ cuts it into pieces of some seconds. A piece knows the last events before it, so
 from __future__ import annotations
 
 import base64
-import json
 import math
 import re
 import zipfile
@@ -34,7 +33,9 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import CAMERA, POSES, TRACE, WORKBOOK, RecordedAction, RecordedEvent, RecordedValue
 from rrp_sheets.model.values import Record, RecordType
 from rrp_sheets.model.workbook import Row
+from rrp_sheets.page_texts import json_in
 from rrp_sheets.recording.marbles import value_from_json
+from rrp_sheets.recording.messages import as_message
 from rrp_sheets.recording.metadata import kept_while_unchanged
 from rrp_sheets.recording.timeline import Log, value_text
 from rrp_sheets.recording.trace_reader import TraceReader, entry_of, text_of
@@ -295,8 +296,8 @@ _SEEN = ("x", "y", "width", "height", "distance")  # of what a sensor sees: wher
 _MOST_NAME = 60  # letters
 
 
-def answer(place: Path, what: str, number: int = 0) -> str:
-    """Return one part of the run in a folder; the number is that of the piece, the diagram or the picture.
+def answer(place: Path, what: str, number: int = 0, language: str = "en") -> str:
+    """Return one part of the run in a folder, in a language; the number is that of the piece, diagram or picture.
 
     The parts are `sheets`, `overview`, `piece`, `poses` (all as JSON), `diagram` (SVG) and `picture` (JPEG in base64).
 
@@ -305,10 +306,10 @@ def answer(place: Path, what: str, number: int = 0) -> str:
         SheetsError: there is no such part.
     """
     if what == "diagram":
-        return drawing(_book(place), number)
+        return drawing(_book(place), number, language)
     if what == "picture":
         return base64.b64encode(picture(place, number)).decode("ascii")
-    text = json.dumps(_part(place, what, number), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    text = json_in(_part(place, what, number), language)
     return text.replace("<", "\\u003c")  # as markup it would mean nothing, wherever it came to stand
 
 
@@ -409,8 +410,8 @@ def _row(row: Row) -> list[Any]:
     return [row.number, row.on, *(text[:_LONGEST] for text in cells)]
 
 
-def drawing(book: RecordedWorkbook, number: int) -> str:
-    """Return the diagram of a behaviour as SVG, for a page that highlights parts of it; empty when there is none.
+def drawing(book: RecordedWorkbook, number: int, language: str) -> str:
+    """Return the diagram of a behaviour as SVG in a language, for a page that lights parts of it; empty for none.
 
     It raises SheetsError when it is too long, or cannot be laid out.
     """
@@ -425,7 +426,7 @@ def drawing(book: RecordedWorkbook, number: int) -> str:
     if len(behaviour.steps) > MOST_ROWS:
         message = N_("“{name}” is too large to draw (over {most} rows).", name=behaviour.name, most=MOST_ROWS)
         raise SheetsError(message)
-    drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS)
+    drawn = draw_diagram(book.graph, behaviour, whole=True, room=True, timeout=_SECONDS, language=language)
     return drawn[0].svg if drawn else ""
 
 
@@ -454,7 +455,8 @@ def piece(index: Index, number: int, book: RecordedWorkbook) -> dict[str, Any]:
         told_series = series.setdefault(of, {"t": [], "v": []})
         seen = None
         if not isinstance(event, RecordedValue):
-            text = event.text[:_LONGEST_ERROR]
+            text = event.text if len(event.text) <= _LONGEST_ERROR else event.text[:_LONGEST_ERROR]
+            text = as_message(text)
         else:
             text = book.told(*index.series[of], event.value)
             seen = None if event.row else _seen(event.value)  # what a sensor gave, no command

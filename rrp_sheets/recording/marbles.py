@@ -36,15 +36,15 @@ def is_trace(path: Path) -> bool:
     return path.suffix.casefold() == ".jsonl" or (path.is_dir() and (path / TRACE).is_file())
 
 
-def trace_scores(path: Path) -> list[MarbleDiagram]:
+def trace_scores(path: Path, language: str = "") -> list[MarbleDiagram]:
     """Return the marble diagrams of a recorded run, one for each behaviour; one in all without the workbook beside it.
 
-    It raises UnreadableFile when it is no trace.
+    They are in the language of the run unless another one is given. It raises UnreadableFile when it is no trace.
     """
     reader = TraceReader(path, is_named=True)
     events = list(reader)
     graph = _graph(reader.path.with_name(WORKBOOK))
-    language = known_language(reader.header.fields.get("language"))
+    language = language or known_language(reader.header.fields.get("language"))
     people = _people(events, language)
     if graph is None:
         return [replace(score, language=language) for score in _alone(reader.header, events, people)]
@@ -140,15 +140,17 @@ _scores = kept_while_unchanged(trace_scores, TRACE, 2)
 Window = tuple[float | None, float | None]  # seconds; None: from the begin, to the end
 
 
-def marbles(place: Path, behaviour: str, rows: Sequence[int], window: Window, spread: bool) -> dict[str, Any]:
-    """Draw the streams of a behaviour (blank: the first) in a run's folder as marble diagrams.
+def marbles(
+    place: Path, behaviour: str, rows: Sequence[int], window: Window, spread: bool, language: str
+) -> dict[str, Any]:
+    """Draw the streams of a behaviour (blank: the first) in a run's folder as marble diagrams, in a language.
 
     Without `rows` all are drawn, else these with their inputs; with `spread`, a busy time is drawn in several strips.
 
     Returns:
         As JSON: the names of all behaviours, the rows of this one with what they do, and the pictures.
     """
-    scores = _scores(place)
+    scores = _scores(place, language)
     names = [s.title for s in scores]
     score = next((s for s in scores if s.title == behaviour), scores[0] if scores else None)
     if score is None:

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 from rrp_sheets.engine.file_lock import is_locked
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS, TRACE, Stamp, kind_of_end
+from rrp_sheets.recording.messages import as_message
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
 from rrp_sheets.texts import N_, known_language
 
@@ -115,21 +116,22 @@ def metadata_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
         frame_rate=header.text("frame_rate"), seed=header.text("seed"), program=header.text("program"),
         language=known_language(header.fields.get("language")),
         seconds=seconds, ended=ended, ended_by=summary.text("stopped_by") or summary.text("by"),
-        why=summary.text("why"), remedy=summary.text("remedy"), events=_counts(summary.fields.get("events")),
+        why=as_message(summary.text("why")), remedy=as_message(summary.text("remedy")),
+        events=_counts(summary.fields.get("events")),
         errors=_counts(summary.fields.get("errors")), commands=_counts(summary.fields.get("actuator_commands")),
     )  # fmt: skip
 
 
-def kept_while_unchanged(make: Callable[[Path], T], file: str, most: int) -> Callable[[Path], T]:
+def kept_while_unchanged(make: Callable[..., T], file: str, most: int) -> Callable[..., T]:
     """Return a function of a run's folder that keeps its newest results while this file in the folder is the same."""
-    kept = lru_cache(maxsize=most)(lambda place, _state: make(place))
+    kept = lru_cache(maxsize=most)(lambda _state, *given: make(*given))
 
-    def result(place: Path) -> T:
+    def result(place: Path, *more: str) -> T:
         try:
             about = (place / file).stat()
         except FileNotFoundError:
-            return kept(place, None)
-        return kept(place, (about.st_mtime_ns, about.st_size))
+            return kept(None, place, *more)
+        return kept((about.st_mtime_ns, about.st_size), place, *more)
 
     return result
 

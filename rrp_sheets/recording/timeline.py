@@ -16,9 +16,11 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import RecordedAction, RecordedHappening, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Record, Value, show
 from rrp_sheets.recording.marbles import value_from_json
+from rrp_sheets.recording.messages import as_message
 from rrp_sheets.recording.table import units_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader, text_of
 from rrp_sheets.robots import load_robot
+from rrp_sheets.texts import N_, LazyMessage, listed
 
 MOST_LINES = 2_000  # of the log
 MOST_POINTS = 1_200  # of a curve: two for each pixel of a wide screen's plot
@@ -27,6 +29,7 @@ _MOST_EVENTS = 2_000_000
 _LARGEST = 1e300
 _LONGEST_VALUE = 200  # letters
 _MOST_COMMANDS = 1_000  # of the log's lines
+_OWN_WORDS = frozenset(("say", "sound", "mark", "press", "button", "send", "edit"))  # what people wrote
 _QUIET = 2.0  # seconds after which a row that goes on with its commands is told again
 _TOLD = frozenset(("Print", "RememberFace", "Behaviour"))  # devices that tell themselves what they do
 _HEARD = frozenset(("SayInput", "SayParameter", "PlaySound"))  # and those that tell it when one hears it
@@ -112,7 +115,9 @@ class Log:
     def __init__(self, place: Path, header: TraceHeader) -> None:
         self.lines: list[TimelineEntry] = []
         self.left_out = 0
-        self.commanded = {s.name: s.device for s in header.streams if s.kind == "actuator" and s.device not in _TOLD}
+        devices = {s.name: s.device for s in header.streams if s.kind == "actuator"}
+        self.commanded = {name: device for name, device in devices.items() if device not in _TOLD}
+        self._printing = {name for name, device in devices.items() if device == "Print"}
         self._place = place
         self._commands: dict[tuple[str, str], tuple[TimelineEntry, Any]] = {}  # the last of each row, with its value
         self._commands_told = 0
@@ -167,7 +172,8 @@ class Log:
             return
         if self._goes_on(t, put, by, text):
             return
-        line = TimelineEntry(t, kind, text, row, by, until=t)
+        shown = text if kind in _OWN_WORDS or event.stream in self._printing else as_message(text)
+        line = TimelineEntry(t, kind, shown, row, by, until=t)
         if kind in ("say", "sound", "person"):
             self._said += kind == "say"
             sound = event.sound if isinstance(event, RecordedNotice) else ""
@@ -191,14 +197,14 @@ class Log:
         if not self._drag.goes_on(t, thing, by) or self._dragged is None:
             self._dragged = None
             return False
-        self._dragged.text, self._dragged.until = dragged(thing, text), t
+        self._dragged.text, self._dragged.until = dragged(thing, as_message(text)), t
         return True
 
 
 def _commanded(stream: str, device: str, value: Any) -> str:
     """Describe a command: the stream, and the value where that says what is done."""
     if value is None:
-        return f"{stream}: stops"
+        return N_("{stream}: stops", stream=stream)
     says = isinstance(value, str) or (not isinstance(value, (dict, bool)) and device not in _triggered())
     return f"{stream}: {show(value_from_json(stream, value), _LONGEST_VALUE)}" if says else stream
 
@@ -296,11 +302,11 @@ class Drag:
 def dragged(thing: str, text: str) -> str:
     """Return the text for a thing that was put to its last place, when there were others before.
 
-    >>> dragged("Red ball", "Red ball is put to 0.50, 0.10, 0.42 m.")
+    >>> dragged("Red ball", as_message("Red ball is put to 0.50, 0.10, 0.42 m."))
     'Red ball is dragged to 0.50, 0.10, 0.42 m.'
     """
-    put = f"{thing} is put to "
-    return f"{thing} is dragged to {text[len(put) :]}" if text.startswith(put) else text
+    place = text.places.get("place") if isinstance(text, LazyMessage) else None
+    return N_("{thing} is dragged to {place} m.", thing=thing, place=place) if place else text
 
 
 LONGEST = 80  # letters of a value
@@ -318,7 +324,7 @@ def value_text(value: Value, unit: str = "") -> str:
     """
     if isinstance(value, Record):
         return _record(value)
-    text = show(value, LONGEST)
+    text = N_("blank") if value is None else show(value, LONGEST)
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     return f"{text} {unit}" if unit and number else text
 
@@ -327,11 +333,13 @@ def _record(value: Record) -> str:
     fields = value.as_dict()
     if value.type == DONE:
         seconds = fields.get("seconds")
-        after = f" after {seconds:.1f} s" if isinstance(seconds, (int, float)) else ""
-        return f"{'completed' if fields.get('completed') else 'broken off'}{after}"
+        completed = bool(fields.get("completed"))
+        if not isinstance(seconds, (int, float)):
+            return N_("completed" if completed else "broken off")
+        return N_("completed after {n:.1f} s" if completed else "broken off after {n:.1f} s", n=seconds)
     units = {f.name: f.unit for f in value.type.fields}
     telling = [n for n in _TELLING if fields.get(n) not in (None, "")][:2] or list(fields)[:2]
-    text = ", ".join(f"{n} {value_text(fields[n], units.get(n, ''))}" for n in telling)
+    text = listed([f"{n} {value_text(fields[n], units.get(n, ''))}" for n in telling])
     return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
 
 

@@ -217,11 +217,12 @@ class Stopped(SheetsError):
 def replay_apart(
     trace: Path,
     other: Path | None,
+    language: str,
     told: Callable[[float], None],
     stopped: Callable[[], bool] = lambda: False,
     within: float = WITHIN,
 ) -> dict[str, Any]:
-    """Replay a run in a worker process; return the account of :func:`rrp_sheets.replay.output.account`.
+    """Replay a run in a worker process; return the :func:`rrp_sheets.replay.output.account` in a language.
 
     A server replays in this way, as it never evaluates untrusted formulas itself. `stopped` is polled: the process is
     ended when it returns True, or after `within` seconds; for the others see `replay`.
@@ -242,7 +243,7 @@ def replay_apart(
     worker = WorkerProcess()
     try:
         listen(None)
-        return dict(worker.ask([_TASK, str(trace), str(other or "")], within, listen))
+        return dict(worker.ask([_TASK, str(trace), str(other or ""), language], within, listen))
     except WorkerError as none:
         remedy = N_("Try it again.") if none.gone else N_("Replay it by rrp-sheets replay.")
         raise SheetsError(N_("The replay {why}.", why=none.why), remedy) from None
@@ -250,10 +251,13 @@ def replay_apart(
         worker.close(0.5)
 
 
-def replay_as_account(trace: str, other: str, report_progress: Callable[[float], None]) -> dict[str, Any]:
+def replay_as_account(
+    trace: str, other: str, language: str, report_progress: Callable[[float], None]
+) -> dict[str, Any]:
     """Replay a run in the worker process; see `replay_apart`."""
     from rrp_sheets.replay.output import account
 
     if hasattr(os, "nice"):
         os.nice(_NICE)
-    return account(replay(Path(trace), Path(other) if other else None, report_progress))
+    found = replay(Path(trace), Path(other) if other else None, report_progress)
+    return account(replace(found, stamp=replace(found.stamp, language=language)))

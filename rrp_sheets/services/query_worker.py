@@ -16,6 +16,7 @@ from typing import Any
 from rrp_sheets.compare.changes import Comparison
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import TRACE
+from rrp_sheets.page_texts import in_language
 from rrp_sheets.texts import N_, listed
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError, WorkerProcess
@@ -47,24 +48,25 @@ class QueryWorker:
         """Process ID of the worker; None while there is none."""
         return self._worker.pid
 
-    def course(self, place: Path) -> dict[str, Any]:
-        """Return the log and the curves of a run; see `recording.timeline`."""
-        return dict(self.ask(place.name, "course", str(place)))
+    def course(self, place: Path, language: str) -> dict[str, Any]:
+        """Return the log and the curves of a run, in a language; see `recording.timeline`."""
+        return dict(self.ask(place.name, "course", str(place), language))
 
     def marbles(
-        self, place: Path, behaviour: str, rows: list[int], window: tuple[float | None, float | None], spread: bool
-    ) -> dict[str, Any]:
-        """Return marble diagrams of a run; see `recording.marbles`."""
-        return dict(self.ask(place.name, "draw_marbles", str(place), behaviour, rows, window, spread))
+        self, place: Path, behaviour: str, rows: list[int], window: tuple[float | None, float | None], spread: bool,
+        language: str,
+    ) -> dict[str, Any]:  # fmt: skip
+        """Return marble diagrams of a run, in a language; see `recording.marbles`."""
+        return dict(self.ask(place.name, "draw_marbles", str(place), behaviour, rows, window, spread, language))
 
     def compare(self, first: Path, second: Path) -> Comparison:
         """Compare two workbooks by what they mean."""
         found = self.ask(listed([first.name, second.name], "and"), "compare_workbooks", str(first), str(second))
         return unpack(Comparison, found)
 
-    def lookback(self, place: Path, what: str, number: int = 0) -> str:
-        """Return a part of a run, to be looked back at; see `lookback.answer`."""
-        return str(self.ask(place.name, "lookback", str(place), what, number))
+    def lookback(self, place: Path, what: str, number: int, language: str) -> str:
+        """Return a part of a run, to be looked back at, in a language; see `lookback.answer`."""
+        return str(self.ask(place.name, "lookback", str(place), what, number, language))
 
     def drawn(self, first: Path, second: Path, language: str) -> str:
         """Return the changes between two workbooks, drawn and row by row, as HTML for a part of a page."""
@@ -99,10 +101,11 @@ def _place(places: threading.BoundedSemaphore) -> Iterator[None]:
 
 
 # ---- in the worker process
-def course(place: str) -> dict[str, Any]:
+def course(place: str, language: str) -> dict[str, Any]:
     """Return the log and the curves of a run; see `build_timeline`."""
     about = (Path(place) / TRACE).stat()
-    return _known_course(place, (about.st_mtime_ns, about.st_size))
+    found = _known_course(place, (about.st_mtime_ns, about.st_size))
+    return {**found, "lines": in_language(found["lines"], language)}
 
 
 @lru_cache(maxsize=2)
@@ -114,12 +117,12 @@ def _known_course(place: str, stamp: tuple[int, int]) -> dict[str, Any]:
 
 
 def draw_marbles(
-    place: str, behaviour: str, rows: list[int], window: list[float | None], spread: bool
+    place: str, behaviour: str, rows: list[int], window: list[float | None], spread: bool, language: str
 ) -> dict[str, Any]:
     """Draw marble diagrams of a run."""
     from rrp_sheets.recording.marbles import marbles
 
-    return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread)
+    return marbles(Path(place), behaviour, rows, (window[0], window[1]), spread, language)
 
 
 def compare_workbooks(first: str, second: str) -> Any:
@@ -130,11 +133,11 @@ def compare_workbooks(first: str, second: str) -> Any:
     return pack(compare(open_checked(Path(first)), open_checked(Path(second))))
 
 
-def lookback(place: str, what: str, number: int) -> str:
+def lookback(place: str, what: str, number: int, language: str) -> str:
     """Return a part of a run, to be looked back at."""
     from rrp_sheets.recording.lookback import answer
 
-    return answer(Path(place), what, number)
+    return answer(Path(place), what, number, language)
 
 
 def drawn(first: str, second: str, language: str) -> str:

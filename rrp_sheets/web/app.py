@@ -17,11 +17,11 @@ from rrp_sheets import page_texts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.page_texts import in_language
 from rrp_sheets.resources import bundled
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, listed
 from rrp_sheets.web import requests, statics
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import MessagePage, RefusedPage, pieces, script_json, show
-from rrp_sheets.web.requests import Access, Lan, OneTimeTokens, UsedLink, language_links, page_language
+from rrp_sheets.web.requests import Access, Lan, OneTimeTokens, UsedLink, other_languages, page_language
 from rrp_sheets.web.services import make_services, services
 from rrp_sheets.web.views import (
     comparison,
@@ -91,10 +91,10 @@ def create_app(
     app.jinja_env.undefined = StrictUndefined
     app.jinja_env.trim_blocks = app.jinja_env.lstrip_blocks = True
     app.jinja_env.globals["program"] = statics.build_id
-    app.jinja_env.filters |= {"in_browser": in_browser, "pieces": pieces}
+    app.jinja_env.filters |= {"in_browser": in_browser, "listed": listed, "pieces": pieces}
     page_texts.install(app.jinja_env, lambda _: page_language())
     app.jinja_env.globals |= {
-        "language": page_language, "language_links": language_links, "script_texts": _script_texts,
+        "language": page_language, "other_languages": other_languages, "script_texts": _script_texts,
     }  # fmt: skip
     app.json = _Json(app)
     app.extensions["services"] = make_services(folder)

@@ -94,7 +94,7 @@ def _fixed() -> dict[str, Any]:
         "durations": [{"text": text} for text in ("500 ms", "1 s", "3 s", "10 s", "1 min")],
         "functions": [
             {"text": f"{f.name}(", "name": f.name, "names": f.names, "label": usage(f), "help": first_line(f),
-             "example": next((f"{asked} is {answer}" for asked, answer in examples(f)), "")}
+             "example": next((N_("{formula} is {value}", formula=a, value=v) for a, v in examples(f)), "")}
             for f in functions.values()
         ],
         "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
@@ -120,7 +120,7 @@ def _stream(text: str, stream: Stream, analysis: Analysis) -> Word:
 
 def _record(record: RecordType) -> dict[str, Any]:
     fields = [
-        {"text": argument_name(f.name), "help": " ".join(p for p in (f.help, f"({f.unit})" if f.unit else "") if p)}
+        {"text": argument_name(f.name), "help": N_("{help} ({unit})", help=f.help, unit=f.unit) if f.unit else f.help}
         for f in record.fields
     ]
     return {"name": record.name, "fields": fields}

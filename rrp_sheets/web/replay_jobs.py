@@ -54,8 +54,8 @@ class Replays:
         self._closed = False
         self._jobs: OrderedDict[Hashable, ReplayJob] = OrderedDict()
 
-    def job(self, name: Hashable, place: Path, other: _Other) -> ReplayJob:
-        """Return the replay of a name, one for each record and workbook; the first request starts it.
+    def job(self, name: Hashable, place: Path, other: _Other, language: str) -> ReplayJob:
+        """Return the replay of a name, one for each record, workbook and language; the first request starts it.
 
         `place` is the run's folder; `other` returns the workbook's file, or None for the one that ran, and its stack is
         closed at the end. Raises SheetsError when too many go on already.
@@ -70,14 +70,14 @@ class Replays:
             job = self._jobs[name] = ReplayJob()
             for old in [n for n, j in self._jobs.items() if j.over][: max(0, len(self._jobs) - _KEPT)]:
                 del self._jobs[old]
-        threading.Thread(target=self._work, args=(job, place, other), name="replay", daemon=True).start()
+        threading.Thread(target=self._work, args=(job, place, other, language), name="replay", daemon=True).start()
         return job
 
     def close(self) -> None:
         """Stop the replays that go on or wait."""
         self._closed = True
 
-    def _work(self, job: ReplayJob, place: Path, other: _Other) -> None:
+    def _work(self, job: ReplayJob, place: Path, other: _Other, language: str) -> None:
         def progress(part: float) -> None:
             job.part = part
 
@@ -86,7 +86,7 @@ class Replays:
 
         try:
             with self._turn, ExitStack() as stack:
-                account = replay_apart(place, other(stack), progress, stopped)
+                account = replay_apart(place, other(stack), language, progress, stopped)
         except Stopped as error:
             job.trouble, job.given_up = str(error), True
         except SheetsError as error:

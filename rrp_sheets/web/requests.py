@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
-from urllib.parse import quote, urlencode
+from urllib.parse import urlsplit
 
 from flask import Flask, Response, abort, current_app, g, has_request_context, redirect, request, url_for
 from markupsafe import escape
@@ -37,7 +37,7 @@ from rrp_sheets.web.workbook_session import WorkbookSession
 
 HOSTS = ("127.0.0.1", "localhost")
 _HOST = re.compile(r"(?:\[([0-9a-f:.]+)\]|([a-z0-9.-]+))(?::[0-9]{1,5})?")
-_OPEN = frozenset({"login.page", "login.enter"})  # with --lan, for those who have no session yet
+_OPEN = frozenset({"login.page", "login.enter", "language"})  # with --lan, for those who have no session yet
 _FORMS = _OPEN | {"login.leave"}  # work without script, so without its header
 _LOGIN_FILES = frozenset({"style.css", "login.css", "icon.svg"})
 
@@ -65,6 +65,7 @@ def init_app(app: Flask, access: Access) -> None:
     app.extensions["access"] = access
     app.before_request(check)
     app.after_request(_finish)
+    app.add_url_rule("/language", "language", choose_language, methods=["POST"])
     app.jinja_env.globals["visitor"] = lambda: visitor().name
 
 
@@ -91,7 +92,7 @@ def check() -> AnyResponse | None:
         return _sent_away(settings.lan)
     if g.person is not None:
         let_in(request.environ)
-    return _choose_language()
+    return None
 
 
 def _finish(response: Response) -> Response:
@@ -209,28 +210,30 @@ def page_language() -> str:
     return chosen if chosen in LANGUAGES else request.accept_languages.best_match(list(LANGUAGES), default="en")
 
 
-def _choose_language() -> AnyResponse | None:
-    """Answer an address with `?language=ja`: keep the choice, and redirect to the page without it."""
-    chosen = request.args.get("language", "")
-    if request.method != "GET" or chosen not in LANGUAGES or request.endpoint is None:
-        return None
-    response = redirect(_here(), 303)
-    response.set_cookie(_LANGUAGE, chosen, max_age=_YEAR, samesite="Strict")
+def choose_language() -> AnyResponse:
+    """Keep the language that a reader has chosen, and go back to the page."""
+    response = redirect(inside(request.form.get("next", "/")), 303)
+    if (chosen := request.form.get("language", "")) in LANGUAGES:
+        response.set_cookie(_LANGUAGE, chosen, max_age=_YEAR, samesite="Strict")
     return response
 
 
-def _here(**more: str) -> str:
-    """Return the address of this page, without the choice of a language, and with `more` in its query."""
-    asked = [(name, value) for name, value in request.args.items(multi=True) if name != "language"]
-    query = urlencode([*asked, *more.items()])
-    return quote(request.path) + (f"?{query}" if query else "")
+def other_languages() -> list[tuple[str, str]]:
+    """Return the code and the name of each language that the page is not in."""
+    return [(code, name) for code, name in LANGUAGES.items() if code != page_language()]
 
 
-def language_links() -> list[tuple[str, str, str]]:
-    """Return the code, the name and the address of this page in each other language."""
-    if request.endpoint is None:
-        return []
-    return [(code, name, _here(language=code)) for code, name in LANGUAGES.items() if code != page_language()]
+def inside(place: str) -> str:
+    r"""Return an address if it is a path on this server, else that of the start page.
+
+    >>> inside("/book/a.xlsx"), inside("//evil.example"), inside("/\\evil.example"), inside("https://evil.example/")
+    ('/book/a.xlsx', '/', '/', '/')
+    """
+    fine = place.startswith("/") and not place.startswith("//") and place.isprintable() and "\\" not in place
+    if not fine or len(place) > 500:
+        return "/"
+    parts = urlsplit(place)
+    return place if not parts.scheme and not parts.netloc and not parts.path.startswith(("/login", "//")) else "/"
 
 
 def json_body() -> Asked:

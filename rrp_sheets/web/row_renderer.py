@@ -84,7 +84,7 @@ class RowRenderer:
         anonymous = (s for s in behaviour.steps if s.output in streams)
         self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
 
-    def rows(self, first: int, count: int, language: str) -> Markup:
+    def rows(self, first: int, count: int, language: str = "en") -> Markup:
         """Render some rows from a place on, in several table bodies: the browser skips those out of sight.
 
         A long sheet is requested in parts, so that its beginning is shown at once.

@@ -69,7 +69,7 @@ class Broadcaster:
         """Register an event stream; if `had` is the number of an event, first send those after it."""
         with self._lock:
             for told in self.backlog.missed(listener.client, had) if had else ():
-                listener.tell(told)
+                listener.tell(told.text(listener.language))
             listener.welcome = f"id: {self.backlog.number}\n\n"
             self.listeners.append(listener)
 
@@ -127,15 +127,15 @@ class Broadcaster:
             told = self.backlog.add(event, data, but, self.languages)
             for listener in self.listeners:
                 if listener.client != but:
-                    listener.tell(told)
+                    listener.tell(told.text(listener.language))
 
     def tell_live(self, events: Sequence[Event]) -> None:
         """Send every page the newest values of a run, which a slow page may skip."""
-        told = messages(events, self.languages)
+        told = Versions(self.languages, lambda language: "".join(message(*event, language) for event in events))
         with self._lock:
             listeners = list(self.listeners)
         for listener in listeners:
-            listener.tell_live(told)
+            listener.tell_live(told.text(listener.language))
 
 
 def page_of(client: str) -> str:
@@ -216,34 +216,34 @@ class EventStream:
     login_key: str = ""
     language: str = "en"
     ready: threading.Condition = field(default_factory=threading.Condition)
-    messages: deque[Versions] = field(default_factory=deque)
-    lives: deque[Versions] = field(default_factory=deque)
+    messages: deque[str] = field(default_factory=deque)
+    lives: deque[str] = field(default_factory=deque)
     gone: bool = False
     behind: bool = False
     place: Place | None = None
     welcome: str = ": welcome\n\n"
 
-    def tell(self, told: Versions) -> None:
+    def tell(self, text: str) -> None:
         """Queue a message; a browser that lags too far behind is made to reload instead."""
         with self.ready:
             if len(self.messages) >= _WAITING:
                 self.messages.clear()
-                told = _reload()
-            self.messages.append(told)
+                text = message("reload", {})
+            self.messages.append(text)
             self.ready.notify()
 
     def tell_event(self, event: str, data: dict[str, Any]) -> None:
         """Queue an event for this page alone."""
-        self.tell(messages([(event, data)], (self.language,)))
+        self.tell(message(event, data, self.language))
 
-    def tell_live(self, told: Versions) -> None:
+    def tell_live(self, text: str) -> None:
         """Queue a message with a run's values, which may be dropped when newer ones follow."""
         with self.ready:
             if len(self.lives) >= _MOST_LIVE:
                 self.lives.clear()
                 self.behind = True
             if not self.behind:
-                self.lives.append(told)
+                self.lives.append(text)
             self.ready.notify()
 
     def leave(self) -> None:
@@ -257,27 +257,23 @@ class EventStream:
         with self.ready:
             if not (self.messages or self.lives or self.behind or self.gone):
                 self.ready.wait(_KEEP_ALIVE)
-            told = [*self.messages, *self.lives]
+            texts = [*self.messages, *self.lives]
             behind, self.behind = self.behind, False
             self.messages.clear()
             self.lives.clear()
         if behind:
-            told.append(messages(anew(), (self.language,)))
-        return "".join(one.text(self.language) for one in told) or ": still here\n\n"
+            texts += [message(event, data, self.language) for event, data in anew()]
+        return "".join(texts) or ": still here\n\n"
 
 
-def messages(events: Sequence[Event], languages: Iterable[str], number: str = "") -> Versions:
-    """Format events that pages get together; a browser that reconnects sends the last `number` it got."""
+def message(event: str, data: dict[str, Any], language: str = "en", number: str = "") -> str:
+    """Format an event in a language; a browser that reconnects sends the last `number` it got."""
     begin = f"id: {number}\n" if number else ""
-
-    def make(language: str) -> str:
-        return "".join(f"{begin}event: {event}\ndata: {json_in(data, language)}\n\n" for event, data in events)
-
-    return Versions(languages, make)
+    return f"{begin}event: {event}\ndata: {json_in(data, language)}\n\n"
 
 
 def _reload(**why: str) -> Versions:
-    return messages([("reload", why)], LANGUAGES)
+    return Versions(LANGUAGES, lambda language: message("reload", why, language))
 
 
 class EventBacklog:
@@ -292,10 +288,10 @@ class EventBacklog:
     def add(self, event: str, data: dict[str, Any], but: str, languages: Iterable[str]) -> Versions:
         """Format an event; number and keep it if it is of a lasting kind."""
         if event not in _LASTING:
-            return messages([(event, data)], languages)
+            return Versions(languages, lambda language: message(event, data, language))
         self._count += 1
         self.number = f"{self._opened}.{self._count}"
-        told = messages([(event, data)], languages, self.number)
+        told = Versions(languages, lambda language: message(event, data, language, self.number))
         self._kept.append((self._count, but, told))
         return told
 
@@ -540,7 +536,7 @@ class WorkbookSession(Broadcaster):
     # ---- pages and their users
 
     def join(
-        self, client: str, name: str, language: str, *, knows: bool = True, had: str = "", login_key: str = ""
+        self, client: str, name: str, *, language: str = "en", knows: bool = True, had: str = "", login_key: str = ""
     ) -> EventStream:
         """Open the event stream of a page that was loaded or has reconnected, in the page's language.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import ClassVar
-from urllib.parse import urlsplit
 
 from flask import Blueprint, abort, g, redirect, request, url_for
 from werkzeug.wrappers import Response as AnyResponse
@@ -12,7 +11,7 @@ from werkzeug.wrappers import Response as AnyResponse
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import show
 from rrp_sheets.web.password import LONGEST
-from rrp_sheets.web.requests import LONGEST_NAME, access, clean_name
+from rrp_sheets.web.requests import LONGEST_NAME, access, clean_name, inside
 
 blueprint = Blueprint("login", __name__)
 Answer = AnyResponse | tuple[str, int] | tuple[str, int, dict[str, str]]
@@ -33,8 +32,8 @@ class LoginPage:
 def page() -> AnyResponse | str:
     """Show the form, or go on to the page that was asked for."""
     if g.person is not None:
-        return redirect(_inside(request.args.get("next", "/")), 303)
-    return show(LoginPage(next=_inside(request.args.get("next", "/"))))
+        return redirect(inside(request.args.get("next", "/")), 303)
+    return show(LoginPage(next=inside(request.args.get("next", "/"))))
 
 
 @blueprint.post("/login")
@@ -43,7 +42,7 @@ def enter() -> Answer:
     settings = access()
     assert settings.lan is not None, "without a password nobody logs in"
     name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
-    place = _inside(request.form.get("next", "/"))
+    place = inside(request.form.get("next", "/"))
     if not name:
         return show(LoginPage(N_("Type your name: the others see it beside what you do."), place)), 400
     address = request.remote_addr or ""
@@ -77,19 +76,6 @@ def leave() -> AnyResponse:
     response = redirect(url_for("login.page"), 303)
     response.delete_cookie(access().cookie, httponly=True, samesite="Strict")
     return response
-
-
-def _inside(place: str) -> str:
-    r"""Return an address if it is a path on this server, else that of the start page.
-
-    >>> _inside("/book/a.xlsx"), _inside("//evil.example"), _inside("/\\evil.example"), _inside("https://evil.example/")
-    ('/book/a.xlsx', '/', '/', '/')
-    """
-    fine = place.startswith("/") and not place.startswith("//") and place.isprintable() and "\\" not in place
-    if not fine or len(place) > 500:
-        return "/"
-    parts = urlsplit(place)
-    return place if not parts.scheme and not parts.netloc and not parts.path.startswith(("/login", "//")) else "/"
 
 
 def _waiting_time(seconds: int) -> str:

@@ -16,7 +16,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.texts import sentences
 from rrp_sheets.web.models import KindText, error_text, script_json, show
-from rrp_sheets.web.requests import run_or_404
+from rrp_sheets.web.requests import page_language, run_or_404
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 
@@ -78,7 +78,9 @@ def page(run: str) -> str:
     trouble = "" if metadata.readable else sentences(metadata.why, metadata.remedy)
     if not trouble:
         try:
-            answer = json.loads(services().lookback_queries.lookback(services().runs.place(run), "sheets"))
+            answer = json.loads(
+                services().lookback_queries.lookback(services().runs.place(run), "sheets", 0, page_language())
+            )
         except SheetsError as error:
             answer = {"sheets": [], "why": error_text(error)}
     sheets = []
@@ -101,7 +103,9 @@ def part(run: str, what: str, number: int) -> Response:
     """Send a piece of the recorded values or poses."""
     place = services().runs.place(run_or_404(run))
     try:
-        return Response(services().lookback_queries.lookback(place, what, number), mimetype="application/json")
+        return Response(
+            services().lookback_queries.lookback(place, what, number, page_language()), mimetype="application/json"
+        )
     except SheetsError as error:
         return Response(json.dumps({"trouble": error_text(error)}), status=422, mimetype="application/json")
 
@@ -110,7 +114,7 @@ def part(run: str, what: str, number: int) -> Response:
 def picture(run: str, number: int) -> Response:
     """Send a recorded camera picture."""
     place = services().runs.place(run_or_404(run))
-    data = base64.b64decode(services().lookback_queries.lookback(place, "picture", number))
+    data = base64.b64decode(services().lookback_queries.lookback(place, "picture", number, "en"))
     if not data:
         abort(404)
     return Response(data, mimetype="image/jpeg")
@@ -121,7 +125,9 @@ def diagram(run: str, number: int) -> str:
     """Show the diagram of a behaviour, or why there is none."""
     place = services().runs.place(run_or_404(run))
     try:
-        return show(DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number)), ""))
+        return show(
+            DrawnSheet(Markup(services().lookback_queries.lookback(place, "diagram", number, page_language())), "")
+        )
     except SheetsError as error:
         return show(DrawnSheet(Markup(), error_text(error)))
 

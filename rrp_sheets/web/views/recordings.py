@@ -17,7 +17,7 @@ from rrp_sheets.recording.folder import describe
 from rrp_sheets.recording.metadata import RunMetadata, clock, length, newest_first
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import both, error_text, show
-from rrp_sheets.web.requests import rows_asked, run_or_404, seconds_of
+from rrp_sheets.web.requests import page_language, rows_asked, run_or_404, seconds_of
 from rrp_sheets.web.run_store import PICTURES, RunLine, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import WorkbookRepository
@@ -233,7 +233,7 @@ def record(run: str) -> str:
     reading = "" if "read" in request.args or not metadata.readable or size < _LONG else f"{size / 1e6:,.0f} MB"
     if metadata.readable and not reading:
         try:
-            answer = services().queries.course(place)
+            answer = services().queries.course(place, page_language())
         except SheetsError as error:
             trouble = error_text(error)
     entries = answer.get("lines", ())
@@ -276,7 +276,8 @@ def marbles(run: str) -> str:
         "behaviours": [], "behaviour": "", "rows": [], "seconds": 0, "pictures": [], "left_out": 0,
     }  # fmt: skip
     try:
-        answer = services().queries.marbles(place, behaviour, rows, (seconds_of(first), seconds_of(last)), spread)
+        window = seconds_of(first), seconds_of(last)
+        answer = services().queries.marbles(place, behaviour, rows, window, spread, page_language())
     except SheetsError as error:
         trouble = error_text(error)
     if not trouble and not answer["pictures"]:
@@ -295,7 +296,7 @@ def marbles(run: str) -> str:
 def series(run: str) -> Response:
     """Send the numbers of a recording over time, for its plots."""
     try:
-        return jsonify(services().queries.course(services().runs.place(run_or_404(run)))["curves"])
+        return jsonify(services().queries.course(services().runs.place(run_or_404(run)), "en")["curves"])
     except SheetsError:  # the page says what is wrong with it
         return jsonify([])
 
@@ -339,7 +340,7 @@ def _facts(metadata: RunMetadata) -> tuple[tuple[str, str, bool], ...]:
         (N_("Operator"), metadata.operator, False),
         (N_("Robot"), listed([part for part in (metadata.robot, engine, rate) if part]), False),
         (N_("Seed"), metadata.seed, True),
-        (N_("Commands"), ", ".join(f"{name}: {n:,}" for name, n in list(metadata.commands.items())[:20]), False),
+        (N_("Commands"), listed([f"{name}: {n:,}" for name, n in list(metadata.commands.items())[:20]]), False),
         (N_("Program"), metadata.program and N_("RRP Sheets {version}", version=metadata.program), False),
         (N_("Folder"), f"runs/{metadata.run}", True),
     )  # fmt: skip
@@ -379,7 +380,7 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
     if times > 1:
         text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=until)
     elif float(entry["until"]) > t:
-        text = N_("{text} (until {time})", text=text.removesuffix("."), time=until)
+        text = N_("{text} (until {time})", text=text.rstrip(".。"), time=until)
     return LogLine(t, clock(t), kind, word, icon, text, *(str(entry[name]) for name in ("row", "by", "sound")))
 
 

@@ -17,7 +17,7 @@ from rrp_sheets.model.run_files import TRACE, WORKBOOK
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import error_text, show
 from rrp_sheets.web.replay_jobs import ReplayJob
-from rrp_sheets.web.requests import run_or_404
+from rrp_sheets.web.requests import page_language, run_or_404
 from rrp_sheets.web.run_store import RunLine, line_of
 from rrp_sheets.web.services import services
 from rrp_sheets.web.views.comparison import Group, current_and_kept, path_of
@@ -108,7 +108,7 @@ def _result(run: str, ref: str) -> ReplayResult:
             folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
             return path_of(shared, ref, folder / "other")
 
-        job = shared.replays.job((run, ref, stamp), place, other)
+        job = shared.replays.job((run, ref, stamp, page_language()), place, other, page_language())
     except SheetsError as error:
         return ReplayResult(address, False, 0, error_text(error))
     if not job.over:

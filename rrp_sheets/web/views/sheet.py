@@ -229,7 +229,7 @@ def events(name: str) -> Response:
     back = request.headers.get("Last-Event-ID", "")  # it had a stream already
     name, had = author_name(request.args.get("name", "")), back or request.args.get("had", "")
     knows = bool(back) or request.args.get("knows") != "no"
-    join = partial(session.join, client, name, page_language(), knows=knows, had=had, login_key=person.key)
+    join = partial(session.join, client, name, language=page_language(), knows=knows, had=had, login_key=person.key)
     listener = services().open_workbooks.listen(session, client, person.key, join)
     if isinstance(listener, str):
         return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")

@@ -1,6 +1,6 @@
 // The run bar: run, pause, step, stop, speed, and what goes on; what is refused is told below it.
 
-import { act, ask, canBeStopped, isNamed, NO_RUN, ownName, panel, settings, stop, takesActions } from "../api.js";
+import { act, ask, canBeStopped, isNamed, NO_RUN, ownName, panel, settings, shownName, stop, takesActions } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
 import { clock, now } from "./time.js";
@@ -103,7 +103,7 @@ export function bar(root) {
     for (const name of ["participant", "condition", "operator", "by"]) {
       const place = document.getElementById(`run-${name}`);
       place.hidden = state.phase === "none" || !state[name] || (name === "by" && state.by === state.operator);
-      put(place.querySelector("b"), state[name] ?? "");
+      put(place.querySelector("b"), name === "by" ? shownName(state.by) : state[name] ?? "");
     }
     document.getElementById("run-see")?.toggleAttribute("hidden", state.phase === "none");
     const reason = startReason(going);
