@@ -92,7 +92,7 @@ def _catalogue(language: str) -> gettext.NullTranslations:
     return found
 
 
-def templates() -> frozenset[str]:
+def message_templates() -> frozenset[str]:
     """Return the texts of the program in English, those whose meaning depends on a context left out."""
     with (LOCALE / "ja" / "LC_MESSAGES" / "messages.mo").open("rb") as file:
         known = gettext.GNUTranslations(file)._catalog  # type: ignore[attr-defined]  # no public way to its keys

@@ -8,7 +8,7 @@ from functools import lru_cache
 from string import Formatter
 from typing import Any, NamedTuple
 
-from rrp_sheets.texts import LazyMessage, sentences, templates
+from rrp_sheets.texts import LazyMessage, message_templates, sentences
 
 _FEWEST_LETTERS = 8  # of a template apart from its places; a shorter one would fit too many texts of users
 _SHORTEST = 5  # letters of a text without places
@@ -72,7 +72,7 @@ def _value(text: str) -> str:
 @lru_cache(maxsize=1)
 def _known() -> tuple[frozenset[str], list[_Template]]:
     """Return the messages without places, and those with places, the most telling ones first."""
-    every = templates()
+    every = message_templates()
     plain = frozenset(text for text in every if "{" not in text and len(text) >= _SHORTEST)
     placed = [template for text in every if _PLACE.search(text) for template in _template(text)]
     return plain, sorted(placed, key=lambda template: template.letters, reverse=True)

@@ -42,8 +42,8 @@ blueprint = Blueprint("workbooks", __name__)
 SORTS = ("recent", "name", "run")
 ARCHIVE = "archive"
 _MADE = (
-    ("guided", N_("every sheet with its headers, and notes that say what to type where")),
-    ("empty", N_("every sheet with its headers, and nothing in them")),
+    ("guided", N_("guided"), N_("every sheet with its headers, and notes that say what to type where")),
+    ("empty", N_("empty"), N_("every sheet with its headers, and nothing in them")),
 )
 _MOST_RUNS = 1_000  # that are looked through for the newest of each workbook
 _MOST_WORDS = 4_000  # letters that a search looks through
@@ -88,7 +88,7 @@ class ShelfPage:
     Attributes:
         unreadable: the name of each file that cannot be read, why, a remedy, and whether a URL can have its name.
         others: Markdown files without any sheet of ours.
-        templates: the templates for a new workbook, with a line about each.
+        templates: the templates for a new workbook, each with what it is called and a line about it.
         notice: the result of the last action, or why it failed (`failed`); `made` is the file that it created.
         tutorial: the copy of the tutorial that was changed last; empty for none.
     """
@@ -100,7 +100,7 @@ class ShelfPage:
     unreadable: tuple[tuple[str, str, str, bool], ...]
     others: tuple[str, ...]
     left_out: int
-    templates: tuple[tuple[str, str], ...]
+    templates: tuple[tuple[str, str, str], ...]
     archived: tuple[str, ...]
     sort: str
     notice: str
@@ -110,10 +110,11 @@ class ShelfPage:
 
 
 @cache
-def templates() -> tuple[tuple[str, str], ...]:
-    """Return the templates for a new workbook, each with a line about it, such as its Protocol's purpose."""
+def templates() -> tuple[tuple[str, str, str], ...]:
+    """Return the templates for a new workbook, each with its title and a line about it: its Protocol's purpose."""
     found = {p.stem: api.read(p).workbook.protocol for p in sorted(bundled("workbooks").glob("*.xlsx"))}
-    return (*_MADE, *((n, protocol.text("Purpose").partition(". ")[0].rstrip(".")) for n, protocol in found.items()))
+    examples = ((n, n, protocol.text("Purpose").partition(". ")[0].rstrip(".")) for n, protocol in found.items())
+    return (*_MADE, *examples)
 
 
 def archived(repository: WorkbookRepository) -> tuple[str, ...]:
