@@ -112,7 +112,18 @@ def test_help_has_no_text_outside_the_catalogue(command: str) -> None:
     code, said = run(*command.split(), "--help")
     assert code == 0 and said.count("⟦") > 3
     placeholders = {word for word in outside(said) if word.isupper()}
-    lines = {"git", "config", "diff", "textconv", "text", "echo", "gitattributes", "xlsx", "list", "delete"}  # to be typed
+    lines = {
+        "git",
+        "config",
+        "diff",
+        "textconv",
+        "text",
+        "echo",
+        "gitattributes",
+        "xlsx",
+        "list",
+        "delete",
+    }  # to be typed
     lines |= {"high", "five", "my", "pose", "simulated", "pilot", "letter", "nao", "guided"} | {"High", "BUNDLE"}
     joints = {"RShoulderPitch", "RElbowRoll", "RHand"}
     assert outside(said) - placeholders - NAMES - lines - joints == set()

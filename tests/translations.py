@@ -16,7 +16,8 @@ from babel.messages.extract import extract as babel_extract
 from babel.messages.jslexer import tokenize, unquote_string
 from babel.messages.pofile import read_po, write_po
 
-from rrp_sheets.cli.language import help_texts
+from rrp_sheets.cli.language import language_option, paragraphs
+from rrp_sheets.cli.main import COMMANDS, group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
@@ -52,7 +53,7 @@ def extract() -> Catalog:
         for part in ("title", "message", "remedy"):
             if getattr(code, part) != "{remedy}":  # which the finding brings
                 found.add(getattr(code, part), context=f"{code.id}.{part}")
-    for text in {*help_texts(), *_click_texts()}:
+    for text in {*_help_texts(), *_click_texts()}:
         found.add(text)
     for name, text in texts("en").entries.items():
         if text:
@@ -64,6 +65,19 @@ def extract() -> Catalog:
         if text:
             found.add(text, context=context)
     return found
+
+
+def _help_texts() -> Iterator[str]:
+    """Yield the texts of the help of commands and options."""
+    yield from (summary for _, summary in COMMANDS.values())
+    context = click.Context(group)
+    commands: list[click.Command] = [group, *filter(None, (group.get_command(context, name) for name in COMMANDS))]
+    while commands:
+        command = commands.pop()
+        commands += command.commands.values() if isinstance(command, click.Group) else []
+        yield from (text for text in paragraphs(command.help) if "\b" not in text)
+        yield from (param.help for param in command.params if isinstance(param, click.Option) and param.help)
+        yield from filter(None, [command.short_help, language_option().help])
 
 
 def _click_texts() -> Iterator[str | tuple[str, ...]]:

@@ -94,28 +94,12 @@ def _code(name: str) -> str:
 
 
 # ---- help
-def help_texts() -> Iterator[str]:
-    """Yield all texts of the help of commands and options."""
-    from rrp_sheets.cli.main import COMMANDS, group
-
-    context = click.Context(group)
-    commands = [command for name in COMMANDS if (command := group.get_command(context, name))]
-    while commands:
-        command = commands.pop()
-        commands += command.commands.values() if isinstance(command, click.Group) else []
-        yield from (text for text in _paragraphs(command.help) if "\b" not in text)
-        yield from (param.help for param in command.params if isinstance(param, click.Option) and param.help)
-        yield from filter(None, [command.short_help])
-    yield from (text for text in _paragraphs(group.help) if "\b" not in text)
-    yield from (param.help for param in group.params if isinstance(param, click.Option) and param.help)
-    yield from (summary for _, summary in COMMANDS.values())
-
-
 def in_readers_language(command: click.Command) -> click.Command:
     """Return a command that takes `--language`, with its help and errors in the reader's language."""
     own = copy(command)
     own.context_class = _Context
-    own.help = "\n\n".join(map(_shown, _paragraphs(command.help)))
+    own._help_option = None  # the text of one that was used already is in the language of then
+    own.help = "\n\n".join(map(_shown, paragraphs(command.help)))
     own.short_help = _shown(command.short_help or "") or None
     own.params = [*map(_in_words, command.params)]
     if not any(_NAME in param.opts for param in own.params):
@@ -143,8 +127,8 @@ def _shown(text: str) -> str:
     return text if "\b" in text else translated(LazyMessage(text)) if text else ""
 
 
-def _paragraphs(text: str | None) -> list[str]:
-    """Return the paragraphs of a help, each on one line; one that begins with a backspace has lines of commands."""
+def paragraphs(text: str | None) -> list[str]:
+    """Return the paragraphs of a help, each on one line; of commands to be typed, after a backspace, as they are."""
     found = inspect.cleandoc(text or "").split("\n\n")
     return [one if "\b" in one else " ".join(one.split()) for one in found if one]
 

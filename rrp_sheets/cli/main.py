@@ -66,7 +66,9 @@ class _Lazy(click.Group):
         return in_readers_language(command)
 
     def main(self, *args: Any, **options: Any) -> Any:
-        """Run in the language of the reader."""
+        """Run in the language of the reader, as `main` does, which also shows what is wrong."""
+        if not options.get("standalone_mode", True):
+            return click.Group.main(in_readers_language(self), *args, **options)
         arguments = options.get("args", args[0] if args else None)
         with readers_words(sys.argv[1:] if arguments is None else arguments):
             return click.Group.main(in_readers_language(self), *args, **options)
