@@ -33,6 +33,7 @@ class LazyMessage(str):
     template: str
     context: str
     places: Mapping[str, Any]
+    forms: tuple[str, str] | None = None  # of one and of many, when `n` decides between them
 
     def __new__(cls, template: str, /, *, msgctxt: str = "", **places: Any) -> LazyMessage:
         """Fill the places of a template; `msgctxt` tells texts apart that are the same in English."""
@@ -43,11 +44,24 @@ class LazyMessage(str):
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
+        if self.forms:
+            return partial(plural, *self.forms, **self.places), ()
         return partial(LazyMessage, self.template, msgctxt=self.context, **self.places), ()
 
 
 N_ = LazyMessage
 """Marks a text of the program: `make texts` finds it by this name."""
+
+
+def plural(one: str, many: str, /, n: int, **places: Any) -> LazyMessage:
+    """Return the message for a number, of two templates with the place `{n}`: a language has as many forms as it needs.
+
+    >>> plural("{n:,} cell changed.", "{n:,} cells changed.", 1_200)
+    '1,200 cells changed.'
+    """
+    self = LazyMessage(one if n == 1 else many, n=n, **places)
+    self.forms = one, many
+    return self
 
 
 class MessageError(Exception):
@@ -65,7 +79,10 @@ def translate(text: str, language: str) -> str:
     """
     if not isinstance(text, LazyMessage) or language == "en":
         return str(text)
-    template = _translated(text.template, text.context, _catalogue(language))
+    catalogue = _catalogue(language)
+    template = _translated(text.template, text.context, catalogue)
+    if text.forms and (found := catalogue.ngettext(*text.forms, text.places["n"])) not in text.forms:
+        template = found
     return template.format(**places_in(text.places, language)) if text.places else template
 
 
@@ -101,9 +118,11 @@ def message_templates() -> frozenset[str]:
 
 def _translated(template: str, context: str, catalogue: gettext.NullTranslations) -> str:
     """Return the translation of a template, also of one whose first letter was recased."""
-    find = (lambda text: catalogue.pgettext(context, text)) if context else catalogue.gettext
-    for text in (template, template[:1].swapcase() + template[1:]):
-        if text and (found := find(text)) != text:  # the empty text is gettext's name for the head of a catalogue
+    for text in (template, template[:1].swapcase() + template[1:]) if template else ():  # "" names a catalogue's head
+        found = catalogue.pgettext(context, text) if context else catalogue.gettext(text)
+        if found == text and not context:
+            found = catalogue.ngettext(text, text, 1)  # another place may have it with a plural
+        if found != text:
             return found
     return template
 
@@ -122,6 +141,15 @@ def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
         return LazyMessage(template, msgctxt=context, **{**places, **long})
     except (ValueError, KeyError, TypeError, OverflowError):
         return template
+
+
+def plural_from(forms: Sequence[str], places: Mapping[str, Any]) -> str:
+    """Return the message for a number that another process sent, as `message_from` does."""
+    one, many = forms
+    n = places.get("n")
+    found = message_from(one if n == 1 else many, "", places)
+    is_number = isinstance(n, (int, float)) and isinstance(found, LazyMessage)
+    return plural(one, many, **found.places) if is_number else found  # type: ignore[union-attr]
 
 
 def known_language(code: object) -> str:

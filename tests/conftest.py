@@ -31,6 +31,10 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # started in the background by a shell without job control: what the tests start would be deaf to Ctrl-C too
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+for variable in ("LANGUAGE", "LC_ALL", "LC_MESSAGES"):
+    os.environ.pop(variable, None)
+os.environ["LANG"] = "C.UTF-8"  # commands speak the language of the workbook, or English
+
 os.environ["OPENPYXL_LXML"] = "False"  # as in the program, also where a test imports openpyxl first
 
 MEMORY, ENOUGH = Path("/dev/shm"), 4_000_000_000  # bytes

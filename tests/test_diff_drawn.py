@@ -218,7 +218,7 @@ def test_nothing_to_draw_is_said_in_the_picture(pair: tuple[Path, Path]) -> None
     [
         (["--svg", "-o", "x.html"], "The picture's file ends with .svg"),
         (["--html", "-o", "x.svg"], "The page's file ends with .html"),
-        (["-o", "x.png"], "The page's file ends with .html"), (["--svg", "--html"], "leave out --svg"),
+        (["-o", "x.png"], "The page's file ends with .html"), (["--svg", "--html"], "Leave out --svg"),
     ],
 )  # fmt: skip
 def test_wishes_that_do_not_fit(pair: tuple[Path, Path], flags: list[str], said: str) -> None:

@@ -188,7 +188,10 @@ def test_remembered_faces_are_kept_when_the_protocol_says_so(tmp_path: Path) -> 
     assert told.output == "Guest 1\n"
     with pytest.raises(SheetsError, match="Nobody called “Anna” is remembered"):
         face_memory.forget(tmp_path, "Anna")
-    assert CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output == "Guest 1 is wiped.\n"
+    assert (
+        CliRunner().invoke(group, ["faces", str(tmp_path), "--forget", "guest 1"]).output
+        == "The face of Guest 1 was deleted.\n"
+    )
     assert not kept.exists()
     assert CliRunner().invoke(faces_command, [str(tmp_path)]).output == "No faces are remembered here.\n"
 
@@ -228,7 +231,7 @@ def test_a_broken_file_of_faces_is_told(tmp_path: Path, text: str) -> None:
     kept.write_text(text, encoding="utf-8")
     with pytest.raises(SheetsError, match="cannot be read"):
         read_memory(kept)
-    assert face_memory.forget_all(tmp_path) == "All faces are wiped."
+    assert face_memory.forget_all(tmp_path) == "All remembered faces were deleted."
     assert not kept.exists()
 
 

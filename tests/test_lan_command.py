@@ -143,7 +143,7 @@ def test_the_password_is_asked_for_twice_and_hidden(started) -> None:  # type: i
     told = process.communicate()[1]
     os.close(ours)
     os.close(theirs)
-    assert shown.count("A password for everyone") == 3 and shown.count("The same again") == 2
+    assert shown.count("A password for everyone") == 3 and shown.count("The password again") == 2
     assert "at least 8 characters" in told and "not the same" in told and WORDS not in shown + told
 
 

@@ -110,7 +110,7 @@ def test_the_list_is_a_table_of_what_there_is(folder: Path) -> None:
         "5-e", "2-b", "1-a",
     ]  # fmt: skip
     assert run(folder / "runs", "--workbook", "good").output.count("good.md") == 6
-    assert run(folder, "--participant", "none").output == "No run is like that.\n"
+    assert run(folder, "--participant", "none").output == "No runs found.\n"
     told = json.loads(run(folder, "--json").output)
     assert told["schema"] == 1 and told["runs"][-1]["participant"] == CODE and told["runs"][-1]["seconds"] == 8.0
 
@@ -122,7 +122,7 @@ def test_the_newest_stands_first_whatever_the_folders_are_called(tmp_path: Path)
 
 
 def test_no_runs_no_folder_and_a_link_that_leads_out(tmp_path: Path) -> None:
-    assert run(tmp_path).output == "Nothing has run here yet.\n"
+    assert run(tmp_path).output == "There are no runs here yet.\n"
     with pytest.raises(SheetsError, match="There is no folder"):
         CliRunner().invoke(group, ["runs", str(tmp_path / "none")], catch_exceptions=False)
     (tmp_path / "a").mkdir()
@@ -141,7 +141,7 @@ def test_a_participant_who_withdraws_leaves_nothing(folder: Path) -> None:
     told = run("delete", folder, "--participant", CODE, typed=f"{CODE}\n")
     assert told.exit_code == 0
     assert "To be deleted: 3 runs of P-07 with 16 files" in told.output and "6 pictures and films" in told.output
-    assert "There are runs of “p 07” too, which stay." in told.output
+    assert "There are also runs of “p 07”. They stay." in told.output
     assert told.output.endswith("Deleted: 3 runs, 0 remembered faces.\n")
     assert bytes_with(folder) == [] and sorted(p.name for p in (folder / "runs").iterdir()) == ["3-c", "4-d"]
     write_run(folder, "9-new", HEADER | {"participant": CODE}, END)  # the code is used again
@@ -442,7 +442,7 @@ def test_faces_go_with_the_session_that_remembered_them(tmp_path: Path) -> None:
         CODE: (True, "it has that code as its name"),
     }
     told = run("delete", tmp_path, "--participant", CODE, "--yes").output
-    assert "Remembered face “Guest 1” is wiped" in told and "Is it theirs? Then wipe it too" in told
+    assert "Remembered face “Guest 1” will be deleted" in told and "Is it the same person? Then delete it too" in told
     assert kept(tmp_path) == ["Guest 2", "Guest 3", "Guest 4"] and bytes_with(tmp_path) == []
 
 

@@ -7,13 +7,17 @@ import re
 import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 
+import click
 from babel.messages.catalog import Catalog
 from babel.messages.extract import extract as babel_extract
 from babel.messages.jslexer import tokenize, unquote_string
 from babel.messages.pofile import read_po, write_po
 
+from rrp_sheets.cli.language import language_option, paragraphs
+from rrp_sheets.cli.main import COMMANDS, group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
@@ -27,6 +31,14 @@ from hatch_build import CATALOGUES, PAGES, compile_texts  # noqa: E402
 
 MARKS = ("N_", "BadSoundError", "BadValueError", "CatalogueError")
 """Names of the function and the classes whose first argument is a text of the program."""
+PLURAL = "plural"
+"""Name of the function whose first two arguments are."""
+_CLICK = {"_": None, "ngettext": (1, 2)}
+_NOT_SHOWN = ("DeprecationWarning", "No options defined", "Boolean option", "Could not determine", "Arguments take",
+              "Unknown color", "Name '", "(dynamic)", "Invalid start",
+              "%(prog)s", "Show the version", "Confirm the action")  # fmt: skip
+"""Beginnings of the texts of click that only a developer sees."""
+_CLICK_MODULES = ("core", "decorators", "exceptions", "formatting", "parser", "termui", "types")
 _CALL = re.compile(r"\btn?\(")
 _CREATED = datetime(2026, 1, 1, tzinfo=UTC)  # no date that would change every file
 
@@ -41,17 +53,40 @@ def extract() -> Catalog:
         for part in ("title", "message", "remedy"):
             if getattr(code, part) != "{remedy}":  # which the finding brings
                 found.add(getattr(code, part), context=f"{code.id}.{part}")
+    for text in {*_help_texts(), *_click_texts()}:
+        found.add(text)
     for name, text in texts("en").entries.items():
         if text:
             found.add(text, context=name)
     for connector in dict.fromkeys(connectors()):
         for message in (connector.legend_message(), *map(connector.sentence_for, ("", *connector.variants))):
             found.add(message.template, context=message.context)
-    for name in robot_names():
-        for text, context in _robot_texts(load_robot(name)):
-            if text:
-                found.add(text, context=context)
+    for text, context in chain.from_iterable(_robot_texts(load_robot(name)) for name in robot_names()):
+        if text:
+            found.add(text, context=context)
     return found
+
+
+def _help_texts() -> Iterator[str]:
+    """Yield the texts of the help of commands and options."""
+    yield from (summary for _, summary in COMMANDS.values())
+    context = click.Context(group)
+    commands: list[click.Command] = [group, *filter(None, (group.get_command(context, name) for name in COMMANDS))]
+    while commands:
+        command = commands.pop()
+        commands += command.commands.values() if isinstance(command, click.Group) else []
+        yield from (text for text in paragraphs(command.help) if "\b" not in text)
+        yield from (param.help for param in command.params if isinstance(param, click.Option) and param.help)
+        yield from filter(None, [command.short_help, language_option().help])
+
+
+def _click_texts() -> Iterator[str | tuple[str, ...]]:
+    """Yield the texts that click prints for the command line: headings of the help, errors of options, questions."""
+    for name in _CLICK_MODULES:
+        with (Path(click.__file__).parent / f"{name}.py").open("rb") as file:
+            for _, text, _, _ in babel_extract("python", file, _CLICK):
+                if not str(text).startswith(_NOT_SHOWN):
+                    yield text
 
 
 def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
@@ -123,10 +158,14 @@ def _catalogue(language: str | None) -> Catalog:
     )  # fmt: skip
 
 
-def _marked(path: Path) -> Iterator[str]:
+def _marked(path: Path) -> Iterator[str | tuple[str, ...]]:
     for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in MARKS and call.args:
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.args):
+            continue
+        if call.func.id in MARKS:
             yield from _texts(call.args[0])
+        elif call.func.id == PLURAL and all(isinstance(text, ast.Constant) for text in call.args[:2]):
+            yield tuple(text.value for text in call.args[:2])  # type: ignore[attr-defined]
 
 
 def _texts(node: ast.expr) -> Iterator[str]:

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rrp_sheets.cli.language import speak, translated
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE, handle_signals
-from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, speak, translated
+from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, styled, usage_error
 from rrp_sheets.texts import LANGUAGES, N_, counted
 
 if TYPE_CHECKING:
@@ -38,36 +39,42 @@ class _Choice(click.ParamType):  # type: ignore[type-arg]  # generic for its stu
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
         match = _FIX.fullmatch(str(value))
         if not match:
-            self.fail(f"“{value}” names no fix. Write a code and a fix, for example LINT002:throttle.", param, ctx)
+            message = N_("“{text}” names no fix. Write a code and a fix, for example LINT002:throttle.", text=value)
+            self.fail(translated(message), param, ctx)
         return match["code"].upper(), (match["fix"] or "").casefold()
 
 
 @click.command(name="check")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="print findings and example values as JSON")
-@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
+@click.option(
+    "--language",
+    type=click.Choice(list(LANGUAGES)),
+    default=None,
+    help="the language  [default: your computer's, then the Protocol's]",
+)
 @click.option("--report", "out", type=click.Path(path_type=Path), help="write a copy (.xlsx) with the findings in it")
 @click.option("--fix", "mended", type=click.Path(path_type=Path), help="write a corrected copy, and say what changed")
 @click.option("--apply", "chosen", type=_Choice(), multiple=True,
-              help="with --fix: also a fix that needs your choice, such as LINT002:throttle")  # fmt: skip
+              help="with --fix: also this fix that needs your choice, such as LINT002:throttle")  # fmt: skip
 def check_command(
     file: Path, as_json: bool, language: str | None, out: Path | None, mended: Path | None,
     chosen: tuple[tuple[str, str], ...],
 ) -> None:  # fmt: skip
-    """Say what is wrong with FILE, each with its cell and what to do about it.
+    """Check FILE: show each problem with its cell and how to fix it.
 
-    With --fix a copy is written in which everything is corrected that leaves no doubt; findings and exit code are then
-    those of the copy.
+    With --fix a corrected copy is written, with every fix that leaves no doubt. Problems and exit code are then those
+    of the copy.
 
-    Exit code: 0 fine or only warnings, 1 errors, 2 the file cannot be read.
+    Exit code: 0 no errors, 1 errors, 2 the file cannot be read.
     """
     from rrp_sheets import api
     from rrp_sheets.diagnostics.report import UnreadableWorkbook
 
     if chosen and mended is None:
-        raise click.UsageError("--apply goes with --fix OUT: the corrected copy.")
+        raise usage_error(N_("--apply goes with --fix OUT: the corrected copy."))
     if len(dict(chosen)) < len(chosen):
-        raise click.UsageError("--apply takes one fix for a code; apply the other one to the copy afterwards.")
+        raise usage_error(N_("--apply takes one fix for a code; apply the other one to the copy afterwards."))
     changes: list[CellChange] = []
     speak(language or "en")
     try:
@@ -116,10 +123,9 @@ def _examples(checked: Checked) -> dict[str, Any]:
 
 def print_changes(changes: Sequence[CellChange], mended: Path) -> None:
     """Print what was changed, cell by cell."""
-    changed = click.style(translated(N_("changed")), fg="green", bold=True)
     for c in changes:
         what = N_("inserted: {text}", text=c.new) if c.old is None else quoted(c.old, c.new)
-        click.echo(f"{changed} {c.code} {translated(c.place)} {translated(what)}")
+        say(styled(N_("changed"), fg="green", bold=True), c.code, c.place, what)
     say(N_("Created {path}.", path=mended) if changes else N_("Nothing to change; {path} is a copy.", path=mended))
 
 
@@ -128,11 +134,10 @@ def print_findings(findings: Iterable[Diagnostic], err: bool = False) -> None:
     for d in findings:
         place = f"{d.address}: " if d.address else ""
         word, colour = _SEVERITIES[d.severity.value]
-        kind = click.style(translated(word), fg=colour, bold=True)
-        click.echo(f"{kind} {d.code} {place}{translated(d.message)}", err=err)
-        click.echo(f"  → {translated(d.remedy)}", err=err)
+        say(styled(word, fg=colour, bold=True), f"{d.code} {place}{translated(d.message)}", err=err)
+        say("  →", d.remedy, err=err)
         for fix in d.fixes if len(d.fixes) > 1 else (f for f in d.fixes if not f.safe):
-            click.echo(f"    --apply {d.code}:{fix.id}  {translated(fix.title)}", err=err)
+            say(f"    --apply {d.code}:{fix.id} ", fix.title, err=err)
 
 
 def verdict(findings: Iterable[Diagnostic]) -> str:
@@ -150,14 +155,14 @@ NO_TESTS = 5
 @click.option("--json", "as_json", is_flag=True, help="print the results as JSON")
 @click.option("--junit", type=click.Path(path_type=Path), help="write the results as JUnit XML into this file")
 @click.option("--marbles", type=click.Path(path_type=Path),
-              help="draw what came on the streams, as .svg, .pdf or .png")  # fmt: skip
+              help="draw the values of the streams, as .svg, .pdf or .png")  # fmt: skip
 def test_command(file: Path, as_json: bool, junit: Path | None, marbles: Path | None) -> None:
-    """Run the test sheets of FILE: what they send goes in, what they expect must come out.
+    """Run the test sheets of FILE: send values, and compare what comes out with what is expected.
 
-    Every sheet with the headers Time (ms), Stream, Send and Expect is a test. It runs without robot and simulator, as
-    fast as the machine can. What fails is shown with its cell, what came instead, and the marble diagram.
+    Every sheet with the headers Time (ms), Stream, Send and Expect is a test. Tests need no robot and no simulator. A
+    failed test is shown with its cell, what came instead, and the marble diagram.
 
-    Exit code: 0 all tests pass, 1 some fail, 2 the file cannot be read or has errors, 5 it has no tests or they
+    Exit code: 0 all tests passed, 1 some failed, 2 the file cannot be read or has errors, 5 there are no tests or they
     expect nothing, 130 stopped with Ctrl-C.
     """
     from rrp_sheets import api
@@ -198,7 +203,7 @@ def _code(report: TestReport) -> int:
 def _show(report: TestReport) -> None:
     if not report.checked.tests:
         say(N_("This workbook has no tests."), err=True)
-        click.echo(f"  → {translated(N_('Add a sheet with the headers Time (ms), Stream, Send, Expect.'))}", err=True)
+        say("  →", N_("Add a sheet with the headers Time (ms), Stream, Send, Expect."), err=True)
         return
     for result in report.cases:
         _show_case(report, result)
@@ -222,15 +227,15 @@ def _show_case(report: TestReport, result: CaseResult) -> None:
     from rrp_sheets.testing.case_output import around_failures, counted, failure_lines, fault_lines
 
     sign, colour = ("–", "yellow") if result.idle else ("✓", "green") if result.passed else ("✗", "red")
-    click.echo(f"{click.style(sign, fg=colour, bold=True)} {result.case.name}: {translated(counted(result))}")
+    say(click.style(sign, fg=colour, bold=True), N_("{name}: {found}", name=result.case.name, found=counted(result)))
     if not result.passed:
         for line in failure_lines(result):
-            click.echo(f"  {translated(line)}")
+            say(" ", line)
         width = max(60, min(160, shutil.get_terminal_size((110, 24)).columns - 4))
         for line in marble_text(around_failures(report.checked, result), width=width):
             click.echo(f"    {line}")
     for line in fault_lines(result)[:10]:
-        click.echo(f"  {click.style('formula', fg='yellow')} {translated(line)}")
+        say(" ", styled(N_("formula"), fg="yellow"), line)
 
 
 @contextmanager

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.terminal import quoted, say, seconds_of, speak, translated
-from rrp_sheets.texts import N_
+from rrp_sheets.cli.language import speak
+from rrp_sheets.cli.terminal import print_notes, quoted, say, seconds_of, usage_error
+from rrp_sheets.texts import N_, listed, plural
 
 _SHOWN = 3  # findings
 
@@ -15,19 +16,19 @@ _SHOWN = 3  # findings
 @click.command(name="new")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--template", default="guided", show_default=True, help="guided, empty, or a workbook that comes along: greeter, …"
+    "--template", default="guided", show_default=True, help="guided, empty, or an example workbook: greeter, …"
 )
 @click.option("--robot", default="nao", show_default=True, help="the robot it is for")
 def new_command(file: Path, template: str, robot: str) -> None:
-    """Make FILE: a workbook with a small working behaviour, drop-downs and explanations.
+    """Create FILE: a workbook with a small working behaviour, drop-down lists and explanations.
 
-    The template “guided” explains itself; “empty” has the sheets without rows; the others are the workbooks that come
-    with the program, ready to be changed (simple-tracking, greeter, …). An existing file is never overwritten.
+    The template “guided” explains itself. “empty” has the sheets without rows. The others are the example workbooks of
+    the program (simple-tracking, greeter, …). An existing file is never overwritten.
     """
     from rrp_sheets import api
 
     made = api.new(file, robot, template)
-    click.echo(f"Created {made}. Open it in Excel or LibreOffice, and try it with:")
+    say(N_("Created {path}. Open it in Excel or LibreOffice, and try it with:", path=made))
     click.echo(f'  rrp-sheets run "{made}"')
 
 
@@ -35,12 +36,12 @@ def new_command(file: Path, template: str, robot: str) -> None:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("cell")
 @click.argument("value")
-@click.option("--sheet", default="", help="the sheet, where CELL does not name it; default: the first behaviour")
+@click.option("--sheet", default="", help="the sheet, if CELL does not name it  [default: the first behaviour]")
 def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
-    """Put VALUE into one CELL of FILE (Tracking!C5, or C5) and leave everything else in the file as it is.
+    """Write VALUE into one CELL of FILE (Tracking!C5, or C5). Everything else in the file stays as it is.
 
-    A number stays a number, TRUE and FALSE too; everything else is a text, also what begins with “=”. An empty VALUE
-    ("") empties the cell.
+    Numbers stay numbers, and TRUE and FALSE stay as they are. Everything else is text, even when it begins with “=”. An
+    empty VALUE ("") clears the cell.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings, verdict
@@ -63,13 +64,13 @@ def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
 @click.argument("file", type=click.Path(path_type=Path))
 @click.argument("old")
 @click.argument("new")
-@click.option("--sheet", default="", help="where OLD is given, if several sheets have it; or write Tracking!Far")
+@click.option("--sheet", default="", help="the sheet of OLD, if several sheets have it; or write Tracking!Far")
 @click.option("--preview", is_flag=True, help="only show which cells would change")
 def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) -> None:
-    """Give the stream or helper OLD the name NEW in all cells of FILE that have it.
+    """Rename the stream or helper OLD to NEW in all cells of FILE.
 
-    These are inputs, formulas and outputs of rows, the sheets Devices, Helpers and Scene, and the tests. Notes stay as
-    they are.
+    This changes inputs, formulas and outputs of rows, the sheets Devices, Helpers and Scene, and the tests. Notes are
+    not changed.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import verdict
@@ -82,9 +83,9 @@ def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) ->
         say(N_("{address} stays: its formula means something else by this name too.", address=str(address)))
     count = len(done.renaming.edits)
     if preview:
-        say(N_("1 cell would change.") if count == 1 else N_("{n} cells would change.", n=count))
+        say(plural("{n} cell would change.", "{n} cells would change.", count))
     else:
-        say(N_("1 cell changed.") if count == 1 else N_("{n} cells changed.", n=count))
+        say(plural("{n} cell changed.", "{n} cells changed.", count))
         say(N_("Check: {verdict}", verdict=verdict(done.report)))
 
 
@@ -95,15 +96,15 @@ def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) ->
 def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     """Write FILE in another format: OUT is an .xlsx file, a Markdown file (.md), or a folder for CSV files.
 
-    All cells of all sheets are carried over, and the behaviour is the same. Formats, pictures, drop-downs and their
-    sheet Lists exist only in .xlsx. Nothing that exists is overwritten.
+    All cells of all sheets are copied, and the behaviour is the same. Formats, pictures, drop-down lists and their
+    sheet Lists exist only in .xlsx. Existing files are never overwritten.
     """
     from rrp_sheets import api
 
     targets = [target for target in (out, output) if target is not None]
     if len(targets) != 1:
-        raise click.UsageError("Name one file or folder to write: OUT, or -o OUT.")
-    click.echo(f"Created {api.convert(file, targets[0], replace=False)}.")
+        raise usage_error(N_("Name one file or folder to write: OUT, or -o OUT."))
+    say(N_("Created {path}.", path=api.convert(file, targets[0], replace=False)))
 
 
 @click.command(name="pose", context_settings={"ignore_unknown_options": True})
@@ -114,11 +115,10 @@ def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
 @click.option("--at", default="", help="when, for example 1.5 (s)  [default: 1 s after the gesture's last keyframe]")
 @click.option("--picture", type=click.Path(path_type=Path), help="store a picture of the robot in that pose (.png)")
 def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, at: str, picture: Path | None) -> None:
-    """Let the simulated robot take a pose, and write its joints into the Gestures sheet of FILE as a keyframe.
+    """Pose the simulated robot, and save its joints as a keyframe on the sheet Gestures of FILE.
 
-    ANGLE is in rad or degrees; a hand goes from 0 (closed) to 1 (open). The sheet and the columns of the joints are
-    made when they are not there; all else in the file stays as it is. A gesture goes from keyframe to keyframe and then
-    back to where it began.
+    ANGLE is in rad or degrees; a hand goes from 0 (closed) to 1 (open). The sheet and its columns are added when they
+    are missing. A gesture moves from keyframe to keyframe, and then back to where it began.
 
     For example, a gesture of two keyframes, with a picture of the second:
 
@@ -132,12 +132,12 @@ def pose_command(file: Path, joints: tuple[str, ...], name: str, posture: str, a
 
     done = api.pose(file, name, joints, posture=posture, at=seconds_of(at, "--at"), picture=picture)
     speak(done.language)
-    for note in done.notes:
-        click.echo(f"{click.style('Note:', fg='yellow')} {translated(note)}")
-    click.echo(f"{done.address}: “{name}” at {done.at:g} s: {', '.join(shown(done.joints))}")
+    print_notes(done.notes, err=False)
+    words = N_("{address}: “{name}” at {seconds:g} s: {joints}")
+    say(N_(words, address=str(done.address), name=name, seconds=done.at, joints=listed([*shown(done.joints)])))
     if done.added:
-        click.echo(f"New columns: {', '.join(done.added)}")
+        say(N_("New columns: {names}", names=listed(done.added)))
     say(N_("Check: {verdict}", verdict=verdict(done.report)))
     print_findings([d for d in done.report if d.address and d.address.sheet == done.address.sheet])
     if not done.report.errors:
-        click.echo(f'Make it from a row: Output stream Gesture, with the formula "{name}".')
+        say(N_('Make it from a row: Output stream Gesture, with the formula "{name}".', name=name))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 import sys
-import unicodedata
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from rrp_sheets.cli.terminal import say, styled, usage_error
+from rrp_sheets.render.style import columns
+from rrp_sheets.texts import N_, sentences
 
 if TYPE_CHECKING:
     from rrp_sheets.formulas.trial import Answer
@@ -25,17 +28,17 @@ def formula_command(text: str | None, inputs: tuple[str, ...], as_json: bool) ->
 
     A VALUE is a number, TRUE or FALSE, a text, or JSON: --input 'ball={"distance": 0.4}' is a record.
 
-    With --json and without TEXT: reads objects {"formula": "x + 1", "inputs": {"x": 5}}, one a line, and answers
-    one object a line: {"outcome": "ok", "value": 6}, or {"outcome": "rejected" (or "error"), "code": "FORM004",
-    "message": "…", "column": 0}; columns are counted from 0, -1 is none; "others" has what else is wrong, if anything.
+    With --json and without TEXT, each line of input is an object: {"formula": "x + 1", "inputs": {"x": 5}}. Each gets
+    one line as answer: {"outcome": "ok", "value": 6}, or {"outcome": "rejected" (or "error"), "code": "FORM004",
+    "message": "…", "column": 0}. Columns are counted from 0; -1 means none. "others" lists further problems.
 
-    Exit code: 0 it has a value (with --json and without TEXT: every line was answered), 1 it has none.
+    Exit code: 0 there is a value (with --json and without TEXT: every line was answered), 1 there is none.
     """
     from rrp_sheets import api
 
     if text is None:
         if not as_json:
-            raise click.UsageError("What is the formula? Put it between quotes.")
+            raise usage_error(N_("What is the formula? Put it between quotes."))
         _answer_lines()
         sys.exit(0)
     answer = api.formula(text, dict(_pair(given) for given in inputs))
@@ -54,8 +57,8 @@ def _with_input(text: str, answer: Answer, inputs: tuple[str, ...]) -> Answer:
     name = text[answer.column : answer.column + answer.length]
     if not name.isidentifier() or name.startswith("_") or "__" in name:
         return answer
-    more = f" {answer.remedy}" if inputs else f' (A text needs quotes: "{name}".)'
-    return replace(answer, remedy=f"Give it a value: --input {name}=5.{more}")
+    more = answer.remedy if inputs else N_('(A text needs quotes: "{name}".)', name=name)
+    return replace(answer, remedy=sentences(N_("Give it a value: --input {name}=5.", name=name), more))
 
 
 def _pair(given: str) -> tuple[str, Any]:
@@ -63,7 +66,7 @@ def _pair(given: str) -> tuple[str, Any]:
 
     name, equals, value = given.partition("=")
     if not equals or not name.strip():
-        raise click.UsageError(f"“{given}” is no input: write --input name=value.")
+        raise usage_error(N_("“{text}” is not an input. Write --input name=value.", text=given))
     return name.strip(), typed_value(value)
 
 
@@ -91,16 +94,10 @@ def _show(text: str, answer: Answer) -> None:
     if answer.column >= 0:
         click.echo(f"  {''.join(c if c.isprintable() else ' ' for c in text)}", err=True)
         before, marked = text[: answer.column], text[answer.column : answer.column + answer.length]
-        click.echo(f"  {' ' * _width(before)}{'^' * max(_width(marked), 1)}", err=True)
-    click.echo(f"{click.style('error', fg='red', bold=True)} {answer.code} {answer.message}", err=True)
+        click.echo(f"  {' ' * columns(before)}{'^' * max(columns(marked), 1)}", err=True)
+    say(styled(N_("error"), fg="red", bold=True), answer.code, answer.message, err=True)
     if answer.remedy:
-        click.echo(f"  → {answer.remedy}", err=True)
-
-
-def _width(text: str) -> int:
-    """Return the number of columns that a text takes in a terminal."""
-    wide = {"W": 2, "F": 2}
-    return sum(0 if unicodedata.combining(c) else wide.get(unicodedata.east_asian_width(c), 1) for c in text)
+        say("  →", answer.remedy, err=True)
 
 
 def _person(value: Any) -> str:

@@ -10,37 +10,39 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from gettext import gettext
 from types import FrameType
 from typing import Any
 
 import click
 
 from rrp_sheets import __version__
-from rrp_sheets.cli.terminal import fail, plain_output, speak
+from rrp_sheets.cli.language import in_readers_language, readers_words, translated
+from rrp_sheets.cli.terminal import fail, plain_output, say, usage_error
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, LazyMessage, listed, sentences
 
-_COMMANDS = {
-    "new": ("files", "Make a workbook to start from."),
-    "check": ("check", "Say what is wrong with a workbook, and what to do about it."),
+COMMANDS = {
+    "new": ("files", "Create a workbook to start from."),
+    "check": ("check", "Check a workbook: its problems, and how to fix them."),
     "diagram": ("show", "Draw a workbook's behaviours."),
-    "explain": ("show", "Say in plain words what a workbook does."),
+    "explain": ("show", "Explain in plain words what a workbook does."),
     "print": ("show", "Print a workbook for an ethics board, as a PDF."),
-    "diff": ("show", "Say what is different between two workbooks, by what they mean."),
+    "diff": ("show", "Compare two workbooks by what they mean."),
     "formula": ("formula", "Try a formula with inputs."),
     "help": ("help", "Explain connectors, functions, devices, the scene, a code or a name."),
-    "set": ("files", "Change one cell of a workbook and leave all else as it is."),
-    "rename": ("files", "Give a stream or a helper another name in all cells that have it."),
-    "pose": ("files", "Write a keyframe of a gesture from the simulated robot's joints."),
+    "set": ("files", "Change one cell of a workbook."),
+    "rename": ("files", "Rename a stream or a helper in all cells."),
+    "pose": ("files", "Pose the simulated robot, and save a keyframe of a gesture."),
     "convert": ("files", "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files."),
     "run": ("run", "Run a workbook on the simulated robot."),
-    "test": ("check", "Run the tests that stand in a workbook."),
-    "marbles": ("show", "Draw what came on the streams of a run or of a workbook's tests."),
-    "replay": ("recordings", "Do a recorded run again without the robot, and say what is different."),
-    "pack": ("recordings", "Make one zip of a workbook and all that is needed to run it elsewhere: a bundle."),
+    "test": ("check", "Run the tests of a workbook."),
+    "marbles": ("show", "Draw the values of a run, or of a workbook's tests, over time."),
+    "replay": ("recordings", "Replay a recorded run without the robot, and show the differences."),
+    "pack": ("recordings", "Create a bundle: one zip to run a workbook elsewhere."),
     "runs": ("recordings", "List the recorded runs of a folder, or delete those of a participant."),
-    "export": ("recordings", "Write recorded runs as a table or plots."),
-    "faces": ("recordings", "List the faces that are remembered beyond a run, or wipe them."),
+    "export": ("recordings", "Export recorded runs as a table or plots."),
+    "faces": ("recordings", "List the faces that the robot remembers, or delete them."),
     "serve": ("serve", "Edit the workbooks of a folder in the browser."),
     "tutorial": ("serve", "Learn in ten short lessons, in the browser."),
 }
@@ -54,26 +56,37 @@ class _Lazy(click.Group):
     """A group whose commands are in modules that are imported when they are used."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(_COMMANDS)
+        return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in _COMMANDS:
+        if cmd_name not in COMMANDS:
             return None
-        module = importlib.import_module(f"rrp_sheets.cli.{_COMMANDS[cmd_name][0]}")
+        module = importlib.import_module(f"rrp_sheets.cli.{COMMANDS[cmd_name][0]}")
         command: click.Command = getattr(module, f"{cmd_name}_command")
-        return command
+        return in_readers_language(command)
+
+    def main(self, *args: Any, **options: Any) -> Any:
+        """Run in the language of the reader, as `main` does, which also shows what is wrong."""
+        if not options.get("standalone_mode", True):
+            return click.Group.main(in_readers_language(self), *args, **options)
+        arguments = options.get("args", args[0] if args else None)
+        with readers_words(sys.argv[1:] if arguments is None else arguments):
+            return click.Group.main(in_readers_language(self), *args, **options)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, summary) for name, (_, summary) in _COMMANDS.items()])
+        with formatter.section(gettext("Commands")):
+            formatter.write_dl([(name, translated(LazyMessage(about))) for name, (_, about) in COMMANDS.items()])
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         from rrp_sheets.model.names import nearest
 
-        if args and args[0] not in _COMMANDS and not args[0].startswith("-"):
-            guess = nearest(args[0], _COMMANDS)
-            hint = f" Did you mean {guess}?" if guess else f" The commands are: {', '.join(_COMMANDS)}."
-            raise click.UsageError(f"There is no command “{args[0]}”.{hint}", ctx)
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            guess = nearest(args[0], COMMANDS)
+            others = N_("The commands are: {names}.", names=listed(list(COMMANDS)))
+            hint = N_("Did you mean {guess}?", guess=guess) if guess else others
+            error = usage_error(sentences(N_("There is no command “{name}”.", name=args[0]), hint))
+            error.ctx = ctx
+            raise error
         return super().resolve_command(ctx, args)
 
 
@@ -82,9 +95,10 @@ def _say_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
         return
     from rrp_sheets.sim.process import about
 
-    click.echo(f"rrp-sheets, version {__version__}")
-    click.echo(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}")
-    click.echo(f"Simulator: {about()}")
+    machine = f"{platform.system()} {platform.machine()}"
+    say(N_("rrp-sheets, version {version}", version=__version__))
+    say(N_("Python {version} on {machine}", version=platform.python_version(), machine=machine))
+    say(N_("Simulator: {about}", about=about()))
     ctx.exit()
 
 
@@ -96,13 +110,17 @@ def _say_version(ctx: click.Context, _: click.Parameter, wanted: bool) -> None:
 def group() -> None:
     """Robot behaviours as rows of a spreadsheet: checked, drawn, explained, and run on a simulated NAO.
 
-    FILE is an .xlsx workbook, a folder of CSV files, or a Markdown file; to look at and to run also a bundle (.zip).
+    FILE is an .xlsx workbook, a folder of CSV files, or a Markdown file; most commands also take a bundle (.zip).
     """
-    speak("en")
 
 
 def main() -> None:
-    """Run the command line; an error that the user can mend is printed in one or two lines, never as a traceback."""
+    """Run the command line; an error that the user can fix is printed in one or two lines, never as a traceback."""
+    with readers_words(sys.argv[1:]):
+        _run()
+
+
+def _run() -> None:
     try:
         plain_output()
         if not _UNLIMITED.intersection(sys.argv[1:2]):

@@ -11,14 +11,15 @@ from types import FrameType
 import click
 
 from rrp_sheets.cli.check import print_findings
+from rrp_sheets.cli.language import speak, translated
 from rrp_sheets.cli.main import BROKEN, INTERRUPTED, handle_signals, mute
-from rrp_sheets.cli.terminal import WorkbookArgument, counted, home_of, plain_text, say, seconds_of, speak, translated
+from rrp_sheets.cli.terminal import WorkbookArgument, home_of, plain_text, say, seconds_of
 from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart
 from rrp_sheets.runs.run_data import Commands
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, plural
 
 
 @click.command(name="run")
@@ -28,13 +29,13 @@ from rrp_sheets.texts import N_
     help="how long, for example 20s or 2 min  [default: the end of the scene and 5 s more; 30 s without]",
 )  # fmt: skip
 @click.option("--fast", is_flag=True, help="as fast as the machine can, instead of in real time")
-@click.option("--out", type=click.Path(path_type=Path), help="the folder to leave everything in")
+@click.option("--out", type=click.Path(path_type=Path), help="the folder for the files of the run")
 @click.option("--json", "as_json", is_flag=True, help="print a summary as JSON on the last line")
-@click.option("--seed", type=int, help="of everything random; the Protocol's otherwise")
+@click.option("--seed", type=int, help="for everything random  [default: as the Protocol says]")
 @click.option("--mode", type=click.Choice(["simulated", "pilot"]), default="simulated", show_default=True,
               help="pilot: a rehearsal whose data never counts as a session")  # fmt: skip
 @click.option(
-    "--no-camera", is_flag=True, help="keep no picture of the robot's camera  [default: as the Protocol says]"
+    "--no-camera", is_flag=True, help="save no pictures of the robot's camera  [default: as the Protocol says]"
 )
 @click.option("--participant", default="", help="the participant's code")
 @click.option("--condition", default="", help="the experimental condition")
@@ -43,12 +44,12 @@ def run_command(
     file: Path, duration: str, fast: bool, out: Path | None, as_json: bool, seed: int | None, mode: str,
     no_camera: bool, participant: str, condition: str, operator: str,
 ) -> None:  # fmt: skip
-    """Check FILE, run it on the simulated robot, and leave a folder with all there is to see of the run.
+    """Run FILE on the simulated robot, and save everything about the run in a folder.
 
-    Shown as it happens: what the robot says and does, and what goes wrong. Ctrl-C stops the run in order.
+    You see what the robot says and does while it happens, and what goes wrong. Ctrl-C stops the run safely.
 
-    Exit code: 0 the run came to its end, 1 the workbook has errors, 2 it cannot be read, 3 the run broke off,
-    130 stopped with Ctrl-C.
+    Exit code: 0 the run ended normally, 1 the workbook has errors, 2 it cannot be read, 3 the run broke off, 130
+    stopped with Ctrl-C.
     """
     from rrp_sheets import api
 
@@ -125,7 +126,8 @@ class Watch(RunObserver):
         self._until = start.until_us
         speak(start.language)
         print_findings(start.findings, err=True)
-        rows = counted(len(start.rows), "row")
+        count = len(start.rows)
+        rows = N_("{n:,} row" if count == 1 else "{n:,} rows", n=count)
         words = N_("{title}: {rows} for {seconds:g} s. Ctrl-C stops.")
         self._echo(N_(words, title=start.title, rows=rows, seconds=start.until_us / 1e6))
 
@@ -179,13 +181,14 @@ class Watch(RunObserver):
             self._echo(N_("The row {row} ended the run.", row=summary.ended_by))
         for problem in result.problems:
             self._echo(problem, "red", err=True)
+        errors = sum(summary.errors.values())
         speed = summary.simulated / summary.wall if summary.wall else 0
-        commands = counted(sum(summary.commands.values()), "command")
+        commands: str = plural("{n:,} command", "{n:,} commands", sum(summary.commands.values()))
         if self._hidden:
             commands = N_("{commands} (repeats are not shown)", commands=commands)
         words = N_("{seconds:g} s in {wall:.1f} s ({speed:.1f} times real time), {commands}, {errors}.")
         self._echo(N_(words, seconds=round(summary.simulated, 1), wall=summary.wall, speed=speed, commands=commands,
-                      errors=counted(sum(summary.errors.values()), "error")))  # fmt: skip
+                      errors=N_("{n:,} error" if errors == 1 else "{n:,} errors", n=errors)))  # fmt: skip
         self._echo(N_("With start, rest and files it took {seconds:.1f} s.", seconds=time.monotonic() - self._began))
         self._echo(N_("In {folder}:", folder=str(result.folder)))
         width = max((len(n) for n in result.files), default=0)

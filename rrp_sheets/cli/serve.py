@@ -17,9 +17,11 @@ from urllib.parse import quote
 
 import click
 
+from rrp_sheets.cli.language import translated
 from rrp_sheets.cli.main import handle_signals
+from rrp_sheets.cli.terminal import say
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, sentences
 
 if TYPE_CHECKING:
     from rrp_sheets.web.password import Password
@@ -38,17 +40,16 @@ _PASSWORD_FILE = "RRP_SHEETS_PASSWORD_FILE"
 @click.option("--no-browser", is_flag=True, help="only print the link, do not open a browser")
 @click.option("--sign-out", is_flag=True, help="sign out every browser that has opened this folder before")
 def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, sign_out: bool) -> None:
-    """Edit the workbooks of FOLDER (by default this one) in the browser: a grid, its problems, the diagram, the words.
+    """Edit the workbooks of FOLDER (by default this one) in the browser.
 
-    Every edit is stored in the workbook's own file at once; Excel or LibreOffice may change it meanwhile. Several
-    browser windows may be open on one workbook. FOLDER may also be a workbook, which is then opened at once.
+    Every edit is saved in the workbook's own file at once, and Excel or LibreOffice may change the file too. You can
+    open a workbook in several browser windows. If FOLDER is a workbook, it is opened at once.
 
-    The link that is printed works only on this computer, and opens one browser. Press Enter for another link. A browser
-    that was opened stays signed in when the server is restarted, until it is closed or --sign-out is given. Ctrl-C ends
-    the server.
+    The link works only on this computer, and opens one browser. Press Enter for another link. A browser stays signed in
+    when the server restarts, until it is closed or you use --sign-out. Ctrl-C ends the server.
 
-    With --lan, others of the same network may work along: each gives a name and the password, which is asked for here
-    (or made, when you type none), or is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
+    With --lan, others in the same network can join with a name and the password. You are asked for the password here
+    (press Enter to get one), or it is the first line of the file that RRP_SHEETS_PASSWORD_FILE names.
     """
     from rrp_sheets.web.app import create_app
     from rrp_sheets.web.password import folder_secret
@@ -60,10 +61,10 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
     folder, page = _place(folder)
     door = _ask_password() if lan else None
     links = OneTimeTokens()
-    tell = partial(click.echo, err=True)
+    tell = partial(say, err=True)
     secret, why_not = folder_secret(folder, renew=sign_out)
     if why_not:
-        tell(f"After a restart of the server, open a new link: {why_not}.")
+        tell(N_("After a restart of the server, open a new link: {reason}.", reason=why_not))
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)  # a short wait is no news
     handle_signals(signal.default_int_handler, "SIGTERM", "SIGHUP")  # they end the server as Ctrl-C does
     with own_temp_folder():
@@ -75,14 +76,15 @@ def serve_command(folder: Path, port: int | None, lan: bool, no_browser: bool, s
 
         if door is None:
             server = make_server(create_app(folder, secret, links=links), sockets)
-            click.echo(f"The workbooks of {folder.resolve()} are shown at\n\n  {link()}\n")
+            say(N_("The workbooks of {folder} are shown at", folder=folder.resolve()))
+            click.echo(f"\n  {link()}\n")
         else:
             password, made = door
             reached = _reached(password, both=len(sockets) > 1)
             server = make_server(create_app(folder, secret, reached, links=links, tell=tell), sockets)
             _print_lan(folder, link(), used, page, reached, made)
-        enter = " Press Enter for another link." if _offer_links(link) else ""
-        click.echo(f"The link opens one browser on this computer.{enter} Ctrl-C ends it.")
+        enter = N_("Press Enter for another link.") if _offer_links(link) else ""
+        say(sentences(N_("The link opens one browser on this computer."), enter, N_("Ctrl-C ends it.")))
         sys.stdout.flush()
         fork_workers(WORKER_MODULES)
         if not no_browser and _has_screen():
@@ -131,16 +133,17 @@ def _ask_password() -> tuple[Password, str]:
 
     text = _from_file()
     if not text and sys.stdin.isatty():
-        words = "A password for everyone (Enter alone: one is made for you)"
+        words = translated(N_("A password for everyone (Enter alone: one is made for you)"))
+        again = translated(N_("The password again"))
         while text := click.prompt(words, default="", show_default=False, hide_input=True, err=True):
             try:
                 password = Password(text)
             except SheetsError as error:
-                click.echo(f"{error.message} {error.remedy}", err=True)
+                say(sentences(error.message, error.remedy), err=True)
                 continue
-            if password.fits(click.prompt("The same again", default="", show_default=False, hide_input=True, err=True)):
+            if password.fits(click.prompt(again, default="", show_default=False, hide_input=True, err=True)):
                 return password, ""
-            click.echo("These were not the same. Once more.", err=True)
+            say(N_("The passwords are different. Try again."), err=True)
     if text:
         return Password(text), ""
     text = invent()
@@ -155,7 +158,10 @@ def _from_file() -> str:
     try:
         text = path.read_text(encoding="utf-8").partition("\n")[0].strip()
         if os.name == "posix" and path.stat().st_mode & 0o077:
-            click.echo(f"Others on this computer may read {path}; only you should: chmod 600 {path}", err=True)
+            say(
+                N_("Other users of this computer can read {path}. Only you should: chmod 600 {path}", path=path),
+                err=True,
+            )
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or N_("it is no text")
         message = N_("The password cannot be read from {name}: {why}.", name=name, why=why)
@@ -176,20 +182,25 @@ def _reached(password: Password, *, both: bool) -> Lan:
 def _print_lan(folder: Path, url: str, port: int, page: str, lan: Lan, made: str) -> None:
     from rrp_sheets.web.serving import address_of
 
-    click.echo(f"The workbooks of {folder.resolve()} are open to others of this network.\n")
-    click.echo(f"On this computer, without a password:\n\n  {url}\n")
+    def block(text: str, *lines: str) -> None:
+        say(text)
+        click.echo("".join(["\n", *(f"  {line}\n" for line in lines), "\n" if lines else ""]), nl=False)
+
+    block(N_("The workbooks of {folder} are open to others of this network.", folder=folder.resolve()))
+    block(N_("On this computer, without a password:"), url)
     if lan.hosts:
-        lines = "\n".join(f"  {address_of(host, port)}{page.removeprefix('/')}" for host in lan.hosts)
-        click.echo(f"On others of the same network, type one of these into the browser:\n\n{lines}\n")
+        there = [f"{address_of(host, port)}{page.removeprefix('/')}" for host in lan.hosts]
+        block(N_("On others of the same network, type one of these into the browser:"), *there)
     else:
-        click.echo("This computer is in no network now: nobody else can come. Join one, and start again.\n")
-    said = f"The password for everyone, shown only now: {made}" if made else "Everyone needs your password."
-    click.echo(f"{said} Each gives a name with it, which the others see.")
-    click.echo(
+        block(N_("This computer is not in a network, so nobody else can join. Connect to one, and start again."))
+    shown = N_("The password for everyone, shown only now: {password}", password=made)
+    said = shown if made else N_("Everyone needs your password.")
+    say(sentences(said, N_("Each person also enters a name, which the others see.")))
+    block(N_(
         "The connection is not encrypted: whoever can listen in this network can read along and take over. Use only a "
         "network whose people you trust, never an open one such as a guest or café network. When the server ends, "
-        "everyone has to log in again.\n"
-    )
+        "everyone has to log in again."
+    ))  # fmt: skip
 
 
 def _has_screen() -> bool:
@@ -201,17 +212,18 @@ def _has_screen() -> bool:
 
 @click.command(name="tutorial")
 @click.argument("folder", type=click.Path(path_type=Path), default=".")
-@click.option("--anew", is_flag=True, help="start with a fresh copy; the existing one is not changed")
+@click.option("--anew", is_flag=True, help="start over with a new copy; the existing one is not changed")
 @click.option("--port", type=click.IntRange(1, 65535), help="the port; without it a free one is taken")
-@click.option("--no-browser", is_flag=True, help="only print the address, do not open a browser")
+@click.option("--no-browser", is_flag=True, help="only print the link, do not open a browser")
 @click.pass_context
 def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | None, no_browser: bool) -> None:
-    """Learn in ten short lessons how a robot behaves by the rows of a table.
+    """Learn in ten short lessons how the rows of a table control a robot.
 
-    Makes tutorial.xlsx in FOLDER (by default this one) and opens it in the browser, as `rrp-sheets serve` does. Each
-    lesson has a test that turns green when it is done. When there is a tutorial in FOLDER already, you go on with it.
+    This creates tutorial.xlsx in FOLDER (by default this one) and opens it in the browser, as `rrp-sheets serve` does.
+    Each lesson has a test that turns green when it is done. If there is a tutorial in FOLDER already, you continue with
+    it.
 
-    Ctrl-C ends the server; what you have done is in the file.
+    Ctrl-C ends the server. Your work is saved in the file.
     """
     from rrp_sheets.documents.copies import begin_tutorial, latest_tutorial
 
@@ -219,5 +231,6 @@ def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | N
         raise SheetsError(N_("There is no folder {folder}.", folder=folder), N_("Make it first, or name another."))
     there = None if anew else latest_tutorial(folder)
     path = there or begin_tutorial(folder)
-    click.echo(f"Continuing with {path}; --anew starts with a fresh copy." if there else f"Created {path}.")
+    again = N_("Continuing with {path}. To start over with a new copy: --anew", path=path)
+    say(again if there else N_("Created {path}.", path=path))
     ctx.invoke(serve_command, folder=path, port=port, lan=False, no_browser=no_browser)

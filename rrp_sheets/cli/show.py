@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rrp_sheets.cli.language import readers_language, speak, translated
 from rrp_sheets.cli.terminal import (
     WorkbookArgument,
     fail,
@@ -22,13 +23,14 @@ from rrp_sheets.cli.terminal import (
     print_notes,
     said_when_slow,
     say,
-    speak,
     speak_as_run,
+    styled,
+    usage_error,
 )
 from rrp_sheets.errors import UnreadableFile
 from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.names import key
-from rrp_sheets.texts import LANGUAGES, N_, sentences
+from rrp_sheets.texts import LANGUAGES, N_
 from rrp_sheets.workbook import Reading
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import recognise
@@ -43,11 +45,16 @@ if TYPE_CHECKING:
 @click.argument("file", type=WorkbookArgument())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="a text file to write instead of printing")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
-@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
+@click.option(
+    "--language",
+    type=click.Choice(list(LANGUAGES)),
+    default=None,
+    help="the language  [default: your computer's, then the Protocol's]",
+)
 def explain_command(file: Path, output: Path | None, behaviour: str, language: str | None) -> None:
-    """Say in plain words what FILE does: a paragraph per behaviour and a sentence per row.
+    """Explain in plain words what FILE does: a paragraph for each behaviour and a sentence for each row.
 
-    Exit code: 0, or 1 when the workbook has errors (what is understood is told), 2 when it cannot be read.
+    Exit code: 0 explained, 1 the workbook has errors (the other rows are explained), 2 it cannot be read.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
@@ -59,7 +66,7 @@ def explain_command(file: Path, output: Path | None, behaviour: str, language: s
     speak(language or "en")
     checked = api.check(file)
     speak(language or checked.run.language)
-    text = explain(checked, behaviour, language or "")
+    text = explain(checked, behaviour, language or readers_language())
     print_findings(checked.report.errors, err=True)
     if output is None:
         click.echo(text)
@@ -73,13 +80,18 @@ def explain_command(file: Path, output: Path | None, behaviour: str, language: s
 @click.argument("file", type=WorkbookArgument())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the picture: .svg, .pdf, .png or .dot")
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
-@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="instead of the Protocol's Language")
+@click.option(
+    "--language",
+    type=click.Choice(list(LANGUAGES)),
+    default=None,
+    help="the language  [default: the Protocol's]",
+)
 def diagram_command(file: Path, output: Path | None, behaviour: str, language: str | None) -> None:
-    """Draw the behaviours of FILE: sensors at the top, actuators at the bottom, rows numbered as in the sheet.
+    """Draw the behaviours of FILE: sensors at the top, actuators at the bottom, rows numbered as on the sheet.
 
-    A workbook with errors is drawn as far as it is understood, with flags at the rows in question.
+    Rows with errors are marked with flags.
 
-    Exit code: 0, or 1 when the workbook has errors, 2 when it cannot be read.
+    Exit code: 0 drawn, 1 the workbook has errors, 2 it cannot be read.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import print_findings
@@ -99,17 +111,17 @@ def diagram_command(file: Path, output: Path | None, behaviour: str, language: s
 @click.command(name="marbles")
 @click.argument("source", metavar="TRACE|FILE", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path),
-              help="the picture: .svg, .pdf, .png or .txt; without it, text in the terminal")  # fmt: skip
+              help="the picture: .svg, .pdf, .png or .txt  [default: text in the terminal]")  # fmt: skip
 @click.option("--behaviour", default="", help="only this behaviour (a sheet's name)")
-@click.option("--from", "first", default="", help="from this time on, for example 5s")
+@click.option("--from", "first", default="", help="from this time, for example 5s")
 @click.option("--to", "last", default="", help="up to this time, for example 8s")
-@click.option("--streams", default="", help="only these streams, with commas between them")
+@click.option("--streams", default="", help="only these streams, separated by commas")
 def marbles_command(source: Path, output: Path | None, behaviour: str, first: str, last: str, streams: str) -> None:
-    """Draw what came on the streams, a line for each: of a recorded run, or of a workbook's tests.
+    """Draw the values of the streams over time, one line for each stream: of a recorded run, or of the tests.
 
-    TRACE is a run's folder or its trace.jsonl. Of a FILE the tests are run, and each is drawn.
+    TRACE is a run's folder or its trace.jsonl. For a FILE its tests are run, and each test is drawn.
 
-    Exit code: 0, or 1 when the workbook has errors or no tests, 2 when it cannot be read.
+    Exit code: 0 drawn, 1 the workbook has errors or no tests, 2 it cannot be read.
     """
     from rrp_sheets import api
     from rrp_sheets.render.output import text_of
@@ -117,7 +129,7 @@ def marbles_command(source: Path, output: Path | None, behaviour: str, first: st
     window = (_time(first, "--from"), _time(last, "--to"))
     names = [n.strip() for n in streams.split(",") if n.strip()]
     speak_as_run(source)
-    with said_when_slow(f"Reading {source.name} …"):
+    with said_when_slow(N_("Reading {name} …", name=source.name)):
         checked, scores = api.marbles(source, behaviour=behaviour, window=window, streams=names)
     if checked is not None:
         speak(checked.run.language)
@@ -133,7 +145,7 @@ def marbles_command(source: Path, output: Path | None, behaviour: str, first: st
         columns = max(60, min(200, shutil.get_terminal_size((110, 24)).columns - 1))
         click.echo(text_of(scores, columns), nl=False)
         return
-    with said_when_slow(f"Drawing {output.name} …"):
+    with said_when_slow(N_("Drawing {name} …", name=output.name)):
         notes = api.draw_marbles(scores, output)
     print_notes(notes)
     say(N_("Drawn: {path}", path=output))
@@ -144,29 +156,31 @@ def _time(text: str, option: str) -> int | None:
         return None
     us = parse_duration(text, bare="s")
     if us is None:
-        raise click.BadParameter(f"“{text}” is not a time; write for example 5s or 500 ms.", param_hint=option)
+        raise usage_error(N_("“{text}” is not a time; write for example 5s or 500 ms.", text=text), option)
     return us
 
 
 @click.command(name="print")
 @click.argument("file", type=WorkbookArgument())
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the PDF; by default beside FILE, with its name")
-@click.option("--against", metavar="APPROVED", type=WorkbookArgument(), help="mark what changed since then")
+@click.option("--against", metavar="APPROVED", type=WorkbookArgument(), help="mark the changes since this version")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="the paper's size")
-@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="by default the Protocol's")
-@click.option("--draft", is_flag=True, help="mark every page as a draft; the workbook may have errors then")
+@click.option(
+    "--language", type=click.Choice(list(LANGUAGES)), default=None, help="the language  [default: the Protocol's]"
+)
+@click.option("--draft", is_flag=True, help="mark every page as a draft; the workbook may have errors")
 @click.option("--date", "day", type=click.DateTime(["%Y-%m-%d"]), help="the day that is printed; by default today")
 def print_command(
     file: Path, output: Path | None, against: Path | None, paper: str, language: str | None, draft: bool,
     day: datetime | None,
 ) -> None:  # fmt: skip
-    """Print FILE for an ethics board: an accessible PDF that says what the robot senses, keeps, says and does.
+    """Print FILE for an ethics board: an accessible PDF that says what the robot senses, saves, says and does.
 
-    It has the diagrams, the rows in words and as tables, what the operator drives by hand, how it stops, what is still
-    open, and what changed since the approved version. The SHA-256 of FILE stands on the first page,
-    its first 16 digits on every page.
+    It has the diagrams, the rows in words and as tables, what the operator controls by hand, how to stop, what is still
+    missing, and what changed since the approved version. The first page shows the SHA-256 of FILE, and every page its
+    first 16 digits.
 
-    Exit code: 0, or 1 when the workbook has errors (nothing is printed, unless as a draft), 2 when it cannot be read.
+    Exit code: 0 printed, 1 the workbook has errors (only a draft is printed), 2 it cannot be read.
     """
     from rrp_sheets.cli.check import print_findings
     from rrp_sheets.services.printing import HasErrors, print_pack
@@ -176,7 +190,7 @@ def print_command(
     beside = home / file.name if home else file
     target = output or (beside if beside.name else beside.resolve()).with_suffix(".pdf")
     if target.suffix.casefold() != ".pdf":
-        raise click.UsageError("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf")
+        raise usage_error(N_("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf"))
     speak(language or "en")
 
     def gathered(checked: Checked) -> None:
@@ -211,36 +225,38 @@ _STYLES: dict[str, dict[str, Any]] = {
 @click.option("--html", "as_html", is_flag=True, help="make a page to read, print or send")
 @click.option("--svg", "as_svg", is_flag=True, help="draw what changed on the diagrams")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="the file (.html or .svg) instead of printing it")
-@click.option("-q", "--quiet", is_flag=True, help="leave out what has no effect on the behaviour")
+@click.option("-q", "--quiet", is_flag=True, help="leave out changes without effect on the behaviour")
 @click.option("--text", "text_form", is_flag=True, help="print the one workbook A as text, for git (see below)")
 def diff_command(
     first: Path, second: Path | None, as_json: bool, as_html: bool, as_svg: bool, output: Path | None, quiet: bool,
     text_form: bool,
 ) -> None:  # fmt: skip
-    """Say what is different between the workbooks A (before) and B (after), by what they mean.
+    """Compare the workbooks A (before) and B (after) by what they mean.
 
-    Rows are recognised wherever they stand, streams whatever they are called, formulas in either spelling. Names,
-    notes, tests and spelling make no other behaviour, but are told.
+    Rows are recognised when they were moved, streams when they were renamed, and formulas in either spelling. Changes
+    of names, notes, tests and spelling are listed as changes without effect.
 
-    --html makes a page with the changes drawn on the diagrams, beside the rows; --svg only the pictures. In them + is
-    new, − is gone, ~ is changed.
+    --html makes a page with the changes on the diagrams, beside the rows. --svg makes only the pictures. In them + is
+    new, − is removed, ~ is changed.
+
+    To use it with git, once:
 
     \b
-    For git, once:  git config diff.rrp-sheets.textconv "rrp-sheets diff --text"
-                    echo "*.xlsx diff=rrp-sheets" >> .gitattributes
-    Then `git diff`, `git log -p` and `git show` compare workbooks row by row, and
-    `git difftool -x "rrp-sheets diff"` by what they mean. A file that is no workbook is
-    shown as one line, so that git goes on.
+      git config diff.rrp-sheets.textconv "rrp-sheets diff --text"
+      echo "*.xlsx diff=rrp-sheets" >> .gitattributes
+
+    Then `git diff`, `git log -p` and `git show` compare workbooks row by row, and `git difftool -x "rrp-sheets diff"`
+    by what they mean. A file that is not a workbook is shown as one line.
 
     Exit code: 0 same behaviour, 1 different, 2 a workbook cannot be read.
     """  # noqa: D301 – click takes the backspace for "leave these lines as they are"
     if text_form:
         if second is not None or as_json or as_html or as_svg:
-            raise click.UsageError("--text prints one workbook: rrp-sheets diff --text FILE")
+            raise usage_error(N_("--text prints one workbook: rrp-sheets diff --text FILE"))
         click.echo(_text(first), nl=False)
         return
     if second is None:
-        raise click.UsageError("Two workbooks are compared: rrp-sheets diff A B")
+        raise usage_error(N_("Two workbooks are compared: rrp-sheets diff A B"))
     form = _form(as_html, as_svg, output)
     from rrp_sheets import api
 
@@ -259,13 +275,14 @@ def diff_command(
 def _form(as_html: bool, as_svg: bool, output: Path | None) -> str:
     """`html`, `svg`, or nothing: what was asked for, or what the file's name asks for."""
     if as_html and as_svg:
-        raise click.UsageError("--html has the pictures in it; leave out --svg, or ask twice.")
+        raise usage_error(N_("--html has the pictures in it. Leave out --svg, or run the command twice."))
     suffix = output.suffix.casefold() if output is not None else ""
     wanted = "svg" if as_svg else "html" if as_html else {".svg": "svg"}.get(suffix, "html" if suffix else "")
     fitting = {"svg": (".svg",), "html": (".html", ".htm")}.get(wanted, ())
     if output is not None and suffix not in fitting:
-        kind, ending = ("picture", "svg") if wanted == "svg" else ("page", "html")
-        raise click.UsageError(f"The {kind}'s file ends with .{ending}: rrp-sheets diff A B -o changes.{ending}")
+        picture = N_("The picture's file ends with .svg: rrp-sheets diff A B -o changes.svg")
+        page = N_("The page's file ends with .html: rrp-sheets diff A B -o changes.html")
+        raise usage_error(picture if wanted == "svg" else page)
     return wanted
 
 
@@ -279,7 +296,8 @@ def _text(path: Path) -> str:
             raise
         with path.open("rb") as file:  # git would stop at a failure, also in the middle of a log
             digest = hashlib.file_digest(file, "sha256").hexdigest()  # which differs for different contents
-        return f"Not a workbook that can be read ({error.code}). SHA-256 {digest}\n"
+        unread = N_("Not a workbook that can be read ({code}). SHA-256 {digest}", code=error.code, digest=digest)
+        return f"{translated(unread)}\n"
 
 
 def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet: bool) -> None:
@@ -298,11 +316,11 @@ def _show(found: Compared, form: str, as_json: bool, output: Path | None, quiet:
     if as_json:
         click.echo(json.dumps(as_dict(comparison), ensure_ascii=False, indent=2))
     elif output is not None:
-        click.echo(sentences(verdict(comparison), N_("Written: {path}", path=output)))
+        say(verdict(comparison), N_("Written: {path}", path=output))
     elif form:
         click.echo(made, nl=False)
     else:
-        click.echo(as_text(comparison, brief=quiet, style=lambda text, role: click.style(text, **_STYLES[role])))
+        click.echo(as_text(comparison, brief=quiet, style=lambda text, role: styled(text, **_STYLES[role])))
 
 
 def text_form(reading: Reading) -> str:

@@ -8,22 +8,21 @@ import sys
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from rrp_sheets.cli.language import speak, translated
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.texts import N_, listed, translate
+from rrp_sheets.texts import N_, listed
 
 if TYPE_CHECKING:
     from rrp_sheets.services.bundles import Bundle
 
 AFTER = 2.0  # s: what is quicker needs no word
 _MOST_NOTES = 20
-_language: ContextVar[str] = ContextVar("language", default="en")
 _OURS = r"\x1b(?!\[(?:0|1|2|3[0-7]|9[0-7])m)"  # the colours of click.style pass
 _STEERING = re.compile(_OURS + "|[\x00-\x08\x0b\x0c\x0e-\x1a\x1c-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]|\r(?!\n)")
 
@@ -62,7 +61,7 @@ def plain_output() -> None:
 @contextmanager
 def said_when_slow(words: str, after: float = AFTER) -> Iterator[None]:
     """Say on the error channel what is being done, when it takes longer than a moment."""
-    timer = threading.Timer(after, click.echo, (words,), {"err": True})
+    timer = threading.Timer(after, click.echo, (translated(words),), {"err": True})
     timer.daemon = True
     timer.start()
     try:
@@ -71,26 +70,26 @@ def said_when_slow(words: str, after: float = AFTER) -> Iterator[None]:
         timer.cancel()
 
 
-def speak(language: str) -> None:
-    """Print the texts of the program in this language from now on: that of the workbook, or of `--language`."""
-    _language.set(language)
-
-
 def speak_as_run(place: Path) -> None:
-    """Print in the language of a recorded run: its folder or its trace."""
+    """Print in the language of a recorded run, its folder or its trace, if the reader has named none."""
     from rrp_sheets.recording.metadata import stamp_of
 
     speak(stamp_of(place if place.is_dir() else place.parent).language)
 
 
-def translated(text: str) -> str:
-    """Return a text of the program in the language of this command."""
-    return translate(text, _language.get())
+def say(*parts: str, err: bool = False) -> None:
+    """Print texts of the program on one line, in the language of this command."""
+    click.echo(" ".join(map(translated, parts)), err=err)
 
 
-def say(text: str, *, err: bool = False) -> None:
-    """Print a text of the program in the language of this command."""
-    click.echo(translated(text), err=err)
+def styled(text: str, **style: Any) -> str:
+    """Return a text of the program in the language of this command, coloured for the terminal."""
+    return click.style(translated(text), **style)
+
+
+def usage_error(text: str, option: str = "") -> click.UsageError:
+    """Return the error for a command that is typed wrongly; with an option, for what was typed for it."""
+    return click.BadParameter(translated(text), param_hint=option) if option else click.UsageError(translated(text))
 
 
 class WorkbookArgument(click.ParamType):  # type: ignore[type-arg]  # generic for its stubs only, not when it runs
@@ -139,25 +138,10 @@ def _opened(path: Path) -> Bundle:
     from rrp_sheets.services.bundles import unpacked
 
     bundle = click.get_current_context().with_resource(unpacked(path))
-    for note in bundle.notes[:_MOST_NOTES]:
-        click.echo(f"{click.style('Note:', fg='yellow')} {note}", err=True)
+    print_notes(bundle.notes[:_MOST_NOTES])
     if len(bundle.notes) > _MOST_NOTES:
-        click.echo(f"… and {len(bundle.notes) - _MOST_NOTES:,} more.", err=True)
+        say(N_("… and {n:,} more.", n=len(bundle.notes) - _MOST_NOTES), err=True)
     return bundle
-
-
-_NOUNS = {
-    "row": (N_("{n} row"), N_("{n} rows")), "command": (N_("{n} command"), N_("{n} commands")),
-    "error": (N_("{n} error"), N_("{n} errors")), "run": (N_("{n} run"), N_("{n} runs")),
-    "file": (N_("{n} file"), N_("{n} files")), "sound": (N_("{n} sound"), N_("{n} sounds")),
-    "remembered face": (N_("{n} remembered face"), N_("{n} remembered faces")),
-    "picture and film": (N_("{n} picture and film"), N_("{n} pictures and films")),
-}  # fmt: skip
-
-
-def counted(number: int, what: str) -> str:
-    """Return a number with its noun: `1 command`, `2 commands`."""
-    return N_(_NOUNS[what][number != 1], n=f"{number:,}")
 
 
 def quoted(*states: str) -> str:
@@ -169,22 +153,21 @@ def seconds_of(text: str, option: str) -> float | None:
     """Return the seconds of a duration as typed for an option; None when it was left out."""
     us = parse_duration(text, bare="s")
     if text and not us:
-        raise click.BadParameter(f"“{text}” is not a duration; write for example 1.5, 20s or 2 min.", param_hint=option)
+        raise usage_error(N_("“{text}” is not a duration; write for example 1.5, 20s or 2 min.", text=text), option)
     return us / 1e6 if us else None
 
 
-def print_notes(notes: Iterable[str]) -> None:
-    """Print notes on the error channel."""
+def print_notes(notes: Iterable[str], *, err: bool = True) -> None:
+    """Print notes, on the error channel unless they belong to what the command prints."""
     for note in notes:
-        say(N_("Note: {note}", note=note), err=True)
+        say(N_("Note: {note}", note=note), err=err)
 
 
 def fail(error: SheetsError, code: int) -> NoReturn:
     """Print an error, and exit with a code."""
-    word = click.style(translated(N_("Error:")), fg="red", bold=True)
-    click.echo(f"{word} {translated(error.message)}", err=True)
+    say(styled(N_("Error:"), fg="red", bold=True), error.message, err=True)
     if error.remedy:
-        click.echo(f"  → {translated(error.remedy)}", err=True)
+        say("  →", error.remedy, err=True)
     sys.exit(code)
 
 

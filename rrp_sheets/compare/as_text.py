@@ -72,9 +72,10 @@ def _list(changes: Sequence[Change], style: Style) -> list[str]:
     lines = []
     for change in changes[:MOST]:
         role = change.kind if change.kind in ("added", "removed") else "changed" if change.effect else "quiet"
-        lines.append("  " + style(say(change), role) + (style(f" – {change.note}", "quiet") if change.note else ""))
+        note = style(N_(" – {note}", note=change.note), "quiet") if change.note else ""
+        lines.append(f"  {style(say(change), role)}{note}")
     if len(changes) > MOST:
-        lines.append(N_("  … and {n:,} more (--json lists them all)", n=len(changes) - MOST))
+        lines.append(style(N_("  … and {n:,} more (--json lists them all)", n=len(changes) - MOST), "quiet"))
     return lines
 
 

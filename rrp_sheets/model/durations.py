@@ -9,9 +9,10 @@ _UNITS = {
     "": 1_000, "ms": 1_000, "msec": 1_000, "millisecond": 1_000, "milliseconds": 1_000,
     "s": 1_000_000, "sec": 1_000_000, "secs": 1_000_000, "second": 1_000_000, "seconds": 1_000_000,
     "min": 60_000_000, "mins": 60_000_000, "minute": 60_000_000, "minutes": 60_000_000,
+    "ミリ秒": 1_000, "秒": 1_000_000, "分": 60_000_000, "分間": 60_000_000, "秒間": 1_000_000, "時間": 3_600_000_000,
     "h": 3_600_000_000, "hour": 3_600_000_000, "hours": 3_600_000_000,
 }  # fmt: skip
-_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?|\.\d+)\s*([a-z]*)\.?\s*", re.ASCII)
+_DURATION = re.compile(r"\s*(\d+(?:\.\d+)?|\.\d+)\s*([a-z]*|ミリ秒|秒間?|分間?|時間)\.?\s*", re.ASCII)
 _BEGINNINGS = {"ms": "ms", "mil": "ms", "m": "min", "s": "s", "h": "h"}  # of foreign and misspelt units
 LONGEST_US = 31 * 24 * 3_600_000_000  # a month: longer is surely a typing mistake
 
@@ -21,6 +22,8 @@ def parse_duration(text: str, bare: str = "ms") -> int | None:
 
     >>> parse_duration("1000"), parse_duration("1 s"), parse_duration("0.5", bare="s"), parse_duration("soon")
     (1000000, 1000000, 500000, None)
+    >>> parse_duration("２秒"), parse_duration("500 ミリ秒"), parse_duration("10分")
+    (2000000, 500000, 600000000)
     """
     match = _DURATION.fullmatch(unicodedata.normalize("NFKC", text).casefold())
     if not match or match[2] not in _UNITS:

@@ -15,7 +15,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import faces_file
 from rrp_sheets.private import close_to_others, folder_above, opener
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, plural
 
 if TYPE_CHECKING:
     from rrp_sheets.perception.faces import Features
@@ -142,9 +142,9 @@ def forget_all(folder: Path) -> str:
     """Delete all remembered faces, also when the file is broken; return a sentence that says how many."""
     try:
         count = len(kept(folder))
-        words = N_("1 face is wiped.") if count == 1 else N_("{n} faces are wiped.", n=count)
+        words = plural("{n} remembered face was deleted.", "{n} remembered faces were deleted.", count)
     except SheetsError:
-        words = N_("All faces are wiped.")
+        words = N_("All remembered faces were deleted.")
     write_memory(faces_file(folder), FaceMemory())
     return words
 

@@ -178,7 +178,7 @@ def columns(text: str) -> int:
     >>> columns("ab赤")
     4
     """
-    return sum(2 if wide(c) else 1 for c in text)
+    return sum(2 if wide(c) else 0 if unicodedata.combining(c) else 1 for c in text)
 
 
 def shortened(text: str, room: float, measure: Callable[[str], float] = columns) -> str:

@@ -134,14 +134,15 @@ _EXTRA = (
 """Wordings of events that were not recorded, each with another workbook and with the one that ran."""
 
 
-def as_text(found: Replayed, style: Style | None = None) -> str:
-    """Return the account for people to read, in the language of the workbook that ran.
+def as_text(found: Replayed, style: Style | None = None, language: str = "") -> str:
+    """Return the account for people to read, in a language or that of the workbook that ran.
 
     `style` colours a text by its role: `same`, `different`, `head`, `quiet`.
     """
+    language = language or found.language
 
     def say(text: str, role: str = "") -> str:
-        words = translate(text, found.language)
+        words = translate(text, language)
         return style(words, role) if role and style else words
 
     lines = [say(verdict(found), "same" if found.same else "different")]
@@ -153,11 +154,11 @@ def as_text(found: Replayed, style: Style | None = None) -> str:
         lines += ["", say(N_("Row by row:"), "head"), *rows]
         robots = robot_lines(found)
         if robots:
-            lines += ["", say(N_("The robot:"), "head"), *_listed(robots, found.language)]
+            lines += ["", say(N_("The robot:"), "head"), *_listed(robots, language)]
         else:
             lines += ["", say(N_("What the robot is given stays the same."), "head")]
         if not found.other:
-            lines += ["", say(N_("One by one:"), "head"), *_listed(each_line(found), found.language)]
+            lines += ["", say(N_("One by one:"), "head"), *_listed(each_line(found), language)]
     if found.unknown:
         lines += ["", say(N_("What a replay cannot know:"), "head"), *(f"  {say(line)}" for line in found.unknown)]
     return "\n".join(lines)

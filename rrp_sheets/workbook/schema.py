@@ -122,6 +122,7 @@ class SheetKind:
         other: pattern of the columns with headers of their own that belong to it too (the settings of devices, the
             joints of gestures), with `{header}` in its texts.
         usual: those of them that have a look of their own.
+        called: Japanese names of a sheet of the kind, the first that of a new one.
     """
 
     name: str
@@ -132,6 +133,11 @@ class SheetKind:
     any_name: bool = False
     other: Column | None = None
     usual: tuple[Column, ...] = ()
+    called: tuple[str, ...] = ()
+
+    def names(self, sheet: str) -> bool:
+        """Return whether a sheet's name tells that it is of this kind."""
+        return key(sheet) in {self.name, *map(key, self.called)}
 
     @cached_property
     def required(self) -> tuple[Column, ...]:
@@ -183,7 +189,7 @@ BEHAVIOUR = SheetKind("behaviour", "Behaviour", N_("a behaviour"), "D5E5EF", (
     _NOTES,
     Column("Priority", "amount", 9, N_("A number: the larger one wins when two rows want the same part of the robot. "
            "Blank is 0."), ("優先度",), "priority", required=False, offered=False),
-), any_name=True)  # fmt: skip
+), any_name=True, called=("動作",))  # fmt: skip
 DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
     Column("Stream", "stream", 24, N_("The name you give this sensor or actuator; behaviours use it."),
            ("ストリーム",)),
@@ -192,14 +198,15 @@ DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
     _NOTES,
 ), other=Column("", "setting", 18, N_("The setting {header}; blank is the usual one."), help="devices",
                 offers="{header}", required=False),
-   usual=(Column("Text", "setting", 38, N_("What the robot says."), help="devices"),))  # fmt: skip
+   usual=(Column("Text", "setting", 38, N_("What the robot says."), help="devices"),),
+   called=("デバイス",))  # fmt: skip
 HELPERS = SheetKind("helpers", "Helpers", N_("the list of helpers"), "E9E2F0", (
     Column("Name", "helper", 24, N_("The helper's name; write it into the Formula of a row."), ("名前",), "helpers"),
     Column("Inputs", "parameters", 24, N_("Names for what the helper calculates with, separated by commas. Blank: a "
            "constant."), ("入力",)),
     Column("Formula", "formula", 46, N_("The calculation, with the names of Inputs."), ("式", "数式"), "formulas"),
     _NOTES,
-))  # fmt: skip
+), called=("補助の式", "ヘルパー"))  # fmt: skip
 SCENE = SheetKind("scene", "Scene", N_("the scene"), "F4E8D3", (
     Column("Time (s)", "amount", 14, N_("Seconds after the start, the row above (+ 2) or an event: Ask done + 2"),
            ("時間（秒）",), "scene"),
@@ -209,13 +216,14 @@ SCENE = SheetKind("scene", "Scene", N_("the scene"), "F4E8D3", (
     Column("Value", "value", 34, N_("Where, what or how long. at 1, 0.2, 0.4 is in metres: forward, left, up."),
            ("値",), "scene"),
     _NOTES,
-))  # fmt: skip
+), called=("シーン", "場面"))  # fmt: skip
 GESTURES = SheetKind("gestures", "Gestures", N_("the list of gestures"), "F4E8D3", (
-    Column("Name", "gesture", 20, N_("The gesture's name, the same in all its rows.")),
-    Column("Time (s)", "amount", 10, N_("When the joints are there, in seconds from the gesture's beginning.")),
+    Column("Name", "gesture", 20, N_("The gesture's name, the same in all its rows."), ("名前",)),
+    Column("Time (s)", "amount", 10, N_("When the joints are there, in seconds from the gesture's beginning."),
+           ("時刻（秒）", "時間（秒）")),
     _NOTES,
 ), other=Column("", "angle", 15, N_("{header} at that time: rad, or degrees as 30°; a hand from 0 to 1. "
-                "Blank: on its way."), required=False))  # fmt: skip
+                "Blank: on its way."), required=False), called=("身ぶり", "ジェスチャー"))  # fmt: skip
 TEST = SheetKind("test", "Test", N_("a test"), "F1DFDF", (
     Column("Time (ms)", "amount", 12, N_("Milliseconds after the start."), ("時間（ミリ秒）",), "tests"),
     Column("Stream", "tested", 24, N_("The stream that gets the value, or that is looked at."), ("ストリーム",),
@@ -224,12 +232,12 @@ TEST = SheetKind("test", "Test", N_("a test"), "F1DFDF", (
            ("送信",), "tests"),
     Column("Expect", "expect", 28, N_("What must come out: a value, any, or nothing."), ("期待",), "tests"),
     _NOTES,
-), any_name=True)  # fmt: skip
+), any_name=True, called=("テスト",))  # fmt: skip
 PROTOCOL = SheetKind("protocol", "Protocol", N_("the protocol"), "E3E6E9", (
-    Column("Field", "fieldname", 24, N_("The name of a field; you may add your own."), help="protocol"),
-    Column("Value", "fieldvalue", 90, help="protocol"),
+    Column("Field", "fieldname", 24, N_("The name of a field; you may add your own."), ("項目",), "protocol"),
+    Column("Value", "fieldvalue", 90, "", ("内容", "値"), "protocol"),
     replace(_NOTES, offered=False),
-))  # fmt: skip
+), called=("プロトコル", "計画書", "実施計画書"))  # fmt: skip
 
 OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", ())
 """A sheet of the user's own, which formulas may name as a table."""
@@ -310,7 +318,8 @@ FIELDS = {
     )
 }  # fmt: skip
 """The fields of the Protocol sheet by key, in the order in which they are suggested."""
-_COMMON = frozenset(("入力", "出力", "式", "数式", "名前", "ストリーム", "送信", "期待", "対象", "動作", "値"))
+_COMMON = frozenset(("入力", "出力", "式", "数式", "名前", "ストリーム", "送信", "期待", "対象", "動作", "値",
+                     "項目", "内容", "時刻（秒）"))  # fmt: skip
 """Synonyms that tables of the user's own have too: these alone make no sheet of ours."""
 _KINDS = sorted(SHEETS.values(), key=lambda kind: (-len(kind.required), not kind.any_name))
 """Those with more required headers first: a header row that fits several is of the first."""
@@ -352,9 +361,9 @@ def recognise(sheet: RawSheet) -> Recognised:
         headers = {c: clean_name(cell.text) for c, cell in cells.items()}
         keys = {key(h) for h in headers.values()}
         found = [kind for kind in _KINDS if all(_has(c, keys) for c in kind.required)
-                 and (kind.name == key(sheet.name) or any(_has(c, keys, _COMMON) for c in kind.required))]  # fmt: skip
+                 and (kind.names(sheet.name) or any(_has(c, keys, _COMMON) for c in kind.required))]  # fmt: skip
         if found:
-            named = [kind for kind in found if kind.name == key(sheet.name)]
+            named = [kind for kind in found if kind.names(sheet.name)]
             return _match((named or found)[0], number, headers)
     misses = [m for number, cells in rows.items() for m in _near_misses(sheet.name, number, cells)]
     best = min(misses, key=lambda m: (not m.certain, not m.column, m.row), default=None)
@@ -400,7 +409,7 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
         if len(missing) != 1:
             continue
         wanted = missing[0]
-        named = key(sheet) == kind.name
+        named = kind.names(sheet)
         sure = (named and not kind.any_name) or _COMMON.intersection(wanted.synonyms)
         # else the header that tells this kind may be the misspelt one: no other may be a common one
         if not sure and not all(_has(c, keys, _COMMON) for c in kind.required if c is not wanted):

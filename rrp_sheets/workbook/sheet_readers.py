@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count, groupby, product, takewhile
 
 from rrp_sheets.diagnostics import Report
@@ -14,7 +15,7 @@ from rrp_sheets.model import workbook as model
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address, Cell
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook import limits
+from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.raw import Kind, RawCell, RawSheet
 from rrp_sheets.workbook.schema import PLAIN, Recognised, SheetKind
@@ -261,19 +262,44 @@ def read_helpers(table: OwnTable) -> tuple[model.Helper, ...]:
 
 def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     """The rows of a Devices sheet; a blank cell stands for a setting left out."""
-    keys = table.header_keys
+    keys = {c: _setting(k) for c, k in table.header_keys.items()}
     headers = {k: table.others[c] for c, k in keys.items()}
     devices = []
     for line in table.shown_lines():
-        settings = {keys[c]: table.cell(line, c) for c in sorted(keys)}
-        devices.append(model.Device(table.cell(line, "Stream"), table.cell(line, "Device"), settings, headers))
+        device = _in(table.cell(line, "Device"), partial(japanese.standard, japanese.DEVICES))
+        settings = {
+            keys[c]: _in(table.cell(line, c), partial(japanese.standard, japanese.CHOICES.get(keys[c], {})))
+            for c in sorted(keys)
+        }
+        devices.append(model.Device(table.cell(line, "Stream"), device, settings, headers))
     return tuple(devices)
+
+
+def _setting(header: str) -> str:
+    """Return the key of a setting, of its header's key."""
+    return key(japanese.standard(japanese.SETTINGS, header))
+
+
+def _in(cell: Cell, standard: Callable[[str], str]) -> Cell:
+    """Return a cell with the standard words for Japanese ones."""
+    return cell if cell.text.isascii() else replace(cell, text=standard(cell.text))
 
 
 def read_scene(table: OwnTable) -> tuple[model.SceneRow, ...]:
     """The rows of a Scene sheet; their words are understood later."""
-    headers = ("Time (s)", "Thing", "Does", "Value")
-    return tuple(model.SceneRow(*(table.cell(line, header) for header in headers)) for line in table.shown_lines())
+    return tuple(_scene_row(*(table.cell(line, h) for h in SCENE_HEADERS)) for line in table.shown_lines())
+
+
+SCENE_HEADERS = ("Time (s)", "Thing", "Does", "Value")
+
+
+def _scene_row(time: Cell, thing: Cell, does: Cell, value: Cell) -> model.SceneRow:
+    thing = _in(thing, japanese.standard_thing)
+    does = _in(does, partial(japanese.standard, japanese.VERBS))
+    if thing.text == "Operator" and does.text == japanese.VERBS["押す"]:
+        does = replace(does, text=japanese.VERBS["ボタンを押す"])
+    words = key(does.text) in japanese.FREE  # of people
+    return model.SceneRow(time, thing, does, value if words else _in(value, japanese.standard_value))
 
 
 def read_test(table: OwnTable) -> model.TestSheet:
@@ -282,6 +308,7 @@ def read_test(table: OwnTable) -> model.TestSheet:
     for line in table.shown_lines():
         time, stream = table.needed(line, "Time (ms)", N_("time")), table.needed(line, "Stream", N_("stream"))
         send, expect = table.cell(line, "Send"), table.cell(line, "Expect")
+        expect = _in(expect, partial(japanese.standard, japanese.EXPECTED))
         rows.append(model.TestRow(time, stream, send, expect, table.remarks(line)))
     return model.TestSheet(table.sheet.name, tuple(rows))
 
@@ -303,7 +330,8 @@ def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str
     for line in table.shown_lines():
         name = table.needed(line, "Field", N_("field name"))
         value = table.cell(line, "Value")
-        k = key(name.text)
+        k = key(japanese.standard(japanese.FIELDS, name.text))
+        value = _in(value, partial(japanese.standard, japanese.FIELD_VALUES.get(k, {})))
         if name and k in fields:
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         elif name:

@@ -22,7 +22,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.values import Record, Value, record_from_mapping
-from rrp_sheets.texts import LazyMessage, message_from
+from rrp_sheets.texts import LazyMessage, message_from, plural_from
 
 T = TypeVar("T")
 Change = Callable[[Any], Any] | None
@@ -194,13 +194,15 @@ def _pack_text(text: object) -> Any:
         return text
     if isinstance(text, LazyMessage):
         places = {name: _pack_text(value) for name, value in text.places.items()}
-        return {"said": text.template, "places": places, "context": text.context}
+        return {"said": text.forms or text.template, "places": places, "context": text.context}
     return text if isinstance(text, str | int | float | None) else str(text)
 
 
 def _unpack_text(packed: Any) -> Any:
     if isinstance(packed, dict):
         places = {name: _unpack_text(value) for name, value in packed["places"].items()}
+        if isinstance(packed["said"], list):
+            return plural_from(packed["said"], places)
         return message_from(packed["said"], packed["context"], places)
     return packed
 

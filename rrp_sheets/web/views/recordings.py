@@ -340,7 +340,7 @@ def _facts(metadata: RunMetadata) -> tuple[tuple[str, str, bool], ...]:
         (N_("Operator"), metadata.operator, False),
         (N_("Robot"), listed([part for part in (metadata.robot, engine, rate) if part]), False),
         (N_("Seed"), metadata.seed, True),
-        (N_("Commands"), listed([f"{name}: {n:,}" for name, n in list(metadata.commands.items())[:20]]), False),
+        (N_("Robot commands"), listed([f"{n}: {c:,}" for n, c in list(metadata.commands.items())[:20]]), False),
         (N_("Program"), metadata.program and N_("RRP Sheets {version}", version=metadata.program), False),
         (N_("Folder"), f"runs/{metadata.run}", True),
     )  # fmt: skip

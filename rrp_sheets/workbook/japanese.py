@@ -1,0 +1,174 @@
+"""Japanese words for what workbooks say in English words of the program's: read as these, and offered in new workbooks.
+
+The readers of sheets put the standard word in place of each, so that nothing after them knows of languages: the same
+workbook in Japanese runs in the same way. What people say, name and note is never looked up, nor are names of streams
+and connectors. Headers of columns are synonyms in `schema`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+from rrp_sheets.model.names import key
+
+DEVICES = {
+    "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "ボール": "Ball",
+    "色の領域": "Blob",
+    "顔": "Face", "関節の角度": "Joint position", "操作者のボタン": "Operator button", "接触": "Touch",
+    "タッチ": "Touch",
+    "足のバンパー": "Bumper", "バンパー": "Bumper", "胸のボタン": "Chest button", "ソナー": "Sonar",
+    "体の向き": "Orientation", "言葉の認識": "Word recognized", "音声認識": "Word recognized", "タイマー": "Timer",
+    "届いた色の目": "Eye LED color", "目の色": "Eye color", "目の明るさ": "Eye brightness", "発話": "Say",
+    "話す": "Say", "決まった発話": "Say parameter", "決まった文を話す": "Say parameter",
+    "顔を覚える": "Remember face",
+    "追跡": "Tracker", "関節を動かす": "Set joint position", "記録への表示": "Print", "姿勢": "Posture",
+    "身ぶり": "Gesture", "ジェスチャー": "Gesture", "待機": "Wait", "待つ": "Wait", "実行の終了": "End run",
+    "歩行": "Walk", "歩く": "Walk", "音の再生": "Play sound", "ふるまいの切り替え": "Behaviour",
+}  # fmt: skip
+SETTINGS = {
+    "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "表示": "Label", "場所": "Zone",
+    "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed", "音量": "Volume",
+    "話しながらの身ぶり": "Gestures", "文": "Text", "せりふ": "Text", "名前": "Name", "動かし方": "Mode",
+    "使う腕": "Effector",
+    "テンポ": "Tempo", "回数": "Times", "時間": "Time", "前へ": "Forward", "左へ": "Left", "回転": "Turn",
+    "音": "Sound",
+    "ファイル": "File", "状態": "State",
+}  # fmt: skip
+COLOURS = {
+    "赤": "red", "緑": "green", "青": "blue", "黄": "yellow", "黄色": "yellow", "オレンジ": "orange",
+    "オレンジ色": "orange", "ピンク": "pink", "桃色": "pink", "紫": "purple", "マゼンタ": "magenta", "水色": "cyan",
+    "シアン": "cyan", "茶色": "brown", "白": "white", "黒": "black", "灰色": "grey",
+}  # fmt: skip
+ZONES = {
+    "頭": "Head",
+    "左手": "Left hand",
+    "右手": "Right hand",
+    "左足": "Left foot",
+    "右足": "Right foot",
+    "胸": "Chest",
+}
+CHOICES: Mapping[str, Mapping[str, str]] = {
+    "colour": COLOURS, "zone": ZONES, "side": {"左": "Left", "右": "Right"},
+    "mode": {"頭": "Head", "全身": "Whole body", "腕の動き": "Move"},
+    "effector": {"なし": "None", "左腕": "Left arm", "右腕": "Right arm", "両腕": "Both arms",
+                 "近いほうの腕": "Nearest arm"},
+    "state": {"有効": "On", "オン": "On", "無効": "Off", "オフ": "Off", "切り替え": "Toggle"},
+    "language": {"日本語": "Japanese", "英語": "English"},
+    "sound": {"ベル": "Bell", "チャイム": "Chime", "太鼓": "Drum", "拍手": "Applause", "ファンファーレ": "Tada",
+              "ブザー": "Buzzer", "笛": "Whistle", "ダンス音楽": "Dance music", "静かな音楽": "Calm music"},
+}  # fmt: skip
+"""Of settings that have choices, by the key of the setting."""
+_THINGS = {
+    "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
+    "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",
+    "療法士": "Therapist", "保護者": "Parent", "来客": "Visitor", "照明": "Light", "明かり": "Light", "騒音": "Noise",
+    "雑音": "Noise", "操作者": "Operator",
+}  # fmt: skip
+_ADJECTIVES = {"赤い": "red", "青い": "blue", "白い": "white", "黒い": "black", "黄色い": "yellow", "茶色い": "brown"}
+THINGS = {
+    "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "黄色いボール": "Yellow ball",
+    "赤いコップ": "Red cup", "青いコップ": "Blue cup", "黄色いコップ": "Yellow cup", "箱": "Box",
+    "緑の箱": "Green box",
+    "テーブル": "Table", "壁": "Wall", "人": "Person", "子ども": "Child", "大人": "Adult", "セラピスト": "Therapist",
+    "保護者": "Parent", "来客": "Visitor", "操作者": "Operator", "照明": "Light", "騒音": "Noise",
+}  # fmt: skip
+"""Those that drop-downs offer; any colour and a number may stand with a ball, a cup and a box."""
+VERBS = {
+    "現れる": "appears", "出てくる": "appears", "動く": "moves", "移動する": "moves", "回る": "circles",
+    "消える": "disappears",
+    "入ってくる": "enters", "来る": "enters", "歩く": "walks", "目をそらす": "looks away", "目を戻す": "looks back",
+    "こちらを見る": "looks back", "見える": "is seen", "触る": "touches", "さわる": "touches", "触れる": "touches",
+    "言う": "says", "話す": "says", "押す": "pushes", "ボタンを押す": "presses", "出ていく": "leaves",
+    "去る": "leaves",
+    "設定する": "set to", "になる": "set to",
+}  # fmt: skip
+FREE = frozenset(map(key, ("says", "presses", "press", "is seen")))
+"""Verbs whose Value is words of people."""
+VALUE = {
+    "位置": "at", "行き先": "to", "所要時間": "in", "大きさ": "size", "高さ": "height", "向き": "turned",
+    "半径": "radius",
+    "周期": "period", "中心": "around", "水平": "flat", "テーブルの上": "on table", "床の上": "on floor",
+    "座って": "seated",
+    "立って": "standing", "名前": "name", "番号": "id", "声": "voice", "写真": "with picture", "長さ": "for",
+    "女性": "female", "男性": "male", "子ども": "child", "左から": "from the left", "右から": "from the right",
+    "後ろから": "from behind", "前から": "from the front", "そっと": "gently", "強く": "hard",
+    "秒": "s", "ミリ秒": "ms", "分": "min", "メートル": "m", "センチ": "cm", "ミリ": "mm", "度": "°", **ZONES,
+}  # fmt: skip
+EXPECTED = {
+    "何でも": "any",
+    "任意": "any",
+    "なし": "nothing",
+    "何もなし": "nothing",
+    "なしまたは空": "nothing or blank",
+}
+FIELDS = {
+    "題名": "Title", "タイトル": "Title", "作成者": "Authors", "著者": "Authors", "版": "Version",
+    "バージョン": "Version",
+    "目的": "Purpose", "参加者": "Participants", "倫理審査番号": "Ethics reference", "連絡先": "Contact",
+    "内容": "What happens", "保存するデータ": "Data kept", "保存期間": "Retention", "同意": "Consent",
+    "同意の撤回": "Withdrawal", "データの削除": "Deletion", "参加者への説明": "Participants are told",
+    "ロボット": "Robot",
+    "エンジン": "Engine", "フレームレート": "Frame rate", "実行": "Run", "実行する動作": "Run", "乱数の種": "Seed",
+    "時間の上限": "Time limit", "顔の記憶": "Face memory", "カメラの画像": "Camera pictures", "言語": "Language",
+}  # fmt: skip
+"""Fields of the Protocol sheet."""
+FIELD_VALUES: Mapping[str, Mapping[str, str]] = {
+    "engine": {"フレーム": "frame", "イベントループ": "event loop"},
+    "facememory": {"実行の終わりまで": "ends with the run", "保存する": "kept"},
+    "camerapictures": {"保存する": "kept", "保存しない": "not kept"},
+    "run": {"すべて": "all"},
+}  # fmt: skip
+_PIECES = re.compile(
+    r"(?<![^\s,、;；0-9０-９.．%°a-z])(?:"
+    + "|".join(sorted(VALUE, key=len, reverse=True))
+    + r")(?![^\s,、;；0-9０-９.．%°\-−+:：])"
+)
+_THING = re.compile(
+    rf"(?:(?P<adjective>{'|'.join(_ADJECTIVES)})|(?P<colour>{'|'.join(sorted(COLOURS, key=len, reverse=True))})の?)?"
+    rf"(?P<thing>{'|'.join(sorted(_THINGS, key=len, reverse=True))})\s*(?P<number>\d*)"
+)
+
+
+def standard(words: Mapping[str, str], text: str) -> str:
+    """Return the standard word that a text means; the text itself when it is none of these words.
+
+    >>> standard(DEVICES, "赤い ボール"), standard(DEVICES, "Red ball")
+    ('Red ball', 'Red ball')
+    """
+    return words.get(key(text), text)
+
+
+def standard_thing(text: str) -> str:
+    """Return the name of a thing of the scene in standard words.
+
+    >>> standard_thing("赤いボール"), standard_thing("オレンジ色の箱2"), standard_thing("ゆき")
+    ('Red ball', 'Orange box 2', 'ゆき')
+    """
+    match = _THING.fullmatch(text.strip())
+    if not match:
+        return text
+    colour = _ADJECTIVES.get(match["adjective"] or "") or COLOURS.get(match["colour"] or "", "")
+    words = f"{colour} {_THINGS[match['thing']]} {match['number']}".strip()
+    return words[:1].upper() + words[1:]
+
+
+def standard_value(text: str) -> str:
+    """Return a Value of the scene in standard words.
+
+    >>> standard_value("位置 1, 0.2, 0.4 大きさ 10センチ"), standard_value("頭 長さ 2秒"), standard_value("名前 さくら")
+    ('at 1, 0.2, 0.4 size 10 cm', 'Head for 2 s', 'name さくら')
+    """
+    return " ".join(_PIECES.sub(lambda match: f" {VALUE[match[0]]} ", text).split()) if _PIECES.search(text) else text
+
+
+def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, ...]:
+    """Return the Japanese words for standard ones, the first for each; one that has none stays as it is.
+
+    >>> japanese(CHOICES["mode"], ["Head", "Whole body", "Something"])
+    ('頭', '全身', 'Something')
+    """
+    first: dict[str, str] = {}
+    for word, meant in words.items():
+        first.setdefault(key(meant), word)
+    return tuple(first.get(key(one), one) for one in standards)

@@ -1,0 +1,204 @@
+"""Workbooks written in Japanese words: headers, sheets, devices, scene, tests and Protocol read as the English ones."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typed import run
+
+from rrp_sheets import api
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Cell, Device, Protocol
+from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
+from rrp_sheets.scene.scene_words import KINDS, kind_of
+from rrp_sheets.workbook import japanese, read, schema
+from rrp_sheets.workbook.files import read_sheets, write_sheets
+from rrp_sheets.workbook.reading import to_rows
+from rrp_sheets.workbook.schema import SHEETS, recognise
+
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+TABLES = [
+    japanese.DEVICES, japanese.SETTINGS, japanese.COLOURS, japanese.ZONES, japanese.THINGS, japanese.VERBS,
+    japanese.VALUE, japanese.EXPECTED, japanese.FIELDS, *japanese.CHOICES.values(), *japanese.FIELD_VALUES.values(),
+]  # fmt: skip
+
+
+def word(words: Mapping[str, str], text: str) -> str:
+    return japanese.japanese(words, [text])[0]
+
+
+def value(text: str) -> str:
+    """A Value of the scene in Japanese words."""
+    for own, meant in sorted(japanese.VALUE.items(), key=lambda pair: -len(pair[1])):
+        unit = meant in ("s", "ms", "min", "m", "cm", "mm", "°")
+        text = re.sub(rf"(?<=\d) ?{re.escape(meant)}(?!\w)" if unit else rf"(?<!\w){meant}(?!\w)", f" {own}", text)
+    return " ".join(text.split())
+
+
+def cell(kind: str, header: str, line: Mapping[str, str]) -> str:
+    """A cell in Japanese, by its standard header and the other cells of its row."""
+    text = line[header]
+    match kind, header:
+        case "devices", "Device":
+            return word(japanese.DEVICES, text)
+        case "devices", _ if key(header) in japanese.CHOICES:
+            return word(japanese.CHOICES[key(header)], text)
+        case "scene", "Thing":
+            return word(japanese.THINGS, text)
+        case "scene", "Does":
+            return word(japanese.VERBS, text)
+        case "scene", "Value" if key(line["Does"]) not in japanese.FREE:
+            return value(text)
+        case "test", "Expect":
+            return word(japanese.EXPECTED, text)
+        case "protocol", "Field":
+            return word(japanese.FIELDS, text)
+        case "protocol", "Value":
+            return word(japanese.FIELD_VALUES.get(key(line["Field"]), {}), text)
+    return text
+
+
+def in_japanese(path: Path, *, every: int = 1) -> dict[str, list[list[str]]]:
+    """The rows of a workbook with Japanese headers and words, or only those in every second cell, say."""
+    made = {}
+    for sheet in read_sheets(path):
+        rows = to_rows([sheet])[sheet.name]
+        what = recognise(sheet)
+        kind = what.kind
+        if kind is not None:
+            head = rows[what.row - 1]
+            names = {at: name for name, at in what.columns.items()} | dict(what.others)
+            for at, name in names.items():
+                column = next((c for c in kind.columns if c.name == name), None)
+                own = [s for s in column.synonyms if not s.isascii()] if column else []
+                if at % every == 0:
+                    head[at - 1] = own[0] if own else word(japanese.SETTINGS, name) if kind.name == "devices" else name
+            for number, row in enumerate(rows[what.row :]):
+                line = {name: row[at - 1] if at <= len(row) else "" for at, name in names.items()}
+                for at, name in names.items():
+                    if at <= len(row) and (at + number) % every == 0:
+                        row[at - 1] = cell(kind.name, name, line)
+        single = kind is not None and not kind.any_name and every == 1
+        made[kind.called[0] if kind and single else sheet.name] = rows
+    return made
+
+
+def plain(thing: Any) -> Any:
+    """What a workbook says, without how it is typed, where, and how sheets and headers are called."""
+    if isinstance(thing, Cell):
+        return key(thing.text), thing.address.row, thing.address.column
+    if isinstance(thing, Protocol):
+        return {k: plain(cell) for k, cell in thing.fields.items()}
+    if is_dataclass(thing):
+        without = {"source", "sheets"} | ({"headers"} if isinstance(thing, Device) else set())
+        return {f.name: plain(getattr(thing, f.name)) for f in fields(thing) if f.name not in without}
+    if isinstance(thing, Mapping):
+        return {k: plain(one) for k, one in thing.items()}
+    return [plain(one) for one in thing] if isinstance(thing, (list, tuple)) else thing
+
+
+@pytest.mark.parametrize("every", [1, 2, 3])
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_a_workbook_in_japanese_says_the_same(tmp_path: Path, name: str, every: int) -> None:
+    path = bundled("workbooks") / f"{name}.xlsx"
+    made = in_japanese(path, every=every)
+    own = write_sheets(made, tmp_path / "own.md")
+    first, second = read(path), read(own)
+    assert str(made) != str(to_rows(read_sheets(path)))
+    there = [plain(reading.workbook) for reading in (first, second)]
+    for both in there:  # sheets of ours may be called otherwise; what rows say about them is the same
+        both.pop("names", None)
+    assert there[0] == there[1]
+    assert [(f.code, f.address and f.address.cell) for f in first.report] == [
+        (f.code, f.address and f.address.cell) for f in second.report
+    ]
+
+
+@pytest.mark.parametrize("name", ["simple-tracking", "greeter"])
+def test_the_checks_and_tests_of_a_workbook_in_japanese_are_the_same(tmp_path: Path, name: str) -> None:
+    path = bundled("workbooks") / f"{name}.xlsx"
+    own = write_sheets(in_japanese(path), tmp_path / "own.md")
+    first, second = api.check(path), api.check(own)
+    assert [(f.code, f.address and f.address.cell) for f in first.report] == [
+        (f.code, f.address and f.address.cell) for f in second.report
+    ]
+    assert first.scene == second.scene
+    assert [c.passed for c in api.test(path)[1].cases] == [c.passed for c in api.test(own)[1].cases]
+
+
+def test_a_run_of_a_workbook_in_japanese_leaves_the_same_trace(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    path = bundled("workbooks") / "simple-tracking.xlsx"
+    own = write_sheets(in_japanese(path), tmp_path / "own.md")
+    traces = []
+    for book in (path, own):
+        code, said = run("run", book, "--fast", "--for", "3s", "--out", tmp_path / f"out-{book.suffix}")
+        assert code == 0, said
+        lines = (tmp_path / f"out-{book.suffix}" / "trace.jsonl").read_text(encoding="utf-8").splitlines()
+        traces.append([line for line in lines if json.loads(line).get("type") not in ("header", "summary")])
+    assert len(traces[0]) > 20 and traces[0] == traces[1]
+
+
+# ---- the words
+def test_every_word_is_its_own_key_and_none_means_itself() -> None:
+    for words in TABLES:
+        assert {w for w in words if key(w) != w and not w.startswith("ボタンを")} == set()
+        assert not set(words) & set(words.values())
+
+
+def test_the_words_are_those_of_the_robot() -> None:
+    robot = load_robot()
+    assert {d for d in japanese.DEVICES.values() if robot.find(d) is None} == set()
+    assert {key(d.title) for d in robot.devices.values()} <= {key(d) for d in japanese.DEVICES.values()}
+    settings = {s.name: s for d in robot.devices.values() for s in d.settings.values()}
+    assert set(settings) == set(japanese.SETTINGS.values())
+    for name, setting in settings.items():
+        if setting.choices:
+            assert set(setting.choices) == set(japanese.CHOICES[key(name)].values()), name
+    assert set(japanese.ZONES.values()) == set(robot.touch_zones)
+
+
+def test_the_words_are_those_of_the_scene() -> None:
+    things = {t for kind in KINDS.values() for t in kind.things}
+    assert set(japanese.THINGS.values()) == things
+    assert {japanese.standard_thing(own) for own in japanese.THINGS} == things
+    assert all(kind_of(japanese.standard_thing(f"{colour}のボール2")) for colour in japanese.COLOURS)
+    verbs = [verb for kind in KINDS.values() for verb in kind.verbs]
+    assert {verb.name for verb in verbs} <= set(japanese.VERBS.values())
+    assert {n for verb in verbs for n in (verb.name, *verb.also)} >= set(japanese.VERBS.values())
+
+
+def test_the_words_are_those_of_the_protocol() -> None:
+    for meant in japanese.FIELDS.values():
+        assert key(meant) in schema.FIELDS
+    assert set(japanese.FIELDS.values()) >= {field.name for field in schema.FIELDS.values()}
+    for field, words in japanese.FIELD_VALUES.items():
+        assert field == "run" or set(words.values()) <= set(schema.FIELDS[field].words)
+        assert not schema.FIELDS[field].closed or set(words.values()) == set(schema.FIELDS[field].words)
+
+
+@pytest.mark.parametrize("kind", SHEETS.values(), ids=str)
+def test_every_header_of_ours_has_a_japanese_one(kind: schema.SheetKind) -> None:
+    assert [c.name for c in kind.columns if all(s.isascii() for s in c.synonyms)] == []
+    assert kind.called
+
+
+@pytest.mark.parametrize(
+    ("own", "meant"),
+    [
+        ("位置 1, 0.2, 0.4", "at 1, 0.2, 0.4"), ("位置1,0.2,0.4 大きさ10センチ", "at 1,0.2,0.4 size 10 cm"),
+        ("行き先 0.5, 0, 0.4 所要時間 2秒", "to 0.5, 0, 0.4 in 2 s"), ("左手 長さ 0.5 秒", "Left hand for 0.5 s"),
+        ("後ろから そっと", "from behind gently"), ("位置 1, 0 座って 名前 さくら 番号 2", "at 1, 0 seated name さくら id 2"),
+        ("位置 0.5, 0 テーブルの上", "at 0.5, 0 on table"), ("40 %", "40 %"), ("20 % 所要時間 3秒", "20 % in 3 s"),
+        ("名前 位置子", "name 位置子"), ("半径 0.3 周期 4秒 中心 0.8, 0, 0.4 水平", "radius 0.3 period 4 s around 0.8, 0, 0.4 flat"),
+    ],
+)  # fmt: skip
+def test_values_of_the_scene(own: str, meant: str) -> None:
+    assert japanese.standard_value(own) == meant
