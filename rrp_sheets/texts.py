@@ -146,10 +146,9 @@ def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
 def plural_from(forms: Sequence[str], places: Mapping[str, Any]) -> str:
     """Return the message for a number that another process sent, as `message_from` does."""
     one, many = forms
-    n = places.get("n")
-    found = message_from(one if n == 1 else many, "", places)
-    is_number = isinstance(n, (int, float)) and isinstance(found, LazyMessage)
-    return plural(one, many, **found.places) if is_number else found  # type: ignore[union-attr]
+    found = message_from(one if places.get("n") == 1 else many, "", places)
+    is_whole = isinstance(found, LazyMessage) and isinstance(places.get("n"), (int, float))
+    return plural(one, many, **places) if is_whole else found
 
 
 def known_language(code: object) -> str:
