@@ -12,10 +12,11 @@ from rrp_sheets.texts import N_
 
 @dataclass(frozen=True, slots=True)
 class FirstRow:
-    """What is shown of an empty sheet: a sentence on its rows, and the example, also as JSON for the page.
+    """Invitation of an empty sheet: a sentence on its rows, and the label of the button that inserts an example.
 
     Attributes:
-        cells: the example's texts by the number of the column.
+        cells: the example's texts by the number of the column, as JSON.
+        templates: whether an example workbook can be taken instead.
     """
 
     about: str

@@ -90,6 +90,7 @@ class Panels:
         words: the description of the behaviour, if there can be one; `row_ids` are the ids of its rows by number.
         first: what is shown of a sheet without rows; `no_tests` is true for a behaviour without a test.
         parts: what can be shown of a long behaviour, see `diagram_parts`, and which of these is shown.
+        too_large: whether it is drawn in parts only.
         checked: False while the first check is under way.
     """
 
@@ -108,6 +109,7 @@ class Panels:
     checked: bool
     diagram_number: int
     tests: TestsPanel | None
+    too_large: bool
     first: FirstRow | None
     no_tests: bool
 
@@ -450,7 +452,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         problems.append((number, grid.rows[place] if grid and 0 <= place < len(grid.rows) else "", d))
     behaviour = analysis.behaviour(sheet)
     offered: tuple[tuple[str, str], ...] = ()
-    drawing, words, why = Markup(""), None, ""
+    drawing, words, why, too_large = Markup(""), None, "", False
     number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
         headings = next((b.headings for b in analysis.workbook.behaviours if key(b.name) == behaviour.key), {})
@@ -459,7 +461,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         if not analysis.understood:
             why = N_("The diagram appears when the problems are fixed.")
         elif len(chosen.steps) > MOST_DRAWN_ROWS:
-            why = sentences(*_TOO_LONG)
+            why, too_large = sentences(*_TOO_LONG), True
         else:
             try:
                 drawing = Markup(analysis.drawing(chosen))
@@ -473,7 +475,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         parts=offered, part=AROUND if part.startswith(AROUND) else part,
         row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
-        first=first_row(here) if not session.document.why else None,
+        too_large=too_large, first=first_row(here) if not session.document.why else None,
         no_tests=bool(behaviour and behaviour.steps) and not session.tests.sheets and not session.document.why,
     )  # fmt: skip
 

@@ -45,6 +45,14 @@ function part(panels) {
     panels.setAttribute("hx-get", from);
     htmx.trigger("#panels", "recheck");
   };
+  panels.addEventListener("click", ({ target }) => {
+    const { part: chosen } = target.closest("[data-part]")?.dataset ?? {};
+    if (!chosen) return;
+    const select = document.getElementById("diagram-part");
+    select.value = chosen;
+    select.focus({ preventScroll: true });
+    show();
+  });
   panels.addEventListener("change", ({ target }) => target.id === "diagram-part" && show());
   document.addEventListener("rrp:row", ({ detail }) => {
     here = detail.number;
