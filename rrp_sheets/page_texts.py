@@ -1,9 +1,9 @@
-"""Texts of templates: `_("{n} rows", n=3)` and `ngettext`, in the language of the page."""
+"""Texts of pages in the language of their reader: `_("{n} rows", n=3)` in templates, and data that a page is sent."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from jinja2 import Environment, pass_context
@@ -51,6 +51,43 @@ def _filled(template: str, places: dict[str, Any], language: str) -> Markup:
         return escaped
     own = {n: translate(value, language) if isinstance(value, LazyMessage) else value for n, value in places.items()}
     return escaped.format(**own)
+
+
+class Versions:
+    """Text of a page that was made in several languages at once, such as a row of the grid.
+
+    Args:
+        languages: the codes of those that are made.
+        make: returns the text in one of them.
+    """
+
+    def __init__(self, languages: Iterable[str], make: Callable[[str], str]) -> None:
+        self._texts = {code: make(code) for code in languages}
+
+    def text(self, language: str) -> str:
+        """Return the text in a language; in another one if it was not made in that."""
+        found = self._texts.get(language)
+        return next(iter(self._texts.values())) if found is None else found
+
+
+def in_language(data: Any, language: str) -> Any:
+    """Return data for JSON with its messages and its `Versions` in a language.
+
+    >>> in_language({"text": LazyMessage("Did you mean {guess}?", guess="Blue"), "n": [1, "Blue"]}, "ja")
+    {'text': '「Blue」のことですか。', 'n': [1, 'Blue']}
+    """
+    if isinstance(data, str):
+        return translate(data, language)
+    if isinstance(data, Versions):
+        return data.text(language)
+    if isinstance(data, dict):
+        return {in_language(name, language): in_language(value, language) for name, value in data.items()}
+    return [in_language(value, language) for value in data] if isinstance(data, (list, tuple)) else data
+
+
+def json_in(data: Any, language: str) -> str:
+    """Format data as JSON in a language, as short as it can be."""
+    return json.dumps(in_language(data, language), ensure_ascii=False, separators=(",", ":"))
 
 
 def script_texts(language: str) -> dict[str, Any]:

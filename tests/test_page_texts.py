@@ -28,7 +28,7 @@ from rrp_sheets import page_texts, texts
 from rrp_sheets.compare import as_html
 from rrp_sheets.page_texts import script_texts
 from rrp_sheets.texts import LOCALE, N_, LazyMessage, translate
-from rrp_sheets.web import models, requests
+from rrp_sheets.web import models
 from rrp_sheets.web.app import create_app
 from rrp_sheets.web.requests import Lan, Password
 from rrp_sheets.web.views import help as help_view
@@ -82,7 +82,6 @@ def in_pseudo(pseudo: Path) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(texts, "LOCALE", pseudo)
         patch.setattr(page_texts, "LOCALE", pseudo)
-        patch.setattr(requests, "PAGE_LANGUAGES", ("en", PSEUDO))
         texts._catalogue.cache_clear()
         yield
     texts._catalogue.cache_clear()
@@ -333,8 +332,7 @@ def test_login_and_comparison_have_no_text_outside_the_catalogue(marked: None, t
 
 
 def test_pages_are_english_by_default(tmp_path: Path) -> None:
-    assert requests.PAGE_LANGUAGES[0] == "en"
-    html = asked(let_in(create_app(tmp_path, TOKEN)), "/")
+    html = get(let_in(create_app(tmp_path, TOKEN)), "/", Sec_Fetch_Dest="document").text
     assert '<html lang="en">' in html and "New workbook" in html and 'id="texts"' not in html
 
 

@@ -18,7 +18,6 @@ import rrp_sheets
 from rrp_sheets import texts
 from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, capital, small, translate
-from rrp_sheets.web.requests import PAGE_LANGUAGES
 from rrp_sheets.workers.codec import pack, unpack
 
 ROOT = Path(rrp_sheets.__file__).parents[1]
@@ -86,13 +85,12 @@ def test_translations_keep_the_places_of_the_english_texts(written, pages):
 
 
 def test_catalogue_of_pages_has_every_text_of_templates_and_scripts(pages, of_pages):
-    """They may be without translation while no page is in that language (`PAGE_LANGUAGES`)."""
     there, wanted = (
         {(m.context, m.id): sorted({name for name, _ in m.locations}) for m in c if m.id} for c in (pages[1], of_pages)
     )
     assert len(wanted) > 700 and there == wanted  # else: make texts
     assert not any(message.fuzzy for message in pages[1])
-    assert pages[0] not in PAGE_LANGUAGES or not [m.id for m in pages[1] if m.id and not translated(m)]
+    assert [m.id for m in pages[1] if m.id and not translated(m)] == []
 
 
 def test_compiled_catalogue_of_pages_is_up_to_date(pages):

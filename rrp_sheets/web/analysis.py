@@ -77,23 +77,25 @@ class Analysis:
         steps = (s for b in self.graph.behaviours for s in b.steps if not s.connector.is_sink)
         return {s.output: self.examples[s.ref] for s in steps if s.ref in self.examples}
 
-    def drawing(self, behaviour: BehaviourGraph) -> str:
-        """Return the diagram of a behaviour, or of some of its rows, for a panel as SVG, drawn once.
+    def drawing(self, behaviour: BehaviourGraph, language: str) -> str:
+        """Return the diagram of a behaviour, or of some of its rows, for a panel as SVG in a language, drawn once.
 
         Raises:
             SheetsError: it cannot be drawn.
         """
-        what = (behaviour.key, tuple(step.number for step in behaviour.steps))
+        what = (behaviour.key, tuple(step.number for step in behaviour.steps), language)
         if what not in self._drawings:
             if len(self._drawings) >= MOST_DRAWINGS:
                 self._drawings.clear()
             flags = self.flags(behaviour)
-            drawn = draw_diagram(self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS)
+            drawn = draw_diagram(
+                self.graph, behaviour, problems=flags, whole=True, room=True, timeout=_SECONDS, language=language
+            )
             self._drawings[what] = drawn[0].svg if drawn else ""
         return self._drawings[what]
 
     @cached_property
-    def _drawings(self) -> dict[tuple[str, tuple[int, ...]], str]:
+    def _drawings(self) -> dict[tuple[str, tuple[int, ...], str], str]:
         return {}
 
     def kinds(self, sheet: str) -> dict[str, str]:

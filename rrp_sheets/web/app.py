@@ -5,20 +5,23 @@ from __future__ import annotations
 import errno
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from flask import Flask
+from flask.json.provider import DefaultJSONProvider
 from jinja2 import StrictUndefined
 from markupsafe import Markup
 from werkzeug.exceptions import HTTPException
 
 from rrp_sheets import page_texts
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.page_texts import in_language
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
 from rrp_sheets.web import requests, statics
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import MessagePage, RefusedPage, pieces, script_json, show
-from rrp_sheets.web.requests import Access, Lan, OneTimeTokens, UsedLink, page_language
+from rrp_sheets.web.requests import Access, Lan, OneTimeTokens, UsedLink, language_links, page_language
 from rrp_sheets.web.services import make_services, services
 from rrp_sheets.web.views import (
     comparison,
@@ -91,7 +94,10 @@ def create_app(
     app.jinja_env.globals["program"] = statics.build_id
     app.jinja_env.filters |= {"in_browser": in_browser, "pieces": pieces}
     page_texts.install(app.jinja_env, lambda _: page_language())
-    app.jinja_env.globals |= {"language": page_language, "script_texts": _script_texts}
+    app.jinja_env.globals |= {
+        "language": page_language, "language_links": language_links, "script_texts": _script_texts,
+    }  # fmt: skip
+    app.json = _Json(app)
     app.extensions["services"] = make_services(folder)
     statics.init_app(app)
     requests.init_app(app, Access(secret, lan, links or OneTimeTokens(), tell))
@@ -103,10 +109,18 @@ def create_app(
     return app
 
 
+class _Json(DefaultJSONProvider):
+    """JSON of answers and of the data in pages, in the language of the page."""
+
+    def dumps(self, obj: Any, **kwargs: Any) -> str:
+        """Format data as JSON, with its messages in the language of the page."""
+        return super().dumps(in_language(obj, page_language()), **kwargs)
+
+
 def _script_texts() -> Markup | None:
     """Return the translations that the scripts of a page take from it; None when it is English."""
     found = page_texts.script_texts(page_language())
-    return script_json(found) if found else None
+    return script_json(found, "en") if found else None
 
 
 def _show_refusal(error: SheetsError) -> tuple[str, int]:

@@ -22,7 +22,7 @@ from rrp_sheets.model.workbook import Helper, Workbook
 from rrp_sheets.render.formula_words import contents
 from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, verb_names
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, LazyMessage, sentences
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.workbook.schema import FIELDS
 
@@ -269,7 +269,6 @@ def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
     }
 
 
-_HELP = re.compile(r"`rrp-sheets help ([^`]+)`", re.DOTALL)
 _WORDS = (
     (re.compile(r"\s*`rrp-sheets --help` lists the commands\."), ""),
     (re.compile(r" \(`rrp-sheets (?:serve|new FILE)`(?: makes one)?\)"), ""),
@@ -278,21 +277,37 @@ _WORDS = (
     (re.compile(r"`rrp-sheets check --fix`"), "The button below the message"),
     (re.compile(r" \(`rrp-sheets help [^`]+`\)"), ""),
     (re.compile(r"`rrp-sheets help`"), "Help (F1)"),
-    (re.compile(r", or name another folder with --out"), ""),
-    (re.compile(r"Name another folder with --out"), "See to it that runs can be kept beside the workbook"),
 )  # fmt: skip
+ON_PAGES: Mapping[str, str] = {
+    "See `rrp-sheets help devices`.": N_("See Help (F1): devices."),
+    "See `rrp-sheets help functions`.": N_("See Help (F1): functions."),
+    "See `rrp-sheets check`.": N_("See the list of problems."),
+    "Copy the cells you need into a new workbook (`rrp-sheets new FILE` makes one) and use that. If the file came from "
+    "someone else, ask them where it comes from before you go on.": N_(
+        "Copy the cells you need into a new workbook and use that. If the file came from someone else, ask them where "
+        "it comes from before you go on."
+    ),
+    "Make a new workbook with `rrp-sheets new FILE`, or take an earlier copy.": N_(
+        "Create a new workbook on the page Workbooks, or use an earlier copy."
+    ),
+    "Name another folder with --out.": N_("See to it that runs can be kept beside the workbook."),
+    "Make room, or name another folder with --out.": N_("Make room."),
+}
+"""What a page says instead of a text with a command, which cannot be followed there."""
 
 
 def in_browser(text: str) -> str:
-    """Reword a message or a remedy for a page, where commands in backticks cannot be followed.
+    """Return a message as a page shows it: without commands of the terminal.
 
-    >>> in_browser("See `rrp-sheets help devices`."), in_browser("Make one with `rrp-sheets new FILE`.")
-    ('See Help (F1): devices.', 'Make one on the page Workbooks.')
-    >>> in_browser("Make room, or name another folder with --out.")
-    'Make room.'
+    >>> in_browser(N_("{before} {after}", before=N_("There is no “Blue”."), after=N_("See `rrp-sheets help devices`.")))
+    'There is no “Blue”. See Help (F1): devices.'
     """
-    text = of_help(text)
-    return _HELP.sub(r"Help (F1): \1", text) if _HELP.search(text) else text
+    if not isinstance(text, LazyMessage):
+        return text
+    if (instead := ON_PAGES.get(text.template)) is not None:
+        return LazyMessage(instead, **text.places)
+    places = {name: in_browser(value) if isinstance(value, str) else value for name, value in text.places.items()}
+    return text if places == text.places else LazyMessage(text.template, msgctxt=text.context, **places)
 
 
 def of_help(text: str) -> str:
@@ -301,6 +316,6 @@ def of_help(text: str) -> str:
     >>> of_help("The grid in the browser (`rrp-sheets serve`) has keys. `rrp-sheets --help` lists the commands.")
     'The grid in the browser has keys.'
     """
-    for pattern, new in _WORDS if "rrp-sheets" in text or "--out" in text else ():
+    for pattern, new in _WORDS if "rrp-sheets" in text else ():
         text = pattern.sub(new, text)
     return text

@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.page_texts import in_language
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook.schema import Column
 
@@ -93,9 +94,9 @@ def error_text(error: SheetsError) -> str:
     return sentences(error.message, error.remedy)
 
 
-def script_json(data: object) -> Markup:
-    """Format data for a script element of a page."""
-    return htmlsafe_json_dumps(data, ensure_ascii=False)
+def script_json(data: object, language: str) -> Markup:
+    """Format data for a script element of a page, in a language."""
+    return htmlsafe_json_dumps(in_language(data, language), ensure_ascii=False)
 
 
 def pieces(text: str) -> tuple[TextPiece, ...]:

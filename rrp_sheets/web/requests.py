@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
+from urllib.parse import quote, urlencode
 
 from flask import Flask, Response, abort, current_app, g, has_request_context, redirect, request, url_for
 from markupsafe import escape
@@ -25,7 +26,7 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import LANGUAGES, N_
 from rrp_sheets.web.models import SOMEBODY
 from rrp_sheets.web.password import LoginThrottle, Password
 from rrp_sheets.web.services import services
@@ -90,7 +91,7 @@ def check() -> AnyResponse | None:
         return _sent_away(settings.lan)
     if g.person is not None:
         let_in(request.environ)
-    return None
+    return _choose_language()
 
 
 def _finish(response: Response) -> Response:
@@ -193,18 +194,43 @@ def _own_origin() -> str:
 
 
 Asked = dict[str, Any]
-PAGE_LANGUAGES: tuple[str, ...] = ("en",)
-"""Languages of pages; one with a catalogue stands here once rows, JSON answers, events and help are in it too."""
+_LANGUAGE = "rrp-language"  # the cookie with the language that a reader has chosen
+_YEAR = 365 * 24 * 3600  # s
 _MOST_ROWS = 200  # that marbles are asked for
 _WORD = re.compile("[0-9a-f]{16}")
 _HALF = re.compile(rb"\\u[dD][89a-fA-F]")  # how JSON writes half a letter, which browsers do only for a lone one
 
 
 def page_language() -> str:
-    """Return the code of the language of the page that is asked for: the browser's choice among `PAGE_LANGUAGES`."""
-    if len(PAGE_LANGUAGES) == 1 or not has_request_context():
+    """Return the code of the language of the page that is asked for: the reader's choice, else the browser's."""
+    if not has_request_context():
         return "en"
-    return request.accept_languages.best_match(PAGE_LANGUAGES, default="en")
+    chosen = request.cookies.get(_LANGUAGE, "")
+    return chosen if chosen in LANGUAGES else request.accept_languages.best_match(list(LANGUAGES), default="en")
+
+
+def _choose_language() -> AnyResponse | None:
+    """Answer an address with `?language=ja`: keep the choice, and redirect to the page without it."""
+    chosen = request.args.get("language", "")
+    if request.method != "GET" or chosen not in LANGUAGES or request.endpoint is None:
+        return None
+    response = redirect(_here(), 303)
+    response.set_cookie(_LANGUAGE, chosen, max_age=_YEAR, samesite="Strict")
+    return response
+
+
+def _here(**more: str) -> str:
+    """Return the address of this page, without the choice of a language, and with `more` in its query."""
+    asked = [(name, value) for name, value in request.args.items(multi=True) if name != "language"]
+    query = urlencode([*asked, *more.items()])
+    return quote(request.path) + (f"?{query}" if query else "")
+
+
+def language_links() -> list[tuple[str, str, str]]:
+    """Return the code, the name and the address of this page in each other language."""
+    if request.endpoint is None:
+        return []
+    return [(code, name, _here(language=code)) for code, name in LANGUAGES.items() if code != page_language()]
 
 
 def json_body() -> Asked:
@@ -267,11 +293,14 @@ def workbook_or_404(name: str) -> WorkbookSession:
     """Return a workbook's session; answer 404 if there is no such file, raise SheetsError if it is none."""
     repository, open_workbooks = services().repository, services().open_workbooks
     if session := open_workbooks.find(name):  # which may have lost its last sheet: undo brings it back
+        session.languages |= {page_language()}
         return session
     if not repository.has(name):
         abort(404)
     refuse_text(repository, name)
-    return open_workbooks.session(repository.path(name))
+    session = open_workbooks.session(repository.path(name))
+    session.languages |= {page_language()}
+    return session
 
 
 def sheet_or_404(document: Document, sheet: str) -> str:

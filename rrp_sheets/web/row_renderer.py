@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from itertools import islice
 from types import MappingProxyType
 from typing import Any
@@ -15,14 +15,20 @@ from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.model.workbook import column_letters, truth_of
+from rrp_sheets.page_texts import Versions
 from rrp_sheets.robots import Robot
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
 
 Numbered = list[tuple[int, Diagnostic]]
+_SEVERITIES = {"error": N_("Error"), "warning": N_("Warning"), "info": N_("Info")}
+_KINDS = {
+    StreamKind.SENSOR.value: N_("sensor"), StreamKind.ORDINARY.value: N_("stream"),
+    StreamKind.ACTUATOR.value: N_("actuator"), StreamKind.DONE.value: N_("done"),
+}  # fmt: skip
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
 _BODY = 50  # rows; as many as grid.js makes them
 Signature = tuple[Any, ...]
@@ -78,32 +84,36 @@ class RowRenderer:
         anonymous = (s for s in behaviour.steps if s.output in streams)
         self._anonymous = frozenset(s.number for s in anonymous if streams[s.output].kind is StreamKind.ANONYMOUS)
 
-    def rows(self, first: int, count: int) -> Markup:
+    def rows(self, first: int, count: int, language: str) -> Markup:
         """Render some rows from a place on, in several table bodies: the browser skips those out of sight.
 
         A long sheet is requested in parts, so that its beginning is shown at once.
         """
-        made = [self._render(row, number) for row, number in islice(self.grid.numbers().items(), first, first + count)]
+        numbers = islice(self.grid.numbers().items(), first, first + count)
+        made = [self._render(row, number, language) for row, number in numbers]
         bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
         return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
 
-    def changed(self) -> list[tuple[str, str]]:
+    def changed(self, languages: Collection[str]) -> list[tuple[str, Versions]]:
         """Render the rows that have changed since they were last rendered; rows never rendered are left out."""
         return [
-            (row, self._render(row, number)) for row, number in self.grid.numbers().items()
+            (row, self._versions(row, number, languages)) for row, number in self.grid.numbers().items()
             if row in self._signatures and self._signatures[row] != self._signature(row, number)
         ]  # fmt: skip
 
-    def affected_rows(self, sheet: str) -> dict[str, Any]:
+    def affected_rows(self, sheet: str, language: str) -> dict[str, Any]:
         """Return all rows that the check affects, as an event for a page that was rendered before it."""
         bare, numbers = RowRenderer(self.grid), self.grid.numbers()
         told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
-        return {"sheet": sheet, "replace": [{"id": r, "html": self._render(r, numbers[r])} for r in told]}
+        return {"sheet": sheet, "replace": [{"id": r, "html": self._render(r, numbers[r], language)} for r in told]}
 
-    def html(self, rows: Iterable[str]) -> dict[str, str]:
+    def html(self, rows: Iterable[str], languages: Collection[str]) -> dict[str, Versions]:
         """Render rows by their ids; those deleted meanwhile are left out."""
         numbers = self.grid.numbers()
-        return {row: self._render(row, numbers[row]) for row in rows if row in numbers}
+        return {row: self._versions(row, numbers[row], languages) for row in rows if row in numbers}
+
+    def _versions(self, row: str, number: int, languages: Collection[str]) -> Versions:
+        return Versions(languages, lambda language: self._render(row, number, language))
 
     def _signature(self, row: str, number: int) -> Signature:
         texts = self.grid.texts.get(row, {})
@@ -114,7 +124,7 @@ class RowRenderer:
         example, is_anonymous = self._examples.get(number, ""), number in self._anonymous
         return tuple(texts.items()), names, problems, example, is_anonymous, locked, self._verdicts.get(row)
 
-    def _render(self, row: str, number: int) -> str:
+    def _render(self, row: str, number: int, language: str) -> str:
         self._signatures[row] = self._signature(row, number)
         texts = self.grid.texts.get(row, {})
         problems = self._problems.get(number, [])
@@ -124,9 +134,9 @@ class RowRenderer:
             mine = [(n, d) for n, d in problems if d.address and d.address.column == column.number]
             if column is self.grid.columns[0]:
                 mine += [(n, d) for n, d in problems if d.address and d.address.column not in known]
-            cells.append(self._cell(row, number, column, kind, texts.get(column.number, ""), mine))
+            cells.append(self._cell(row, number, column, kind, texts.get(column.number, ""), mine, language))
             if kind == "output" and self.has_examples:
-                example = escape(self._examples.get(number, ""))
+                example = escape(translate(self._examples.get(number, ""), language))
                 cells.append(f'<td role="gridcell" class="example" title="{example}">{example}</td>')
         off = any(k == "on" and truth_of(texts.get(c.number, "")) is False for c, k in self._pairs)
         filled = [t for _, t in sorted(texts.items()) if t.strip()]
@@ -139,7 +149,9 @@ class RowRenderer:
             f'<th role="rowheader" class="number" scope="row">{number}</th>{"".join(cells)}</tr>'
         )
 
-    def _cell(self, row: str, number: int, column: GridColumn, kind: str, text: str, problems: Numbered) -> str:
+    def _cell(
+        self, row: str, number: int, column: GridColumn, kind: str, text: str, problems: Numbered, language: str
+    ) -> str:
         looks, more = kind, ""
         if text:
             more += f' data-v="{escape(text)}"'
@@ -156,14 +168,14 @@ class RowRenderer:
             looks += " remark"
             inside = f'<span class="word">{escape(text)}</span>'
         else:
-            inside = self._inside(row, number, kind, text)
+            inside = self._inside(row, number, kind, text, language)
         if kind == "expect" and row in self._verdicts:
-            inside += _verdict(self._verdicts[row])
-        inside += f'<div class="mends">{"".join(_mend(n, d) for n, d in problems)}</div>' if problems else ""
+            inside += _verdict(self._verdicts[row], language)
+        inside += f'<div class="mends">{"".join(_mend(n, d, language) for n, d in problems)}</div>' if problems else ""
         if who:
             client, name = who
-            name = N_("{name} is editing", name=name)
-            inside += f'<span class="name-tag" data-client="{escape(client)}">{escape(name)}</span>'
+            said = _said(N_("{name} is editing", name=name), language)
+            inside += f'<span class="name-tag" data-client="{escape(client)}">{said}</span>'
         return f'<td role="gridcell" tabindex="-1" class="{looks}"{more}>{inside}</td>'
 
     def _has_setting(self, row: str, column: GridColumn) -> bool:
@@ -172,18 +184,18 @@ class RowRenderer:
         found = self._robot.find(self.grid.text(row, place)) if self._robot else None
         return found is None or key(column.header) in found.type.settings
 
-    def _inside(self, row: str, number: int, kind: str, text: str) -> str:
+    def _inside(self, row: str, number: int, kind: str, text: str, language: str) -> str:
         if kind == "on":
             if not self.grid.texts.get(row):
                 return ""  # a blank row is neither on nor off
             checked = "" if truth_of(text) is False else " checked"
-            label = escape(N_("Row {row} is on", row=number))
+            label = _said(N_("Row {row} is on", row=number), language)
             return f'<input type="checkbox" tabindex="-1" aria-label="{label}"{checked}>'
         if not text:
             below = kind == "output" and number in self._anonymous
-            return f'<span class="hint-word">{escape(N_("↓ row below"))}</span>' if below else ""
+            return f'<span class="hint-word">{_said(N_("↓ row below"), language)}</span>' if below else ""
         if kind in ("inputs", "output"):
-            return ",<br>".join(self._named(n) for n in names_in(text))
+            return ",<br>".join(self._named(n, language) for n in names_in(text))
         if kind == "connector":
             known = connectors().get(text)
             icon = f' data-icon="{known.name}"' if known else ""
@@ -191,30 +203,37 @@ class RowRenderer:
         looks = "formula" if CELLS[kind].code else "word"
         return f'<span class="{looks}{" lengthy" if len(text) > _LONG else ""}">{escape(text)}</span>'
 
-    def _named(self, name: str) -> str:
+    def _named(self, name: str, language: str) -> str:
         kind = self._streams.get(key(name), "")
-        spoken = f'<span class="only-spoken">{kind} </span>' if kind else ""
+        spoken = f'<span class="only-spoken">{_said(_KINDS[kind], language)} </span>' if kind else ""
         return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
 
 
-def _verdict(got: str) -> str:
+def _said(text: str, language: str) -> Markup:
+    return escape(translate(text, language))
+
+
+def _verdict(got: str, language: str) -> str:
     """Render the result of a test row, with what came instead if it failed."""
     if not got:
-        return f'<span class="verdict holds">✓<span class="only-spoken"> {escape(N_("holds"))}</span></span>'
-    spoken = f'<span class="only-spoken"> {escape(N_("failed;"))}</span>'
-    return f'<span class="verdict fails">✗{spoken} {escape(N_("got: {value}", value=got))}</span>'
+        spoken = f'<span class="only-spoken"> {_said(N_("passed"), language)}</span>'
+        return f'<span class="verdict holds">✓{spoken}</span>'
+    spoken = f'<span class="only-spoken"> {_said(N_("failed;"), language)}</span>'
+    return f'<span class="verdict fails">✗{spoken} {_said(N_("got: {value}", value=got), language)}</span>'
 
 
-def _mend(number: int, d: Diagnostic) -> str:
-    remedy = f'<span class="do">→ {escape(in_browser(d.remedy))}</span>' if d.remedy else ""
+def _mend(number: int, d: Diagnostic, language: str) -> str:
+    remedy = f'<span class="do">→ {_said(in_browser(d.remedy), language)}</span>' if d.remedy else ""
     kind = d.severity.value
     fixes = "".join(
         f'<button class="button small" type="button" tabindex="-1" data-fix="{escape(fix.id)}" '
-        f'data-finding="{d.id}" data-title="{escape(fix.title)}">{escape(N_("Apply fix: {fix}", fix=fix.title))}'
+        f'data-finding="{d.id}" data-title="{_said(fix.title, language)}">'
+        f"{_said(N_('Apply fix: {fix}', fix=fix.title), language)}"
         f"{' <kbd>Ctrl .</kbd>' if i == 0 else ''}</button>"
         for i, fix in enumerate(d.fixes)
     )
     return (
         f'<div class="mend is-{kind}" id="p{number}" data-code="{escape(d.code)}"><b class="severity">'
-        f"{kind.capitalize()}</b> <span>{escape(in_browser(d.message))}</span> {remedy}{fixes}</div>"
+        f"{_said(_SEVERITIES[kind], language)}</b> <span>{_said(in_browser(d.message), language)}</span> "
+        f"{remedy}{fixes}</div>"
     )

@@ -18,7 +18,7 @@ from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import SOMEBODY, error_text
 from rrp_sheets.web.run_state import Line, RunState
-from rrp_sheets.web.workbook_session import OpenWorkbooks, WorkbookSession, message
+from rrp_sheets.web.workbook_session import Event, OpenWorkbooks, WorkbookSession
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time
@@ -144,8 +144,8 @@ class RunSession:
             over = self._over.wait(self._pause if self.session.listeners else 0.5)
             began = time.monotonic()
             self._want_pictures()
-            if values := self._values(*self.run_state.news()):
-                self.session.tell_all(values, live=True)
+            if events := self._values(*self.run_state.news()):
+                self.session.tell_live(events)
             self._pause = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _want_pictures(self) -> None:
@@ -162,14 +162,14 @@ class RunSession:
             self._want_pictures()
         return self.run_state.jpeg
 
-    def about(self) -> str:
-        """Return the run's state and values so far as messages for a page that joins."""
+    def about(self) -> list[Event]:
+        """Return the run's state and values so far as events for a page that joins."""
         self._wanted_at = time.monotonic()  # it asks for pictures when there are any
-        return message("run", self.state()) + self._values(*self.run_state.all())
+        return [("run", self.state()), *self._values(*self.run_state.all())]
 
-    def _values(self, live: JsonObject | None, lines: list[Line]) -> str:
-        text = message("live", {"run": self.id, **live}) if live else ""  # names it, as another may have begun
-        return text + (message("log", {"run": self.id, "lines": lines}) if lines else "")
+    def _values(self, live: JsonObject | None, lines: list[Line]) -> list[Event]:
+        events: list[Event] = [("live", {"run": self.id, **live})] if live else []  # names it: another may have begun
+        return [*events, ("log", {"run": self.id, "lines": lines})] if lines else events
 
     def state(self) -> JsonObject:
         """Return the state of the run apart from its values."""
@@ -377,13 +377,13 @@ class RunManager:
     def _tell(self, run: RunSession) -> None:
         if run is not self.run:  # its files were still being written when another run began
             return
-        own, others = message("run", run.state()), message("run", run.short())
+        own, others = run.state(), run.short()
         for session in self._open_workbooks.sessions():
-            session.tell_all(own if session is run.session else others)
+            session.tell("run", own if session is run.session else others)
 
-    def _about(self, session: WorkbookSession) -> str:
+    def _about(self, session: WorkbookSession) -> list[Event]:
         run = self.run
-        return run.about() if run is not None and run.session is session else message("run", self.now())
+        return run.about() if run is not None and run.session is session else [("run", self.now())]
 
     def _over(self, run: RunSession) -> None:
         self._tell(run)

@@ -6,7 +6,6 @@ events cost the pages no more than a few.
 
 from __future__ import annotations
 
-import re
 import threading
 import time
 from collections import Counter, deque
@@ -20,7 +19,8 @@ from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.recording.timeline import Drag, clock, dragged, value_text
 from rrp_sheets.runs.run_data import QUIET_US, Commands, RunStart, Summary
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.web.completions import in_browser
 
 _KEPT_LINES = 400
 _MOST_NEW = 60  # lines in one update; of more, the newest
@@ -113,8 +113,8 @@ class RunLog:
         return [line for line in self._lines if line["i"] <= self._told]
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_LINE else text[:_LONGEST_LINE]
+def _short(text: str, longest: int = _LONGEST_LINE) -> str:
+    return text if len(text) <= longest else text[:longest]
 
 
 _ERROR_SHOWN_US = 1_000_000  # a row's error is shown for at least so long, although a value comes
@@ -172,7 +172,7 @@ class LatestValues:
     def failed(self, us: int, row: str, message: str) -> None:
         """Record that a row failed to give a value."""
         entry = self._entry(row)
-        entry.error, entry.error_us = message[:_LONGEST], us
+        entry.error, entry.error_us = _short(message, _LONGEST), us
 
     def renewed(self, us: int, row: str) -> None:
         """Record that a row has a new formula from now on."""
@@ -239,7 +239,6 @@ def known_streams(start: RunStart) -> dict[str, StreamInfo]:
 
 
 JsonObject = dict[str, Any]
-_COMMAND = re.compile(r"See `rrp-sheets help ([^`]+)`")  # of the terminal; here there is a Help to open
 
 _HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be heard again, and its kind of line
 
@@ -370,7 +369,7 @@ class RunState(RunObserver):
         for row in rows:
             self._newest.renewed(us, row)
         if action.detail.get("changes"):
-            what = ", ".join(rows[1:])
+            what = listed(rows[1:])
             text = N_("and {rows} used from {time} on" if what else "used from {time} on", rows=what, time=clock(us))
             self.log.add(us, "edit", text, row=rows[0] if rows else "", by=action.by)
 
@@ -382,9 +381,7 @@ class RunState(RunObserver):
 
     def refused(self, kind: str, message: str, remedy: str) -> None:
         """Log an action that was refused."""
-        text = sentences(message, remedy)
-        if _COMMAND.search(text):
-            text = _COMMAND.sub(r"Help: \1", text)
+        text = sentences(message, in_browser(remedy))
         with self._lock:
             if kind == "apply":
                 self.refusal = text

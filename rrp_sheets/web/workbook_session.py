@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import secrets
 import sqlite3
@@ -11,7 +10,7 @@ import threading
 import time
 import weakref
 from collections import OrderedDict, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
@@ -22,8 +21,9 @@ from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.page_texts import Versions, json_in
 from rrp_sheets.runs.check_worker import CheckWorker
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import LANGUAGES, N_
 from rrp_sheets.web.analysis import Analysis, analyse, no_analysis
 from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.web.models import error_text
@@ -46,13 +46,20 @@ Place = tuple[str, str, int]
 """Sheet, row's id, column."""
 Answer = dict[str, Any]
 """Changes that a page is told of, as JSON."""
+Event = tuple[str, dict[str, Any]]
+"""Name and data of an event."""
 Edit = Callable[[Document], Changed | None]
 
 
 class Broadcaster:
-    """Event streams of the pages that show the same workbook, and their cell locks; thread-safe."""
+    """Event streams of the pages that show the same workbook, and their cell locks; thread-safe.
+
+    Attributes:
+        languages: those of its pages so far, in which they are told what happens.
+    """
 
     def __init__(self) -> None:
+        self.languages = frozenset(("en",))
         self.listeners: list[EventStream] = []
         self.locks = CellLocks()
         self._lock = threading.RLock()
@@ -61,8 +68,8 @@ class Broadcaster:
     def _enter(self, listener: EventStream, had: str) -> None:
         """Register an event stream; if `had` is the number of an event, first send those after it."""
         with self._lock:
-            for text in self.backlog.missed(listener.client, had) if had else ():
-                listener.tell(text)
+            for told in self.backlog.missed(listener.client, had) if had else ():
+                listener.tell(told)
             listener.welcome = f"id: {self.backlog.number}\n\n"
             self.listeners.append(listener)
 
@@ -117,17 +124,18 @@ class Broadcaster:
     def tell(self, event: str, data: dict[str, Any], but: str = "") -> None:
         """Send an event to every page except `but`."""
         with self._lock:  # also while it is handed over: what is numbered comes in its order
-            text = self.backlog.add(event, data, but)
+            told = self.backlog.add(event, data, but, self.languages)
             for listener in self.listeners:
                 if listener.client != but:
-                    listener.tell(text)
+                    listener.tell(told)
 
-    def tell_all(self, text: str, *, live: bool = False) -> None:
-        """Send every page an unnumbered message; if `live`, the newest values of a run, which a slow page may skip."""
+    def tell_live(self, events: Sequence[Event]) -> None:
+        """Send every page the newest values of a run, which a slow page may skip."""
+        told = messages(events, self.languages)
         with self._lock:
             listeners = list(self.listeners)
         for listener in listeners:
-            (listener.tell_live if live else listener.tell)(text)
+            listener.tell_live(told)
 
 
 def page_of(client: str) -> str:
@@ -206,31 +214,36 @@ class EventStream:
     client: str
     name: str
     login_key: str = ""
+    language: str = "en"
     ready: threading.Condition = field(default_factory=threading.Condition)
-    messages: deque[str] = field(default_factory=deque)
-    lives: deque[str] = field(default_factory=deque)
+    messages: deque[Versions] = field(default_factory=deque)
+    lives: deque[Versions] = field(default_factory=deque)
     gone: bool = False
     behind: bool = False
     place: Place | None = None
     welcome: str = ": welcome\n\n"
 
-    def tell(self, text: str) -> None:
+    def tell(self, told: Versions) -> None:
         """Queue a message; a browser that lags too far behind is made to reload instead."""
         with self.ready:
             if len(self.messages) >= _WAITING:
                 self.messages.clear()
-                text = message("reload", {})
-            self.messages.append(text)
+                told = _reload()
+            self.messages.append(told)
             self.ready.notify()
 
-    def tell_live(self, text: str) -> None:
+    def tell_event(self, event: str, data: dict[str, Any]) -> None:
+        """Queue an event for this page alone."""
+        self.tell(messages([(event, data)], (self.language,)))
+
+    def tell_live(self, told: Versions) -> None:
         """Queue a message with a run's values, which may be dropped when newer ones follow."""
         with self.ready:
             if len(self.lives) >= _MOST_LIVE:
                 self.lives.clear()
                 self.behind = True
             if not self.behind:
-                self.lives.append(text)
+                self.lives.append(told)
             self.ready.notify()
 
     def leave(self) -> None:
@@ -239,24 +252,32 @@ class EventStream:
             self.gone = True
             self.ready.notify()
 
-    def take(self, anew: Callable[[], str]) -> str:
+    def take(self, anew: Callable[[], Sequence[Event]]) -> str:
         """Wait for messages and return them; `anew` returns a run's state for a page that has lagged behind."""
         with self.ready:
             if not (self.messages or self.lives or self.behind or self.gone):
                 self.ready.wait(_KEEP_ALIVE)
-            texts = [*self.messages, *self.lives]
+            told = [*self.messages, *self.lives]
             behind, self.behind = self.behind, False
             self.messages.clear()
             self.lives.clear()
         if behind:
-            texts.append(anew())
-        return "".join(texts) or ": still here\n\n"
+            told.append(messages(anew(), (self.language,)))
+        return "".join(one.text(self.language) for one in told) or ": still here\n\n"
 
 
-def message(event: str, data: dict[str, Any], number: str = "") -> str:
-    """Format an event; a browser that reconnects sends the last `number` it got."""
+def messages(events: Sequence[Event], languages: Iterable[str], number: str = "") -> Versions:
+    """Format events that pages get together; a browser that reconnects sends the last `number` it got."""
     begin = f"id: {number}\n" if number else ""
-    return f"{begin}event: {event}\ndata: {json.dumps(data, ensure_ascii=False, separators=(',', ':'))}\n\n"
+
+    def make(language: str) -> str:
+        return "".join(f"{begin}event: {event}\ndata: {json_in(data, language)}\n\n" for event, data in events)
+
+    return Versions(languages, make)
+
+
+def _reload(**why: str) -> Versions:
+    return messages([("reload", why)], LANGUAGES)
 
 
 class EventBacklog:
@@ -266,31 +287,33 @@ class EventBacklog:
         self._opened = secrets.token_hex(4)  # of this session, not of one of an earlier start
         self._count = 0
         self.number = f"{self._opened}.0"  # of the newest event; set at once, so it may be read without the lock
-        self._kept: deque[tuple[int, str, str]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
+        self._kept: deque[tuple[int, str, Versions]] = deque(maxlen=_KEPT)  # number, whom not to tell, what
 
-    def add(self, event: str, data: dict[str, Any], but: str) -> str:
+    def add(self, event: str, data: dict[str, Any], but: str, languages: Iterable[str]) -> Versions:
         """Format an event; number and keep it if it is of a lasting kind."""
         if event not in _LASTING:
-            return message(event, data)
+            return messages([(event, data)], languages)
         self._count += 1
         self.number = f"{self._opened}.{self._count}"
-        text = message(event, data, self.number)
-        self._kept.append((self._count, but, text))
-        return text
+        told = messages([(event, data)], languages, self.number)
+        self._kept.append((self._count, but, told))
+        return told
 
-    def missed(self, client: str, had: str) -> list[str]:
+    def missed(self, client: str, had: str) -> list[Versions]:
         """Return the events after the last one that a page got, or a reload if that is too long ago."""
         opened, _, number = had.partition(".")
         last = int(number) if number.isascii() and number.isdigit() and len(number) < 12 else -1
         oldest = self._kept[0][0] if self._kept else self._count + 1
         if opened != self._opened:
-            return [message("reload", {"why": N_("The server was restarted.")})]
+            return [_reload(why=N_("The server was restarted."))]
         if not oldest - 1 <= last <= self._count:
-            return [message("reload", {})]
-        return [text for count, but, text in self._kept if count > last and but != client]
+            return [_reload()]
+        return [told for count, but, told in self._kept if count > last and but != client]
 
 
-def stream(listener: EventStream, anew: Callable[[], str], leave: Callable[[EventStream], object]) -> Iterator[str]:
+def stream(
+    listener: EventStream, anew: Callable[[], Sequence[Event]], leave: Callable[[EventStream], object]
+) -> Iterator[str]:
     """Yield the messages for one page until it is closed; then call `leave`."""
     try:
         yield listener.welcome
@@ -339,7 +362,7 @@ class WorkbookSession(Broadcaster):
         self._worker = worker
         self._again = threading.Event()
         self._analysis = no_analysis()
-        self._words: tuple[Analysis, str, str] | None = None
+        self._words: dict[str, tuple[Analysis, str, str]] = {}
         self._renderers: dict[str, RowRenderer] = {}
         self._checker: threading.Thread | None = None
         self._answers = Answers()
@@ -347,7 +370,7 @@ class WorkbookSession(Broadcaster):
         self._write_block = ""
         self.author = ""  # of the newest edit
         self._made = time.time_ns() // 1_000_000  # grows with each version of a row: a page keeps the later one of two
-        self.about_run: Callable[[], str] = str  # the run that goes on, as it is sent to a page that joins
+        self.about_run: Callable[[], Sequence[Event]] = tuple  # the run that goes on, for a page that joins
         self.after_check: Callable[[], None] = lambda: None
         self.after_edit: Callable[[], None] = lambda: None
         self.tests = WorkbookTests(document, tester, self._tell_tests, lambda: bool(self.listeners))
@@ -366,16 +389,16 @@ class WorkbookSession(Broadcaster):
         """Return the edits that give a stream or a helper another name; see `renaming.rename`, also for errors."""
         return self._worker.rename(self.document.path, old, new, near)
 
-    def words(self) -> tuple[str, str]:
-        """Return the words that are suggested, as JSON, and a digest of them; made once for each check."""
+    def words(self, language: str) -> tuple[str, str]:
+        """Return the words that are suggested, as JSON in a language, and a digest of them; made once a check."""
         analysis = self.analysis()
         with self._lock:
-            kept = self._words
+            kept = self._words.get(language)
         if kept is None or kept[0] is not analysis:
-            text = json.dumps(vocabulary(analysis), separators=(",", ":"))
+            text = json_in(vocabulary(analysis), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:
-                self._words = kept
+                self._words[language] = kept
         return kept[1], kept[2]
 
     def renderer(self, sheet: str) -> RowRenderer:
@@ -435,27 +458,28 @@ class WorkbookSession(Broadcaster):
             renderer = self.renderer(changed.sheet)
             entry = self._now(changed.sheet)
             if changed.touched:
-                entry["replace"] = [{"id": row, "html": html} for row, html in renderer.html(changed.touched).items()]
+                made = renderer.html(changed.touched, self.languages)
+                entry["replace"] = [{"id": row, "html": html} for row, html in made.items()]
             if changed.cells:
                 entry["cells"] = [list(place) for place in changed.cells[:1000]]
             if changed.inserted:
-                made = renderer.html(row for row, _ in changed.inserted)
+                made = renderer.html((row for row, _ in changed.inserted), self.languages)
                 entry["insert"] = [{"before": at, "html": made[row]} for row, at in changed.inserted if row in made]
             if changed.removed:
                 entry["remove"] = list(changed.removed)
             if changed.moved:
                 entry["move"] = [{"id": row, "before": before} for row, before in changed.moved]
             if changed.grown:
-                entry["grown"] = list(renderer.html(changed.grown).values())
+                entry["grown"] = list(renderer.html(changed.grown, self.languages).values())
             if changed.inserted or changed.removed or changed.moved or changed.grown:
                 version = renderer.grid.version  # before the rows, which are of that version or of a later one
                 entry["order"] = {"version": version, "rows": renderer.grid.rows}
             return entry
 
-    def piece(self, sheet: str, first: int, count: int) -> Answer:
+    def piece(self, sheet: str, first: int, count: int, language: str) -> Answer:
         """Return rows of a long sheet from a place on, as several table bodies, with their serial number."""
         with self._lock:
-            return {**self._now(sheet), "html": self.renderer(sheet).rows(first, count)}
+            return {**self._now(sheet), "html": self.renderer(sheet).rows(first, count, language)}
 
     def _now(self, sheet: str) -> Answer:
         """Return the sheet and a new serial number, for an event with rows rendered now; call under the lock."""
@@ -499,7 +523,7 @@ class WorkbookSession(Broadcaster):
 
     def _tell_rows(self, sheet: str) -> None:
         with self._lock:
-            replaced = self.renderer(sheet).changed()
+            replaced = self.renderer(sheet).changed(self.languages)
             about = self._now(sheet)
         if replaced:
             self.tell("grid", about | {"replace": [{"id": r, "html": h} for r, h in replaced]})
@@ -510,12 +534,15 @@ class WorkbookSession(Broadcaster):
         self.tell("tested", {"news": news})
 
     def _checked(self) -> Answer:
-        return {"version": self.document.version, "errors": self.analysis().errors, "words": self.words()[1]}
+        words = Versions(self.languages, lambda language: self.words(language)[1])
+        return {"version": self.document.version, "errors": self.analysis().errors, "words": words}
 
     # ---- pages and their users
 
-    def join(self, client: str, name: str, *, knows: bool = True, had: str = "", login_key: str = "") -> EventStream:
-        """Open the event stream of a page that was loaded or has reconnected.
+    def join(
+        self, client: str, name: str, language: str, *, knows: bool = True, had: str = "", login_key: str = ""
+    ) -> EventStream:
+        """Open the event stream of a page that was loaded or has reconnected, in the page's language.
 
         If the page `knows`, it was rendered after the first check. The events after `had`, the number of the last one
         that it got, follow.
@@ -523,20 +550,20 @@ class WorkbookSession(Broadcaster):
         with self._lock:
             left = self.locks.leave_earlier(client)
         self._tell_cells(left, but=client)
-        listener = EventStream(client, name, login_key)
-        listener.tell(message("program", {"version": build_id()}))
+        listener = EventStream(client, name, login_key, language)
+        listener.tell_event("program", {"version": build_id()})
         if not knows and self.analysis().checked:  # the check has ended between the page and its event stream
             for sheet in list(self.document.grids):
                 with self._lock:
-                    about = self._now(sheet) | self.renderer(sheet).affected_rows(sheet)
-                listener.tell(message("grid", about))
-            listener.tell(message("checked", self._checked()))
+                    about = self._now(sheet) | self.renderer(sheet).affected_rows(sheet, language)
+                listener.tell_event("grid", about)
+            listener.tell_event("checked", self._checked())
         self._enter(listener, had)
         with self._lock:
             for trouble in filter(None, self._troubles.values()):
-                listener.tell(message("trouble", {"message": trouble, "over": trouble}))
-        if run := self.about_run():
-            listener.tell(run)
+                listener.tell_event("trouble", {"message": trouble, "over": trouble})
+        for event, data in self.about_run():
+            listener.tell_event(event, data)
         self.tell_people()
         self.tests.join()
         return listener

@@ -87,7 +87,7 @@ def page(run: str) -> str:
         sheets.append(RanSheet(number, str(sheet["name"]), rows, int(sheet["left_out"])))
     ids = {f"{sheet.name}!{row.number}": row.ident for sheet in sheets for row in sheet.rows}
     line = line_of(metadata, set(services().repository.names()))
-    return show(LookbackPage(line, metadata.seconds, tuple(sheets), script_json(ids), trouble, answer["why"]))
+    return show(LookbackPage(line, metadata.seconds, tuple(sheets), script_json(ids, "en"), trouble, answer["why"]))
 
 
 @blueprint.get("/runs/<run>/lookback/overview.json")

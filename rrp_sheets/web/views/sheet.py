@@ -29,7 +29,7 @@ from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.render.svg import frame, text
 from rrp_sheets.scene.scene_words import KINDS, verbs_of
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, sentences, translate
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.diagram_parts import AROUND, part_of, parts
@@ -39,6 +39,7 @@ from rrp_sheets.web.requests import (
     Asked,
     author_name,
     json_body,
+    page_language,
     sender_of,
     sheet_or_404,
     text_of,
@@ -186,13 +187,13 @@ def rows(name: str, sheet: str, first: int) -> Response:
     grid, after = session.document.grids[sheet], request.args.get("after", "")
     if grid.knows(after):  # the last row that the page has, which may stand elsewhere now, or be gone
         first = grid.index_of(after) + grid.has(after)
-    return jsonify(session.piece(sheet, first, PIECE))
+    return jsonify(session.piece(sheet, first, PIECE, page_language()))
 
 
 @blueprint.get("/book/<name>/vocabulary")
 def vocabulary(name: str) -> Response:
     """Send the words that are suggested."""
-    text, digest = workbook_or_404(name).words()
+    text, digest = workbook_or_404(name).words(page_language())
     return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
 
 
@@ -236,7 +237,7 @@ def events(name: str) -> Response:
     back = request.headers.get("Last-Event-ID", "")  # it had a stream already
     name, had = author_name(request.args.get("name", "")), back or request.args.get("had", "")
     knows = bool(back) or request.args.get("knows") != "no"
-    join = partial(session.join, client, name, knows=knows, had=had, login_key=person.key)
+    join = partial(session.join, client, name, page_language(), knows=knows, had=had, login_key=person.key)
     listener = services().open_workbooks.listen(session, client, person.key, join)
     if isinstance(listener, str):
         return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
@@ -410,9 +411,9 @@ def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutT
 
 
 @cache
-def _first_words() -> Markup:
+def _first_words(language: str) -> Markup:
     """Return the suggestions that all pages have at first, without their workbooks' own, which they fetch."""
-    return script_json(completions.vocabulary(no_analysis()))
+    return script_json(completions.vocabulary(no_analysis()), language)
 
 
 def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = False) -> GridPage:
@@ -427,16 +428,16 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
     grid = renderer.grid if renderer else None
     acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": list(analysis.robot.touch_zones)}
     version = grid.version if grid else 0  # before the rows, which are of that version or of a later one
-    rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS) if renderer else Markup("")
+    rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS, page_language()) if renderer else Markup("")
     return GridPage(
         name=name, title=analysis.workbook.protocol.text("Title") or name, sheet=sheet,
         kind=grid.kind if grid else "", first=grid.first if grid else 1, rows=rows,
         heads=tuple(renderer.heads()) if renderer else (), count=len(grid.rows) if grid else 0,
         examples=bool(renderer and renderer.has_examples), tabs=sheet_tabs(document, name, sheet, live=live),
-        vocabulary=_first_words(),
+        vocabulary=_first_words(page_language()),
         panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
         errors=analysis.errors, newest_event=newest_event, version=version, live=live,
-        acts=script_json(acts) if live else None,
+        acts=script_json(acts, page_language()) if live else None,
         lesson=None if live else lesson_panel(session.tests, document, name, sheet),
     )  # fmt: skip
 
@@ -464,10 +465,10 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
             why, too_large = sentences(*_TOO_LONG), True
         else:
             try:
-                drawing = Markup(analysis.drawing(chosen))
+                drawing = Markup(analysis.drawing(chosen, page_language()))
             except SheetsError as error:
                 why = error_text(error)
-            words = explain(analysis.graph, analysis.workbook, [chosen])[0]
+            words = explain(analysis.graph, analysis.workbook, [chosen], language=page_language())[0]
     here = grids.get(sheet)
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
@@ -498,7 +499,12 @@ def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
         return _in_words(_TOO_LONG)
     try:
         drawn = draw_diagram(
-            book.analysis.graph, behaviour, problems=book.analysis.flags(behaviour), whole=True, timeout=_SECONDS
+            book.analysis.graph,
+            behaviour,
+            problems=book.analysis.flags(behaviour),
+            whole=True,
+            timeout=_SECONDS,
+            language=page_language(),
         )
     except SheetsError as error:
         return _in_words([error.message, error.remedy])
@@ -506,6 +512,7 @@ def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
 
 
 def _in_words(lines: Sequence[str]) -> str:
-    body = "".join(text(8, 4 + _LINE * (n + 1), line, 11) for n, line in enumerate(lines))
-    high = _LINE * len(lines) + 16
-    return frame(body, 440, high, ident="why", title=N_("No diagram"), description=" ".join(lines))
+    said = [translate(line, page_language()) for line in lines]
+    body = "".join(text(8, 4 + _LINE * (n + 1), line, 11) for n, line in enumerate(said))
+    title = translate(N_("No diagram"), page_language())
+    return frame(body, 440, _LINE * len(said) + 16, ident="why", title=title, description=" ".join(said))

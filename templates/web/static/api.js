@@ -192,6 +192,14 @@ function earlier() {
   }
 }
 
+// Another page of this browser may have chosen another language meanwhile: what comes from now on would be in that one.
+
+const chosen = () => /(?:^|; )rrp-language=(\w+)/.exec(document.cookie)?.[1];
+document.addEventListener("visibilitychange", () => {
+  const now = document.hidden ? undefined : chosen();
+  if (now && now !== document.documentElement.lang) location.reload();
+});
+
 // Asking the server to do something to the run; who asks is told with it.
 
 /** The answers in the dialog of this workbook's last run, on this machine. */
