@@ -2,7 +2,7 @@
 // the panel is closed, is remembered for the workbook in this browser. “Show me” writes a step above the sheet and takes it away
 // again: nothing is sent, so nothing of anybody's is lost, and no test passes by it.
 
-import { hasCalm } from "../calm.js";
+import { hasCalm } from "../preferences.js";
 import { make } from "../elements.js";
 import { t } from "../texts.js";
 

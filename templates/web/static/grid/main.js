@@ -14,6 +14,7 @@ import { people } from "./people.js";
 import { rowWords } from "./row_words.js";
 import { over as retract } from "./spoken.js";
 import { sheetTabs } from "./tabs.js";
+import { twoKeys } from "./two_keys.js";
 import { splitter } from "./widths.js";
 
 const LOOK_AGAIN = 500; // milliseconds until it is looked again whether somebody types
@@ -106,6 +107,7 @@ if (grid) {
   renewed(grid, listen);
   tests(grid, listen);
   lesson(grid, listen);
+  twoKeys(grid);
   if (document.getElementById("panels").ariaBusy !== "true") fetchWords(); // else they come with the check
   fetchRest(grid).catch(() => {}).then(() => {
     grid.complete();
