@@ -88,7 +88,10 @@ class Tour:
     def tracking(self) -> None:
         """The first sheet; what the screen before has opened over it is closed."""
         language = next(c["value"] for c in self.page.context.cookies() if c["name"] == "rrp-language")
-        if self.page.url.endswith("/book/all.xlsx/sheet/Tracking") and self.page.locator(f"html[lang={language}]").count():
+        if (
+            self.page.url.endswith("/book/all.xlsx/sheet/Tracking")
+            and self.page.locator(f"html[lang={language}]").count()
+        ):
             for _ in range(3):  # suggestions close before their cell
                 self.page.keyboard.press("Escape")
                 if not self.page.locator(OPENED).filter(visible=True).count():

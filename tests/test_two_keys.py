@@ -39,7 +39,9 @@ def tab_to(page: Any, wanted: Any, most: int = 60) -> None:
         if wanted.evaluate("(one) => one === document.activeElement"):
             return
         page.keyboard.press("Tab")
-    raise AssertionError(f"{wanted} is not reached by {most} times Tab: {page.evaluate('document.activeElement.outerHTML')[:200]}")
+    raise AssertionError(
+        f"{wanted} is not reached by {most} times Tab: {page.evaluate('document.activeElement.outerHTML')[:200]}"
+    )
 
 
 def choose(page: Any, name: str) -> None:
