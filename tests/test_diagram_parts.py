@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from chromium import becomes
 from grid_books import HEADER, Books
+from playwright.sync_api import expect
 
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.runs.check_worker import read_and_check
@@ -41,6 +42,21 @@ def test_what_hangs_together_with_all_is_cut(tmp_path) -> None:
 def test_a_short_behaviour_is_not_divided(chain: BehaviourGraph) -> None:
     assert parts(chain.steps[:3], HEADINGS) == ()
     assert [value for value, _ in parts(chain.steps, HEADINGS)] == ["", "around", "below-3", "below-9"]
+
+
+def test_of_a_sheet_too_large_to_draw_its_parts_are_offered(shelf: Books) -> None:
+    rows = [["", "Red ball", "map", "1", f"A{n}", ""] for n in range(502)]
+    grid = shelf.open(
+        {"T": [HEADER, *CHAIN[:2], ["# Waving", "", "", "", "", ""], *rows[:3], ["# Looking", *[""] * 5], *rows[3:]]}
+    )
+    panel = grid.page.locator(".diagram-panel")
+    expect(panel).to_contain_text("Too large to draw (over 500 rows). Split the sheet.")
+    becomes(lambda: panel.locator("[data-part]").all_inner_texts(), ["Around this row", "Waving", "Looking"])
+    panel.get_by_role("button", name="Waving").click()
+    becomes(lambda: panel.locator("#diagram [data-row]").count(), 3)
+    expect(grid.page.locator("#diagram-part")).to_be_focused()
+    grid.page.select_option("#diagram-part", label="All rows")
+    expect(panel).to_contain_text("Too large to draw")
 
 
 def test_the_panel_shows_the_chosen_part_and_goes_along_with_the_cursor(shelf: Books) -> None:

@@ -56,7 +56,7 @@ def test_the_list_says_what_a_run_was(client: FlaskClient, run: str) -> None:
 
 
 def test_no_run_yet_says_how_to_make_one(tmp_path: Path) -> None:
-    assert "Nothing has run yet" in get(visit(tmp_path), "/runs").text
+    assert "No recordings yet" in get(visit(tmp_path), "/runs").text
 
 
 def test_runs_are_found_by_workbook_and_words(tmp_path: Path) -> None:

@@ -195,7 +195,7 @@ def test_deleting_asks_for_the_code(tmp_path: Path) -> None:
     assert "1 run deleted" in done and "Deleted" in done
     assert [p.name for p in (tmp_path / "runs").iterdir()] == ["2-b"]
     assert "1 run deleted." in send(client, run="2-b", typed="delete", shown="2-b").text
-    assert "Nothing has run yet" in get(client, "/runs").text
+    assert "No recordings yet" in get(client, "/runs").text
 
 
 def test_a_run_that_was_deleted_is_no_longer_what_the_run_panel_shows(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from chromium import GridPage, becomes, eventually, set_clock, some
 from playwright.sync_api import TimeoutError, expect
 
 from rrp_sheets import api
+from rrp_sheets.help import tutorial
 from rrp_sheets.resources import bundled
 
 TUTORIAL = bundled("templates", "workbooks", "tutorial.xlsx")
@@ -33,11 +34,17 @@ def test_it_begins_without_problems_and_with_every_lesson_open() -> None:
     assert report is not None and [c.case.name for c in report.cases if not c.passed] == DONE
 
 
-def test_every_lesson_says_what_to_do() -> None:
+def test_its_headings_and_tests_are_those_of_the_lessons() -> None:
     text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
-    for number, name in enumerate(LESSONS, 1):
-        lesson = text[text.index(f"# LESSON {number}: ") :].partition(f"# LESSON {number + 1}: ")[0]
-        assert "# Do: " in lesson and f"## Lesson {number} {name}" in text
+    assert [lesson.test for lesson in tutorial.LESSONS] == DONE == re.findall(r"^## (Lesson .*)$", text, re.MULTILINE)
+    headings = [f"Lesson {number}: {lesson.title}" for number, lesson in enumerate(tutorial.LESSONS, 1)]
+    assert re.findall(r"^\| # (Lesson [^|]*?) \|", text, re.MULTILINE) == headings
+
+
+def test_each_lesson_has_few_steps_and_each_step_writes_something() -> None:
+    for lesson in tutorial.LESSONS:
+        assert 1 <= len(lesson.steps) <= tutorial.MOST_STEPS and lesson.about.count(".") <= 2
+        assert all(step.cells for step in lesson.steps)
 
 
 EMPTY = "|  |  |  |  |  |  |\n"
@@ -175,9 +182,9 @@ def first_lessons(page: GridPage) -> None:
     """A row that is written, and a cell that is changed."""
     page.page.wait_for_selector("body[data-words]", state="attached")
     holds(page, 0)
-    write(page, row_of(page, "", "LESSON 1"), "Hello heard", "subscribe", '"Hello!"', "Say")
+    write(page, row_of(page, "", "Lesson 1:"), "Hello heard", "subscribe", '"Hello!"', "Say")
     holds(page, 1)
-    row = row_of(page, "filter", "LESSON 2")
+    row = row_of(page, "filter", "Lesson 2:")
     write(page, row, "redBall.distance < 0.5", begin="D")
     holds(page, 2)
 
@@ -188,12 +195,11 @@ def test_the_first_lessons_by_the_keyboard(page: GridPage) -> None:
     shown = page.page.locator(".tests-list li")
     becomes(lambda: [shown.nth(n).get_attribute("class") for n in range(3)], ["is-passes", "is-passes", "is-now"])
     eventually(lambda: shown.nth(3).get_attribute("class") == "is-later" and not page.page.locator(".is-fails").count())
-    for text in ("Now: Lesson 3 Name it", "New here: map"):
-        expect(page.page.locator(".tests-first")).to_contain_text(text)
+    expect(page.page.locator(".tests-first")).to_contain_text("Now: Lesson 3 Name it")
 
 
 def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) -> None:
-    row = row_of(page, "filter", "LESSON 2")
+    row = row_of(page, "filter", "Lesson 2:")
     write(page, row, "redBall.distance < 0,5", begin="D")  # the comma of many countries
     page.page.wait_for_selector(".tests-list .is-waits, .tests-list .is-fails")
     mend(page, "FORM003", "D", row)
@@ -213,7 +219,7 @@ def test_a_lesson_that_does_not_hold_any_more_is_told_as_such(page: GridPage) ->
 
 
 def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: GridPage, folder: Path) -> None:
-    row = row_of(page, "filter", "LESSON 2") - 1
+    row = row_of(page, "filter", "Lesson 2:") - 1
     go(page, "D", row)
     page.write('"blue"', "Tab")
     page.write("Chest LED color")
@@ -230,13 +236,16 @@ def test_a_row_typed_into_a_comment_is_told_and_put_into_a_row_of_its_own(page: 
     for letter in "BCDE":
         go(page, letter, row)
         page.press("Delete")
-    bare = row - 6  # a lone # before lesson 1
+    bare = row_of(page, "", "Lesson 8:")
+    write(page, bare, "#", begin="A")
     go(page, "B", bare)
     page.page.keyboard.type("Red ball")
     page.press("Control+.")
     page.page.wait_for_selector(f"tr:not(.comment):has(th:text-is('{bare}'))")
     page.press("Escape", "Control+z")
     page.page.wait_for_selector(f"tr.comment:has(th:text-is('{bare}'))")
+    go(page, "A", bare)
+    page.press("Delete")
     holds(page, 2)
 
 
@@ -297,25 +306,25 @@ def test_a_lesson_is_read_on_a_narrow_screen_without_moving_the_table(page: Grid
 def test_all_lessons_by_the_keyboard(page: GridPage, folder: Path) -> None:
     if "2 of 10" not in page.page.locator("#panels").inner_text():
         first_lessons(page)
-    write(page, row_of(page, "map", "LESSON 3"), '"That is my " & touched.zone', begin="D")
+    write(page, row_of(page, "map", "Lesson 3:"), '"That is my " & touched.zone', begin="D")
     holds(page, 3)
-    row = row_of(page, "Sey", "LESSON 4")
+    row = row_of(page, "Sey", "Lesson 4:")
     go(page, "A", row)
     page.press("Space")
     go(page, "E", row)
     mend(page, "GRAPH006")
     holds(page, 4)
-    write(page, row_of(page, "changes", "LESSON 5"), "Hello heard, Pressed", "merge")
+    write(page, row_of(page, "changes", "Lesson 5:"), "Hello heard, Pressed", "merge")
     holds(page, 5)
-    write(page, row_of(page, "map", "LESSON 6"), "combineLatest", begin="C")
+    write(page, row_of(page, "map", "Lesson 6:"), "combineLatest", begin="C")
     holds(page, 6)
-    write(page, row_of(page, "forgetAfter", "LESSON 6"), "1 s", begin="D")
+    write(page, row_of(page, "forgetAfter", "Lesson 6:"), "1 s", begin="D")
     holds(page, 7)
-    row = row_of(page, "", "LESSON 8")
+    row = row_of(page, "", "Lesson 8:")
     write(page, row, "Touched", "timeout", "10 s", "Quiet")
     write(page, row + 1, "Quiet", "subscribe", '"Shall we play?"', "Say")
     holds(page, 8)
-    row = row_of(page, "Remark|subscribe", "LESSON 9")
+    row = row_of(page, "Remark|subscribe", "Lesson 9:")
     for tick in (row - 1, row):
         go(page, "A", tick)
         page.press("Space")
@@ -323,7 +332,7 @@ def test_all_lessons_by_the_keyboard(page: GridPage, folder: Path) -> None:
     mend(page, "LINT002")
     page.press("Enter")  # the first of its two fixes
     holds(page, 9)
-    row = row_of(page, "", "LESSON 10")
+    row = row_of(page, "", "Lesson 10:")
     write(page, row, "Touched", "accumulate", "", "Touches")
     write(page, row + 1, "Touches", "filter", "touches = 3", "Three")
     write(page, row + 2, "Three", "subscribe", '"Arms up"', "Gesture")

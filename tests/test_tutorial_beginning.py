@@ -69,7 +69,7 @@ def test_the_command_makes_it_and_serves_it(tmp_path: Path) -> None:
         assert "/book/tutorial.xlsx?token=" in address
         opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
         with opener.open(address, timeout=300) as answer:
-            assert "LESSON 1" in answer.read().decode()
+            assert "Lesson 1: Say hello" in answer.read().decode()
     finally:
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=300)

@@ -28,6 +28,7 @@ from rrp_sheets.web.views import (
     exports,
     gestures,
     help,
+    lessons,
     login,
     lookback,
     printing,
@@ -44,7 +45,7 @@ from rrp_sheets.web.workbook_repository import printable
 BLUEPRINTS = (
     workbook_list.blueprint, sheet.blueprint, tabs.blueprint, gestures.blueprint, run_panel.blueprint,
     recordings.blueprint, exports.blueprint, run_deletion.blueprint, lookback.blueprint, replay.blueprint,
-    comparison.blueprint, printing.blueprint, help.blueprint,
+    comparison.blueprint, printing.blueprint, help.blueprint, lessons.blueprint,
 )  # fmt: skip
 """Those of the views; with `--lan` that of `login` too."""
 _NEW_LINK = N_(

@@ -469,7 +469,7 @@ def lessons_of(grids: Mapping[str, Grid]) -> dict[int, Lesson]:
         if grid.kind != "behaviour":
             continue
         for number, row, words in _told(grid):
-            terms = tuple(dict.fromkeys(t for t in _terms(words) if t not in met))
+            terms = tuple(dict.fromkeys(t for t in terms_in(words) if t not in met))
             met |= set(terms)
             told.setdefault(number, Lesson(grid.name, row, terms[:MOST_TERMS]))
     return told
@@ -493,7 +493,7 @@ def _told(grid: Grid) -> Iterator[tuple[int, str, str]]:
         yield number, first, words
 
 
-def _terms(words: str) -> Iterator[str]:
+def terms_in(words: str) -> Iterator[str]:
     """Yield the connectors and the words of the glossary in a text, in their order."""
     names = {c.name for c in connectors()}
     for word in _WORD.findall(words):

@@ -33,6 +33,7 @@ from rrp_sheets.texts import N_, sentences, translate
 from rrp_sheets.web import completions
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.diagram_parts import AROUND, part_of, parts
+from rrp_sheets.web.first_rows import FirstRow, first_row
 from rrp_sheets.web.models import Head, KindText, MessagePage, counts, error_text, script_json, show
 from rrp_sheets.web.requests import (
     Asked,
@@ -48,6 +49,7 @@ from rrp_sheets.web.requests import (
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run_session import LONGEST_TEXTS
 from rrp_sheets.web.services import services
+from rrp_sheets.web.views.lessons import LessonPanel, lesson_panel
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
@@ -87,7 +89,9 @@ class Panels:
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         diagram_number: the number of the behaviour, under which the diagram is a file of its own; 0 for none.
         words: the description of the behaviour, if there can be one; `row_ids` are the ids of its rows by number.
+        first: what is shown of a sheet without rows; `no_tests` is true for a behaviour without a test.
         parts: what can be shown of a long behaviour, see `diagram_parts`, and which of these is shown.
+        too_large: whether it is drawn in parts only.
         checked: False while the first check is under way.
     """
 
@@ -106,6 +110,9 @@ class Panels:
     checked: bool
     diagram_number: int
     tests: TestsPanel | None
+    too_large: bool
+    first: FirstRow | None
+    no_tests: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +150,7 @@ class GridPage:
     version: int
     live: bool
     acts: Markup | None
+    lesson: LessonPanel | None
 
 
 @blueprint.get("/book/<name>")
@@ -430,6 +438,7 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
         panels=beside, read_only=document.why, write_block=write_block_reason(document.path),
         errors=analysis.errors, newest_event=newest_event, version=version, live=live,
         acts=script_json(acts, page_language()) if live else None,
+        lesson=None if live else lesson_panel(session.tests, document, name, sheet),
     )  # fmt: skip
 
 
@@ -444,7 +453,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         problems.append((number, grid.rows[place] if grid and 0 <= place < len(grid.rows) else "", d))
     behaviour = analysis.behaviour(sheet)
     offered: tuple[tuple[str, str], ...] = ()
-    drawing, words, why = Markup(""), None, ""
+    drawing, words, why, too_large = Markup(""), None, "", False
     number = next((n for n, b in enumerate(analysis.graph.behaviours, 1) if b is behaviour), 0)
     if behaviour is not None and behaviour.steps:
         headings = next((b.headings for b in analysis.workbook.behaviours if key(b.name) == behaviour.key), {})
@@ -453,7 +462,7 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         if not analysis.understood:
             why = N_("The diagram appears when the problems are fixed.")
         elif len(chosen.steps) > MOST_DRAWN_ROWS:
-            why = sentences(*_TOO_LONG)
+            why, too_large = sentences(*_TOO_LONG), True
         else:
             try:
                 drawing = Markup(analysis.drawing(chosen, page_language()))
@@ -467,6 +476,8 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
         parts=offered, part=AROUND if part.startswith(AROUND) else part,
         row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
+        too_large=too_large, first=first_row(here) if not session.document.why else None,
+        no_tests=bool(behaviour and behaviour.steps) and not session.tests.sheets and not session.document.why,
     )  # fmt: skip
 
 

@@ -2,6 +2,7 @@
 // edit and morphs it in; what is kept here (zoom, place, where the keys are) is put back on the new one.
 
 import { hasLights } from "../api.js";
+import { hasCalm } from "../preferences.js";
 
 const LEAST_TEXT = 8; // px: at first the smallest words are not made smaller to fit the width, it scrolls instead
 const SMALLEST = 8; // of the words in the picture, in its own units
@@ -11,6 +12,7 @@ const LARGEST = 3;
 const STEP = 1.2;
 const TOO_LARGE = 1.15; // a small diagram is not blown up beyond this to fill the panel
 const DRAG = 4; // px, from which on a press is a drag
+const CALM_MS = 1000; // between two drawings of the values where nothing is to move by itself
 const FRESH = 1; // s, for which a box is lit after a value
 const LETTER_WIDTH = 0.56; // about, of the size of the letters
 
@@ -45,6 +47,14 @@ function part(panels) {
     panels.setAttribute("hx-get", from);
     htmx.trigger("#panels", "recheck");
   };
+  panels.addEventListener("click", ({ target }) => {
+    const { part: chosen } = target.closest("[data-part]")?.dataset ?? {};
+    if (!chosen) return;
+    const select = document.getElementById("diagram-part");
+    select.value = chosen;
+    select.focus({ preventScroll: true });
+    show();
+  });
   panels.addEventListener("change", ({ target }) => target.id === "diagram-part" && show());
   document.addEventListener("rrp:row", ({ detail }) => {
     here = detail.number;
@@ -258,6 +268,7 @@ export function lights(svg, table = () => document.querySelector("table[role=gri
   let t = 0;
   let id;
   let going = false;
+  let drawn = 0; // when
   let boxes = [];
   let wires = [];
 
@@ -308,6 +319,8 @@ export function lights(svg, table = () => document.querySelector("table[role=gri
     t = detail.t ?? t;
     for (const [row, entry] of Object.entries(detail.rows ?? {})) rows.set(row, entry);
     for (const [name, entry] of Object.entries(detail.streams ?? {})) streams.set(name, entry);
+    if (hasCalm() && performance.now() - drawn < CALM_MS) return;
+    drawn = performance.now();
     show();
   });
   document.addEventListener("visibilitychange", show);

@@ -8,11 +8,13 @@ import { diagram } from "./diagram.js";
 import { finder } from "./find.js";
 import { Grid } from "./grid.js";
 import { help } from "./help.js";
+import { lesson } from "./lesson.js";
 import { menu } from "./menus.js";
 import { people } from "./people.js";
 import { rowWords } from "./row_words.js";
 import { over as retract } from "./spoken.js";
 import { sheetTabs } from "./tabs.js";
+import { twoKeys } from "./two_keys.js";
 import { splitter } from "./widths.js";
 
 const LOOK_AGAIN = 500; // milliseconds until it is looked again whether somebody types
@@ -104,6 +106,8 @@ if (grid) {
   sheetTabs(grid, listen);
   renewed(grid, listen);
   tests(grid, listen);
+  lesson(grid, listen);
+  twoKeys(grid);
   if (document.getElementById("panels").ariaBusy !== "true") fetchWords(); // else they come with the check
   fetchRest(grid).catch(() => {}).then(() => {
     grid.complete();
@@ -173,6 +177,8 @@ document.addEventListener("click", (event) => {
   if (!grid) return; // a workbook without sheets
   const button = event.target.closest("[data-do]");
   if (button) command(button.dataset.do, grid, button);
+  const example = event.target.closest("[data-first-row]");
+  if (example) firstRow(JSON.parse(example.dataset.firstRow));
   const fix = event.target.closest("[data-fix]");
   if (fix) grid.fix(fix);
   const link = event.target.closest("a[data-row]");
@@ -183,6 +189,16 @@ document.addEventListener("click", (event) => {
     grid.selection.go(grid.table.row(link.dataset.row), Math.max(k, 0));
   }
 });
+
+/** An example in the first blank row, as one edit: texts by the number of the column. */
+function firstRow(cells) {
+  const { table, selection } = grid;
+  const row = table.rows.find((one) => table.places.every((at) => !table.value(one.cells[at])));
+  if (!row) return;
+  grid.change(Object.entries(cells).map(([column, text]) => [table.cell(row, table.placeOf(Number(column))), text]));
+  selection.go(row, 0);
+  grid.say(t("The example is in row {n}. Press Ctrl+Z to undo.", { n: row.cells[0].textContent }));
+}
 
 // a box of the diagram was chosen
 document.addEventListener("rrp:goto", ({ detail }) => {

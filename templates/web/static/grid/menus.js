@@ -1,6 +1,7 @@
 // A small menu beside what was pressed: with the arrow keys, by mouse and touch.
 
 import { items } from "../commands.js";
+import { hasTwoKeys } from "../preferences.js";
 import { t } from "../texts.js";
 
 /** Show a menu at an element; its items are buttons, already in it. The focus goes back to `back`. */
@@ -56,7 +57,8 @@ export function menuOf(label, entries) {
 /** The keys of an open menu: arrows, Home and End go through its items, Escape and Tab close it. */
 function walk(event, buttons, close) {
   const now = buttons.indexOf(document.activeElement);
-  const to = { ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: buttons.length - 1 }[event.key];
+  const next = hasTwoKeys() && !event.shiftKey && now + 1 < buttons.length ? { Tab: now + 1 } : {};
+  const to = { ...next, ArrowDown: now + 1, ArrowUp: now - 1, Home: 0, End: buttons.length - 1 }[event.key];
   if (to !== undefined) buttons[(to + buttons.length) % buttons.length].focus();
   else if (event.key === "Escape" || event.key === "Tab") close();
   else return;

@@ -1,6 +1,7 @@
 // A Gestures sheet: Play shows the gesture of the chosen row on the robot's model, Pose writes its joints into a row.
 
 import { ownName, randomId, refusal, request } from "../api.js";
+import { hasCalm } from "../preferences.js";
 import { t } from "../texts.js";
 import { status } from "./spoken.js";
 
@@ -61,7 +62,7 @@ async function begin() {
   view.dataset.ready = "";
   stage.resize();
   const { frames, rate, seconds } = shown;
-  if (matchMedia("(prefers-reduced-motion: reduce)").matches) return pictures();
+  if (hasCalm()) return pictures();
   let at = 0;
   let last = performance.now();
   const step = () => {

@@ -29,6 +29,8 @@ export function sheetTabs(grid, listen) {
     if (pressed?.dataset.tab === "menu") show(tabOf(server.sheet), pressed);
     const kind = event.target.closest("#kinds [data-kind]");
     if (kind) add(kind.dataset);
+    const wanted = event.target.closest("[data-add-sheet]")?.dataset.addSheet;
+    if (wanted) add(strip().querySelector(`#kinds [data-kind="${wanted}"]`).dataset);
     if (event.target.closest("#tabs a[aria-current]")) event.preventDefault(); // one is there already
   });
   document.addEventListener("dblclick", (event) => {

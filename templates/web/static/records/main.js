@@ -1,6 +1,7 @@
 // The pages of runs, versions, comparisons and print, beyond links and forms.
 
 import { randomId, request } from "../api.js";
+import { hasCalm } from "../preferences.js";
 import { t } from "../texts.js";
 
 const RECORD_WITHIN_MS = 150_000; // for the reading of a long record
@@ -19,8 +20,7 @@ function showMoment(seconds) {
   form.elements.from.value = String(Math.max(0, Math.floor(seconds - SECONDS_BEFORE)));
   form.elements.to.value = String(Math.ceil(seconds + SECONDS_AFTER));
   form.requestSubmit();
-  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  document.getElementById("marbles").scrollIntoView({ behavior: still ? "auto" : "smooth", block: "start" });
+  document.getElementById("marbles").scrollIntoView({ behavior: hasCalm() ? "auto" : "smooth", block: "start" });
 }
 
 /** Draw the curves with the module that draws them during a run. */

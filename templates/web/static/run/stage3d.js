@@ -3,6 +3,7 @@
 
 import { OrbitControls } from "/vendor/js/OrbitControls.js";
 import * as THREE from "/vendor/js/three.module.js";
+import { hasCalm } from "../preferences.js";
 import { Body, turn } from "./body3d.js";
 import { Drag } from "./drag3d.js";
 import { Touch } from "./touch3d.js";
@@ -107,8 +108,7 @@ export class Stage {
     const now = performance.now();
     const gap = Math.min(Math.max(now - (this.newest ?? 0), 16), LONGEST);
     this.newest = now;
-    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.way = atOnce || calm ? 1 : gap; // ms until it is reached: as long as the last one took to come
+    this.way = atOnce || hasCalm() ? 1 : gap; // ms until it is reached: as long as the last one took to come
     this.began = now;
     this.from = { joints: { ...this.shown.joints }, position: this.body.base.position.clone(), turned: this.body.base.quaternion.clone() };
     this.to = { joints: joints ?? this.shown.joints, position: this.from.position.clone(), turned: this.from.turned.clone() };

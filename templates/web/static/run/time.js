@@ -1,5 +1,6 @@
 // The run's clock as the page can tell it between two tellings, and times in words.
 
+import { hasCalm } from "../preferences.js";
 import { t } from "../texts.js";
 
 let told = 0;
@@ -35,6 +36,6 @@ export function clock(seconds, digits = 1) {
 
 /** An age: `0.1 s`, `26 s`, `3 min`. */
 export function age(seconds) {
-  if (seconds < 9.95) return t("{n} s", { n: Math.max(seconds, 0).toFixed(1) });
+  if (seconds < 9.95 && !hasCalm()) return t("{n} s", { n: Math.max(seconds, 0).toFixed(1) });
   return seconds < 120 ? t("{n} s", { n: Math.round(seconds) }) : t("{n} min", { n: Math.round(seconds / 60) });
 }

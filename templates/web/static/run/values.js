@@ -2,6 +2,7 @@
 // Only the bodies of the table that are in sight are drawn; the others are known and cost nothing.
 
 import { canBeStopped, hasAges } from "../api.js";
+import { hasCalm } from "../preferences.js";
 import { make, put } from "../elements.js";
 import { t } from "../texts.js";
 import { age, clock, now } from "./time.js";
@@ -14,6 +15,7 @@ const QUIET = 2; // s without a value, after which a value is news: what the cam
 const HANDS_OFF = 8000; // ms since somebody last used the table
 const PACE = 2500; // ms between two moves of the table: one can read what is shown
 const KEPT = "run-follow"; // the key of the switch in the browser's storage
+const CALM_TICKS = 5; // of the ages, after which they are drawn again where nothing is to move by itself
 const TITLES = { ended: t("Last value, run ended"), looking: t("Value then, and its age") };
 
 export function values(grid) {
@@ -58,10 +60,11 @@ export function values(grid) {
   document.addEventListener("rrp:live", ({ detail }) => {
     if (detail.full) known = new Map();
     for (const [id, entry] of Object.entries(detail.rows ?? {})) if (!(known.get(id)?.n > entry.n)) known.set(id, entry);
-    drawAll();
+    if (!hasCalm() || !hasAges(state.phase)) drawAll();
   });
+  let ticks = 0;
   setInterval(() => {
-    if (hasAges(state.phase) && !document.hidden) drawAll();
+    if (hasAges(state.phase) && !document.hidden && (++ticks % CALM_TICKS === 0 || !hasCalm())) drawAll();
   }, 200);
 
   function live() {
@@ -82,7 +85,8 @@ export function values(grid) {
     const entry = known.get(row.id);
     const isOff = off || row.classList.contains("off");
     const blank = !row.querySelector(".connector .word");
-    const seconds = entry?.at == null ? null : now() - entry.at;
+    const exact = entry?.at == null ? null : now() - entry.at;
+    const seconds = exact !== null && hasCalm() ? Math.floor(exact) : exact;
     put(parts.value, isOff ? (blank ? "" : t("off")) : entry?.e || entry?.v || (blank ? "" : t("none yet")));
     const renewed = entry?.from !== undefined && now() - entry.from < RENEWED;
     put(parts.age, renewed ? t("from {time}", { time: clock(entry.from) }) : isOff || seconds === null || blank ? "" : age(seconds));
@@ -127,7 +131,6 @@ export function values(grid) {
 export function follow(grid, label) {
   const scroll = grid.closest(".grid-scroll");
   const box = label.querySelector("input");
-  const calm = matchMedia("(prefers-reduced-motion: reduce)");
   let last = new Map(); // row id → when it last gave something, on the run's clock
   let used = -HANDS_OFF;
   let moved = -PACE;
@@ -184,6 +187,6 @@ export function follow(grid, label) {
     const [frame, mine] = [scroll.getBoundingClientRect(), line.getBoundingClientRect()];
     const head = grid.tHead.offsetHeight;
     const top = scroll.scrollTop + mine.top - frame.top - head - (scroll.clientHeight - head) / 3;
-    scroll.scrollTo({ top, behavior: calm.matches ? "instant" : "smooth" }); // only the table: never the page, nor the cursor
+    scroll.scrollTo({ top, behavior: hasCalm() ? "instant" : "smooth" }); // only the table: never the page, nor the cursor
   }
 }

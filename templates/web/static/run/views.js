@@ -1,6 +1,7 @@
 // What is shown below the rows during a run: one view at a time, chosen by tabs and kept for the person.
 
 import { put } from "../elements.js";
+import { hasTwoKeys } from "../preferences.js";
 
 const KEPT = "run-view"; // the key of the choice in the browser's storage
 const STEPS = { ArrowRight: 1, ArrowLeft: -1 };
@@ -13,7 +14,7 @@ export function views(root) {
   function choose(wanted, focus = false) {
     for (const one of tabs) {
       one.ariaSelected = String(one === wanted);
-      one.tabIndex = one === wanted ? 0 : -1;
+      one.tabIndex = one === wanted || hasTwoKeys() ? 0 : -1;
     }
     below.dataset.view = wanted.dataset.view;
     if (focus) wanted.focus();
@@ -35,6 +36,7 @@ export function views(root) {
     localStorage.setItem(KEPT, wanted.dataset.view);
   });
   document.addEventListener("htmx:after:swap", count);
+  document.addEventListener("rrp:preferences", () => choose(tabs.find((one) => one.ariaSelected === "true")));
   choose(tab(localStorage.getItem(KEPT)) ?? tabs[0]);
   count();
 
