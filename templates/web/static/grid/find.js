@@ -57,7 +57,7 @@ export function finder(grid) {
   };
   const hits = () => {
     const has = matcher();
-    return table.rows.flatMap((row) => table.headers.map((_, k) => table.cell(row, k))).filter(has);
+    return table.shown.flatMap((row) => table.headers.map((_, k) => table.cell(row, k))).filter(has);
   };
   const has = (cell) => matcher()(cell);
 
