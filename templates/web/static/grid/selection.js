@@ -10,6 +10,7 @@ export class Selection {
     this.anchor = null;
     this.head = null;
     this.far = null;
+    this.frozen = { count: 0, width: 0 }; // columns that stay in sight, and their width with the rows' numbers; see widths.js
     this.others = [];
     this.adding = false; // whether the next range is a further one (Ctrl+Shift+F8)
     this.painted = [];
@@ -237,12 +238,12 @@ export class Selection {
     const frame = this.scroll.getBoundingClientRect();
     const box = cell.getBoundingClientRect();
     const top = frame.top + this.table.grid.tHead.offsetHeight;
-    const left = frame.left + this.table.rows[0].cells[0].offsetWidth;
+    const left = frame.left + this.frozen.width;
     if (down && box.top < top) this.scroll.scrollTop -= top - box.top;
     else if (down && box.bottom > frame.top + this.scroll.clientHeight) {
       this.scroll.scrollTop += Math.min(box.bottom - frame.top - this.scroll.clientHeight, box.top - top);
     }
-    if (!right) return;
+    if (!right || this.isFrozen(cell)) return;
     if (box.left < left + 8 && this.scroll.scrollLeft && this.scroll.scrollLeft < 48 + left - box.left) this.scroll.scrollLeft = 0; // no narrow column stays hidden
     else if (box.left < left) this.scroll.scrollLeft -= left - box.left;
     else if (box.right > frame.left + this.scroll.clientWidth) {
@@ -254,6 +255,16 @@ export class Selection {
     for (const cell of this.painted) cell.removeAttribute("aria-selected");
     this.painted = this.all();
     for (const cell of this.painted) cell.setAttribute("aria-selected", "true");
+    this.hold();
+  }
+
+  /** True for a cell that stays in sight while the table is scrolled to the right. */
+  isFrozen(cell) {
+    return Boolean(cell) && cell.cellIndex <= this.frozen.count && !cell.parentElement.matches(".comment:not(.buried)");
+  }
+
+  /** Put the handle for filling at the last selected cell. */
+  hold() {
     const corner = this.others.length ? null : this.painted.at(-1);
     this.handle.hidden = !corner;
     if (!corner) return;
