@@ -20,7 +20,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
+from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
@@ -56,7 +56,7 @@ from rrp_sheets.workbook.schema import TITLES
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
 _ACTIONS = (
-    "cells", "insert", "delete", "move", "rename", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
+    "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
@@ -188,6 +188,22 @@ def vocabulary(name: str) -> Response:
     return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
 
 
+@blueprint.get("/book/<name>/texts")
+def texts(name: str) -> Response:
+    """Send the texts of all sheets that can be edited, to be searched in the page."""
+    session = workbook_or_404(name)
+    found = [(sheet, session.renderer(sheet)) for sheet in tuple(session.document.grids)]
+    return jsonify([
+        {
+            "sheet": sheet,
+            "columns": [(head.number, head.letter, head.column.kind) for head in renderer.heads()],
+            "rows": [(row, number, dict(t)) for row, number in renderer.grid.numbers().items()
+                     if (t := renderer.grid.texts.get(row))],
+        }
+        for sheet, renderer in found
+    ])  # fmt: skip
+
+
 @blueprint.get("/book/<name>/renaming/<sheet>")
 def renaming(name: str, sheet: str) -> Response:
     """Send the cells that change when a stream or a helper gets another name, or why it cannot have that."""
@@ -279,6 +295,8 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         if given.get("rename") is True and len(texts) == 1:
             return _rename(session, document, author, sheet, texts[0])
         return document.set_cells(author, sheet, texts)
+    if action == "replace":
+        return document.together(author, _replaced(document, given))
     if action == "rename":
         names = text_of(given, "old"), text_of(given, "new")
         steps = list(_steps(document.grids, _renaming(session, document, document.current(sheet), *names).edits))
@@ -292,6 +310,21 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _replaced(document: Document, given: Asked) -> list[PutTexts]:
+    """Validate new texts of cells in several sheets."""
+    sheets = given.get("sheets")
+    if not isinstance(sheets, list) or not all(isinstance(one, dict) for one in sheets):
+        raise BadRequest
+    cells = [(document.current(text_of(one, "sheet")), one.get("cells")) for one in sheets]
+    if not cells or not all(isinstance(mine, list) and mine for _, mine in cells):
+        raise BadRequest
+    if sum(len(mine) for _, mine in cells) > MOST_CELLS:
+        raise BadRequest
+    if missing := next((sheet for sheet, _ in cells if sheet not in document.grids), ""):
+        raise SheetMissing(missing)
+    return [PutTexts(sheet, tuple(map(_cell, mine))) for sheet, mine in cells]
 
 
 def _rename(session: WorkbookSession, document: Document, author: str, sheet: str, cell: CellText) -> Changed:

@@ -7,7 +7,7 @@ import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
-const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "undo", "redo", "fix"]);
+const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "fix"]);
 const OWN = new Set(["cells", "insert", "delete", "move"]); // edits of this sheet alone, whatever its name is by now
 
 export class Server {
@@ -313,6 +313,7 @@ class Unsent {
     const sent = JSON.parse(text);
     if (action === "insert" && sent.before === null) return ""; // blank rows at the end, which no person asked for
     if (action === "cells") return sent.cells.map((cell) => `${this.place(cell)}: ${cell.text}`).join("\n");
+    if (action === "replace") return sent.sheets.flatMap(({ sheet, cells }) => cells.map(({ text }) => `${sheet}: ${text}`)).join("\n");
     const rows = sent.rows?.length ?? sent.count;
     return {
       insert: t("Insert rows: {n}", { n: rows }), delete: t("Delete rows: {n}", { n: rows }), move: t("Move rows: {n}", { n: rows }),

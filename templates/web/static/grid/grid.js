@@ -112,6 +112,7 @@ export class Grid {
   /** An edit was not made: where somebody else was quicker, both texts are shown; else it is said why. */
   refused(answer, action, body) {
     this.say(answer.message, "error");
+    if (action === "replace") return; // nothing was changed: what is there now can be looked at, and searched again
     if (answer.clashes?.length) conflict(this, answer.clashes);
     else if (action === "cells" && !answer.locked) {
       this.takeBack(body.cells);
