@@ -56,7 +56,8 @@ from rrp_sheets.workbook.schema import TITLES
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
 _ACTIONS = (
-    "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
+    "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part",
+    "fix", "test",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
