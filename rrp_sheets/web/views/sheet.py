@@ -55,6 +55,7 @@ from rrp_sheets.workbook.schema import TITLES
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
+_MOST_DEVICES = 20  # that one edit adds to the sheet Devices
 _ACTIONS = (
     "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part",
     "fix", "test",
@@ -295,6 +296,8 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         texts = [_cell(c) for c in cells]
         if given.get("rename") is True and len(texts) == 1:
             return _rename(session, document, author, sheet, texts[0])
+        if added := _added_devices(document, given.get("devices", [])):
+            return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
         return document.set_cells(author, sheet, texts)
     if action == "replace":
         return document.together(author, _replaced(document, given))
@@ -311,6 +314,37 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _added_devices(document: Document, given: Any) -> list[PutTexts | AddRows]:
+    """Return the edits that write devices, which were chosen in another sheet, into the sheet Devices.
+
+    A device that it has already, and a setting that it has no column for, are left out.
+    """
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
+        raise BadRequest
+    grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
+    columns = {key(c.name or c.header): c.number for c in grid.columns} if grid else {}
+    if grid is None or not {"stream", "device"} <= set(columns):
+        return []
+    have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
+    free = iter(grid.rows[grid.filled() :])
+    steps: list[PutTexts | AddRows] = []
+    for one in given[:_MOST_DEVICES]:
+        settings = one.get("settings", {})
+        if not isinstance(settings, dict) or not all(isinstance(text, str) for text in settings.values()):
+            raise BadRequest
+        texts = {"Stream": text_of(one, "stream"), "Device": text_of(one, "device"), **settings}
+        if key(texts["Stream"]) in have:
+            continue
+        have.add(key(texts["Stream"]))
+        cells = {columns[key(name)]: text for name, text in texts.items() if key(name) in columns}
+        row = next(free, None)
+        if row is None:
+            steps.append(AddRows(grid.name, ((grid.new_id(), cells),), None))
+        else:
+            steps.append(PutTexts(grid.name, tuple(CellText(row, column, text, "") for column, text in cells.items())))
+    return steps
 
 
 def _replaced(document: Document, given: Asked) -> list[PutTexts]:

@@ -55,7 +55,7 @@ export class Grid {
         this.drafts.keep();
       },
       lost: (why, text) => lost(this, why, [{ text }]),
-    }, (cell, text, was, move, alone) => this.edited(cell, text, was, move, alone));
+    }, (...edit) => this.edited(...edit));
     this.renaming = new Renaming(this);
     this.drafts = new Drafts(this, page);
     this.spoken = new Spoken(this, page);
@@ -180,10 +180,11 @@ export class Grid {
     this.stand();
   }
 
-  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it. */
-  store(changes, rename = false) {
+  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it; `devices` come with them. */
+  store(changes, rename = false, devices = []) {
     this.rows.reserve(0);
-    const answer = this.server.cells(changes, rename);
+    const answer = this.server.cells(changes, rename, devices);
+    if (devices.length) answer.then(({ rows }) => this.added(rows ?? [], devices), () => {});
     // which cells change only the server knows: what is typed next may be into one of them
     if (rename) this.held.until(() => answer.then(({ rows }) => this.renaming.told(rows ?? [], changes[0]), () => {}));
     for (const { row, k } of changes) {
@@ -192,12 +193,18 @@ export class Grid {
     }
   }
 
-  edited(cell, text, was, move, alone = false) {
+  /** Tell which devices were added to the sheet Devices. */
+  added(rows, devices) {
+    const sheet = rows.find((change) => change.sheet !== this.server.sheet)?.sheet;
+    if (sheet) this.say(t("Added to {sheet}: {names}. Press Ctrl+Z to undo.", { sheet, names: listed(devices.map((one) => one.stream)) }));
+  }
+
+  edited(cell, text, was, move, alone = false, devices = []) {
     if (text !== was) {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
-      this.store([change], !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell));
+      this.store([change], !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell), devices);
       done();
     }
     const { row } = this.selection;
