@@ -130,7 +130,7 @@ def test_f1_on_a_stream_says_where_it_is_made_and_used(shelf: Books) -> None:
     grid.press("Escape")
     grid.go("B3")
     grid.press("F1")  # the device, then what this workbook does with it
-    expect(topic.nth(1).locator("h3")).to_have_text("Gaze")
+    expect(topic.nth(1).locator("h3").first).to_have_text("Gaze")
     expect(topic.nth(1)).to_contain_text("The device “Head yaw”, as Devices!A2 says.")
     grid.press("Escape")
     grid.go("D2")

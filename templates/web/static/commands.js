@@ -88,6 +88,8 @@ export const COMMANDS = [
   { told: "Alt + Left, Alt + Right", help: "makes the column narrower, wider",
     at: "cell", keys: ["Alt+ArrowLeft"], run: ({ columns, selection }) => columns.step(selection.head.k, -1) },
   { at: "cell", keys: ["Alt+ArrowRight"], run: ({ columns, selection }) => columns.step(selection.head.k, 1) },
+  { name: "fitColumn", label: t("Fit column width"), told: "double click on a header’s right edge", help: "makes the column as wide as its texts",
+    run: ({ columns, table, selection }) => columns.fit(table.places[selection.head.k]) },
   { name: "filter", label: t("Filter this column …"), told: "Ctrl + Shift + L", help: "filters the rows by the values of the column, as ▾ in its header does",
     at: "cell", keys: ["Ctrl+Shift+l"], run: ({ filter }) => filter.open() },
   { name: "filterAgain", label: t("Apply the filter again"), told: "Ctrl + Alt + L", help: "applies the filter again, after edits",
@@ -120,7 +122,7 @@ export const COMMANDS = [
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: [...COPYING, "renameName", "fillDown", "fillRight", ...ROWS, "", "filter", "filterAgain", "showAll"],
+  cell: [...COPYING, "renameName", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
   rows: [...COPYING, "fillDown", ...ROWS],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
