@@ -123,7 +123,7 @@ def test_a_workbook_without_devices_has_the_name_alone(shelf: Books) -> None:
 def test_a_word_that_is_spelled_nearly_right_is_asked_for(grid: Shared) -> None:
     grid.go("B4")
     grid.page.keyboard.type("hend")
-    expect(grid.page.locator(".signature p")).to_have_text("No name fits “hend”. Did you mean this?")
+    expect(grid.page.locator(".signature p")).to_have_text("No name fits “hend”. Did you mean “hand”?")
     assert grid.faults() == []
     grid.page.get_by_role("button", name="hand", exact=True).click()
     becomes(lambda: grid.page.input_value(".editor textarea"), "hand")

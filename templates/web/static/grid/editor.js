@@ -224,7 +224,7 @@ export class Editor {
       this.update(true);
     }, "button small");
     take.tabIndex = -1;
-    return [make("p", t("No name fits “{typed}”. Did you mean this?", { typed: word })), take];
+    return [make("p", t("No name fits “{typed}”. Did you mean “{name}”?", { typed: word, name: near })), take];
   }
 
   point() {

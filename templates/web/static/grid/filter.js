@@ -127,8 +127,8 @@ export class Filter {
     const all = make("input", { type: "checkbox" });
     const list = make("div", { className: "filter-values" });
     const problems = make("input", { type: "checkbox", checked: this.problems });
-    const form = make("form", {}, make("label", { className: "field" }, `${t("Search")} `, search), make("label", { className: "tick" }, all, ` ${t("Select all")}`), list,
-      make("label", { className: "tick" }, problems, ` ${t("Only rows with problems")}`));
+    const form = make("form", {}, make("label", { className: "field" }, t("Search"), " ", search), make("label", { className: "tick" }, all, " ", t("Select all")), list,
+      make("label", { className: "tick" }, problems, " ", t("Only rows with problems")));
     const submit = make("button", { type: "submit", className: "button first", textContent: t("Apply filter") });
     form.append(make("p", {}, submit, button(t("Cancel"), () => this.close())));
     const box = make("div", { className: "filter-box" }, form);
