@@ -115,6 +115,42 @@ def test_f1_on_a_call_of_a_helper_explains_the_helper_first(shelf: Books) -> Non
     grid.press("Escape")
 
 
+def test_f1_on_a_stream_says_where_it_is_made_and_used(shelf: Books) -> None:
+    grid = shelf.open(SHEETS, sheet="T")
+    grid.checked()
+    topic = grid.page.locator("#help .help-topic")
+    grid.go("B4")
+    grid.press("F1")
+    expect(topic.first.locator("h3")).to_have_text("Slow")
+    expect(topic.first).to_contain_text("A stream of this workbook.")
+    expect(topic.first.locator("h4")).to_have_text(["Made by", "Used by", "For example"])
+    expect(topic.first).to_contain_text("T!3")
+    expect(topic.first).to_contain_text("T!4")
+    assert grid.faults() == []
+    grid.press("Escape")
+    grid.go("B3")
+    grid.press("F1")  # the device, then what this workbook does with it
+    expect(topic.nth(1).locator("h3").first).to_have_text("Gaze")
+    expect(topic.nth(1)).to_contain_text("The device “Head yaw”, as Devices!A2 says.")
+    grid.press("Escape")
+    grid.go("D2")
+    grid.press("F2", "Home")
+    for _ in range(7):
+        grid.press("ArrowRight")
+    grid.press("F1")  # the caret is in redBall
+    expect(topic.first.locator("h3")).to_have_text("Red ball (sensor)")
+    expect(topic.nth(1)).to_contain_text("The device “Red ball”, with its usual settings.")
+    expect(topic.nth(2)).to_contain_text("CLAMP(value; low; high)")
+    grid.press("Escape", "Escape", "Escape")
+
+
+def test_help_on_a_stream_that_is_gone_shows_the_other_topics(shelf: Books) -> None:
+    name = shelf.file(SHEETS).name
+    answer = shelf.page.request.get(f"{shelf.url}/help?book={name}&topic=stream:T!gone&topic=stream:&topic=ABS")
+    assert answer.status == 200 and "ABS(value)" in answer.text()
+    assert shelf.page.request.get(f"{shelf.url}/help?book=none.xlsx&topic=stream:T!Slow").status == 404
+
+
 def test_help_on_a_helper_that_is_gone_shows_the_other_topics(shelf: Books) -> None:
     name = shelf.file(HELPED).name
     answer = shelf.page.request.get(f"{shelf.url}/help?book={name}&topic=helper:gone&topic=ABS")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from typing import Any
@@ -29,8 +29,11 @@ from rrp_sheets.workbook.schema import FIELDS
 Word = dict[str, str]
 
 
-def vocabulary(analysis: Analysis) -> dict[str, Any]:
-    """Return all suggestions for one workbook, in the format of the grid's script."""
+def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None) -> dict[str, Any]:
+    """Return all suggestions for one workbook, in the format of the grid's script.
+
+    `columns` are the keys of the columns of its sheet Devices, into which chosen devices are written; None without one.
+    """
     robot, graph, firsts = analysis.robot, analysis.graph, _firsts(analysis.robot)
     named = [s for s in graph.streams.values() if s.name]
     streams = [_stream(s.name, s, analysis) for s in named]
@@ -48,7 +51,8 @@ def vocabulary(analysis: Analysis) -> dict[str, Any]:
     return {
         **_fixed(), **cell_words(analysis.workbook, robot), "uses": _uses(analysis),
         "streams": streams, "names": names, "records": records,
-        "sensors": _devices(analysis, firsts, "sensor"), "actuators": _devices(analysis, firsts, "actuator"),
+        "sensors": _devices(analysis, firsts, "sensor", columns),
+        "actuators": _devices(analysis, firsts, "actuator", columns), "choices": _chosen(analysis, columns),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
             for s in named if s.kind is StreamKind.ACTUATOR
@@ -126,8 +130,11 @@ def _record(record: RecordType) -> dict[str, Any]:
     return {"name": record.name, "fields": fields}
 
 
-def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str) -> list[Word]:
+def _devices(
+    analysis: Analysis, firsts: Mapping[str, str], kind: str, columns: Sequence[str] | None
+) -> list[dict[str, Any]]:
     robot, devices = analysis.robot, analysis.workbook.devices
+    used = {key(stream.name) for stream in analysis.graph.streams.values()}
     mine = [d.stream.text for d in devices if (f := robot.find(d.device.text)) and f.type.kind == kind]
     offered = [n for n in _offered(robot, firsts, kind) if key(n) not in {key(m) for m in mine}]
     declared = {key(d.stream.text): d.device.text for d in devices}
@@ -140,11 +147,50 @@ def _devices(analysis: Analysis, firsts: Mapping[str, str], kind: str) -> list[W
                 "help": N_("of your Devices: {device}", device=d),
                 "device": d,
                 "words": _synonyms(robot, d),
+                "used": True,
             }
             for n, d in own
         ),
-        *({"text": n, "kind": kind, "help": _help(robot, firsts, n), "words": _synonyms(robot, n)} for n in offered),
+        *(
+            {"text": n, "kind": kind, "help": _help(robot, firsts, n), "words": _synonyms(robot, n)}
+            | ({"used": True} if key(n) in used else {} if columns is None else {"adds": {"device": n, "settings": {}}})
+            for n in offered
+        ),
     ]
+
+
+_NAMED = {"zone": "{choice} touch", "gesture": "{choice}", "posture": "{choice}"}
+"""Stream names that are proposed for a device with one of its choices, by the kind of the setting."""
+
+
+def _chosen(analysis: Analysis, columns: Sequence[str] | None) -> list[dict[str, Any]]:
+    """Return devices with one of the choices of a setting that the sheet Devices has a column for, as “Wave”."""
+    robot = analysis.robot
+    taken = {*robot.names, *(key(s.name) for s in analysis.graph.streams.values())}
+    taken |= {key(d.stream.text) for d in analysis.workbook.devices}
+    found = []
+    for kind in ("sensor", "actuator"):
+        for device in filter(None, map(robot.find, robot.device_names(kind))):
+            setting = next((s for s in device.type.settings.values() if s.kind in _NAMED), None)
+            if setting is None or device.preset or key(setting.name) not in (columns or ()):
+                continue
+            for choice in (c["text"] for c in _choices(setting, robot, analysis.workbook)):
+                name = _NAMED[setting.kind].format(choice=choice)
+                if key(name) not in taken:
+                    found.append({
+                        "text": name, "kind": kind, "group": setting.kind,
+                        "help": _choice_help(robot, setting, choice),
+                        "adds": {"device": device.name, "settings": {setting.name: choice}},
+                    })  # fmt: skip
+    return found
+
+
+def _choice_help(robot: Robot, setting: Setting, choice: str) -> str:
+    if setting.kind == "zone":
+        return N_("Somebody touches this part of the robot or lets go: {zone}.", zone=choice)
+    if setting.kind == "posture":
+        return N_("The robot takes this posture.")
+    return motion.help if (motion := robot.motions.get(key(choice))) else N_("The robot makes this gesture.")
 
 
 def _offered(robot: Robot, firsts: Mapping[str, str], kind: str) -> list[str]:

@@ -21,6 +21,7 @@ from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import key
 from rrp_sheets.page_texts import Versions, json_in
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import LANGUAGES, N_
@@ -391,7 +392,9 @@ class WorkbookSession(Broadcaster):
         with self._lock:
             kept = self._words.get(language)
         if kept is None or kept[0] is not analysis:
-            text = json_in(vocabulary(analysis), language)
+            devices = next((grid for grid in self.document.grids.values() if grid.kind == "devices"), None)
+            columns = [key(column.header) for column in devices.columns] if devices and not self.document.why else None
+            text = json_in(vocabulary(analysis, columns), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:
                 self._words[language] = kept

@@ -45,10 +45,10 @@ _TRACKING = (
     ("Distance", "filter", "distance < reach", "Near", "reach is a number in the sheet Helpers"),
     ("Near", "subscribe", "", "Head tracker", "the head follows the ball"),
 )
-_SETTINGS = ("Mode", "Text")
+_SETTINGS = ("Mode", "Text", "Name", "Zone")  # of a tracker, of speech, of a gesture, of a touch
 _DEVICES = (
-    ("Red ball", "Red ball", "", "", "a red ball in the picture of the robot's camera"),
-    ("Head tracker", "Tracker", "Head", "", "follows with the head only"),
+    ("Red ball", "Red ball", "", "", "", "", "a red ball in the picture of the robot's camera"),
+    ("Head tracker", "Tracker", "Head", "", "", "", "follows with the head only"),
 )
 _HELPERS = (("Reach", "", "0.5", "metres: nearer than this the head follows the ball"),)
 _SCENE = (

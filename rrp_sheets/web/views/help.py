@@ -15,6 +15,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.help.connectors import draw_example, example_score
 from rrp_sheets.help.functions import one_helper
 from rrp_sheets.help.layout import Block, paragraph
+from rrp_sheets.help.streams import find_stream, one_stream
 from rrp_sheets.help.topics import HelpEntry, all_names, known, near, search, text_on
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.texts import N_
@@ -25,6 +26,7 @@ from rrp_sheets.web.requests import workbook_or_404
 blueprint = Blueprint("help", __name__)
 MOST = 6  # topics at once
 _HELPER = "helper:"  # before the name of a helper of the workbook that `book` names
+_STREAM = "stream:"  # before the name of a stream of that workbook and its sheet, as `stream:Tracking!Far`
 _PICTURED = N_("As marbles: time goes to the right")  # its text in the terminal has places instead
 _ASKS = re.compile(r'^(?:rrp-sheets help )?"?([^"]+?)"?$')
 _CODE = re.compile(r"`([^`]+)`")
@@ -63,7 +65,7 @@ def on() -> str:
     if query and not asked:
         asked = [found[0].name] if len(found) == 1 else []
     book = request.args.get("book", "")
-    texts = (_helper(book, t) if t.startswith(_HELPER) else _topic(t) for t in dict.fromkeys(asked))
+    texts = (_of_workbook(book, t) or _topic(t) for t in dict.fromkeys(asked))
     topics = tuple(blocks for blocks in texts if blocks)
     if not topics and not query:
         topics = (_topic(""),)
@@ -71,6 +73,23 @@ def on() -> str:
     piece = HelpPiece(topics, query, found, tries, names)
     whole = request.headers.get("Sec-Fetch-Dest") == "document"  # a link of the panel, opened in a tab of its own
     return render_template("helppage.html" if whole else piece.template, page=piece)
+
+
+def _of_workbook(book: str, asked: str) -> tuple[HelpBlock, ...]:
+    """Return the help on a helper or a stream of a workbook; empty for another topic."""
+    if asked.startswith(_HELPER):
+        return _helper(book, asked)
+    return _stream(book, asked) if asked.startswith(_STREAM) else ()
+
+
+def _stream(book: str, asked: str) -> tuple[HelpBlock, ...]:
+    """Return the help on a stream of a workbook; empty for a name that is none."""
+    analysis = workbook_or_404(book).analysis()
+    sheet, _, name = asked.removeprefix(_STREAM).rpartition("!")
+    found = find_stream(analysis.graph, sheet, name)
+    if found is None:
+        return ()
+    return tuple(map(_part, one_stream(analysis.workbook, analysis.graph, found, analysis.stream_examples)))
 
 
 def _helper(book: str, asked: str) -> tuple[HelpBlock, ...]:

@@ -20,7 +20,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
+from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
@@ -58,8 +58,10 @@ from rrp_sheets.workbook.schema import TITLES
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
+_MOST_DEVICES = 20  # that one edit adds to the sheet Devices
 _ACTIONS = (
-    "cells", "insert", "delete", "move", "rename", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
+    "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part",
+    "fix", "test",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
@@ -197,6 +199,22 @@ def vocabulary(name: str) -> Response:
     return Response(text, mimetype="application/json", headers={"ETag": f'"{digest}"'})
 
 
+@blueprint.get("/book/<name>/texts")
+def texts(name: str) -> Response:
+    """Send the texts of all sheets that can be edited, to be searched in the page."""
+    session = workbook_or_404(name)
+    found = [(sheet, session.renderer(sheet)) for sheet in tuple(session.document.grids)]
+    return jsonify([
+        {
+            "sheet": sheet,
+            "columns": [(head.number, head.letter, head.column.kind) for head in renderer.heads()],
+            "rows": [(row, number, dict(t)) for row, number in renderer.grid.numbers().items()
+                     if (t := renderer.grid.texts.get(row))],
+        }
+        for sheet, renderer in found
+    ])  # fmt: skip
+
+
 @blueprint.get("/book/<name>/renaming/<sheet>")
 def renaming(name: str, sheet: str) -> Response:
     """Send the cells that change when a stream or a helper gets another name, or why it cannot have that."""
@@ -287,7 +305,11 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         texts = [_cell(c) for c in cells]
         if given.get("rename") is True and len(texts) == 1:
             return _rename(session, document, author, sheet, texts[0])
+        if added := _added_devices(document, given.get("devices", [])):
+            return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
         return document.set_cells(author, sheet, texts)
+    if action == "replace":
+        return document.together(author, _replaced(document, given))
     if action == "rename":
         names = text_of(given, "old"), text_of(given, "new")
         steps = list(_steps(document.grids, _renaming(session, document, document.current(sheet), *names).edits))
@@ -301,6 +323,52 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _added_devices(document: Document, given: Any) -> list[PutTexts | AddRows]:
+    """Return the edits that write devices, which were chosen in another sheet, into the sheet Devices.
+
+    A device that it has already, and a setting that it has no column for, are left out.
+    """
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
+        raise BadRequest
+    grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
+    columns = {key(c.name or c.header): c.number for c in grid.columns} if grid else {}
+    if grid is None or not {"stream", "device"} <= set(columns):
+        return []
+    have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
+    free = iter(grid.rows[grid.filled() :])
+    steps: list[PutTexts | AddRows] = []
+    for one in given[:_MOST_DEVICES]:
+        settings = one.get("settings", {})
+        if not isinstance(settings, dict) or not all(isinstance(text, str) for text in settings.values()):
+            raise BadRequest
+        texts = {"Stream": text_of(one, "stream"), "Device": text_of(one, "device"), **settings}
+        if key(texts["Stream"]) in have:
+            continue
+        have.add(key(texts["Stream"]))
+        cells = {columns[key(name)]: text for name, text in texts.items() if key(name) in columns}
+        row = next(free, None)
+        if row is None:
+            steps.append(AddRows(grid.name, ((grid.new_id(), cells),), None))
+        else:
+            steps.append(PutTexts(grid.name, tuple(CellText(row, column, text, "") for column, text in cells.items())))
+    return steps
+
+
+def _replaced(document: Document, given: Asked) -> list[PutTexts]:
+    """Validate new texts of cells in several sheets."""
+    sheets = given.get("sheets")
+    if not isinstance(sheets, list) or not all(isinstance(one, dict) for one in sheets):
+        raise BadRequest
+    cells = [(document.current(text_of(one, "sheet")), one.get("cells")) for one in sheets]
+    if not cells or not all(isinstance(mine, list) and mine for _, mine in cells):
+        raise BadRequest
+    if sum(len(mine) for _, mine in cells) > MOST_CELLS:
+        raise BadRequest
+    if missing := next((sheet for sheet, _ in cells if sheet not in document.grids), ""):
+        raise SheetMissing(missing)
+    return [PutTexts(sheet, tuple(map(_cell, mine))) for sheet, mine in cells]
 
 
 def _rename(session: WorkbookSession, document: Document, author: str, sheet: str, cell: CellText) -> Changed:

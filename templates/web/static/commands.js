@@ -21,19 +21,22 @@ const SHOWN = { ArrowUp: "↑", ArrowDown: "↓", "-": "−", Delete: "Del" };
 export const COMMANDS = [
   { section: "Moving", told: "arrows, Tab, Enter", help: "to the next cell; with Shift back; Enter after Tabs goes below the cell where they began",
     at: "cell", keys: ARROWS, run: ({ selection }, { key, shiftKey }) => selection.step(...WAYS[key], shiftKey) },
-  { at: "cell", keys: ["Tab"], when: ({ selection }, { shiftKey }) => !selection.ends(shiftKey), run: (grid, { shiftKey }) => grid.move(shiftKey ? "back" : "tab") },
+  { at: "cell", keys: ["Tab"], when: ({ selection }, { shiftKey }) => !selection.isLast(shiftKey), run: (grid, { shiftKey }) => grid.move(shiftKey ? "back" : "tab") },
   { at: "cell", keys: ["Enter"], run: (grid, { shiftKey }) => grid.move(shiftKey ? "raise" : "enter") },
   { told: "Ctrl + arrow", help: "to the edge of what is filled",
     at: "cell", keys: ARROWS.map((key) => `Ctrl+${key}`), run: ({ selection }, { key, shiftKey }) => selection.jump(...WAYS[key], shiftKey) },
   { told: "Home, End", help: "to the first, the last cell of the row; with Ctrl of the sheet",
     at: "cell", keys: ["Home"], run: ({ selection }, { shiftKey }) => selection.go(selection.row, 0, shiftKey) },
   { at: "cell", keys: ["End"], run: ({ selection, table }, { shiftKey }) => selection.go(selection.row, table.width - 1, shiftKey) },
-  { at: "cell", keys: ["Ctrl+Home"], run: ({ selection, table }, { shiftKey }) => selection.go(table.rows[0], 0, shiftKey) },
+  { at: "cell", keys: ["Ctrl+Home"], run: ({ selection, table }, { shiftKey }) => selection.go(table.shown[0], 0, shiftKey) },
   { at: "cell", keys: ["Ctrl+End"], run: ({ selection, table }, { shiftKey }) => selection.go(table.lastFilled(), table.width - 1, shiftKey) },
   { told: "PageUp, PageDown", help: "a page up, down",
     at: "cell", keys: ["PageUp"], run: ({ selection }, { shiftKey }) => selection.step(-selection.page, 0, shiftKey) },
   { at: "cell", keys: ["PageDown"], run: ({ selection }, { shiftKey }) => selection.step(selection.page, 0, shiftKey) },
   { told: "Shift + any of these", help: "selects cells on the way" },
+  { name: "addRange", told: "Ctrl + click", help: "selects further cells; by keys: Ctrl + Shift + F8, then the arrows, Esc to end",
+    at: "cell", keys: ["Ctrl+Shift+F8"], run: ({ selection }) => selection.add() },
+  { at: "cell", keys: ["Escape"], when: ({ selection }) => selection.adding, run: ({ selection }) => selection.ends() },
   { told: "Shift + Space, Ctrl + Space, Ctrl + A", help: "selects the row, the column, everything",
     at: "cell", keys: ["Shift+Space"], run: ({ selection, table }) => selection.surround(selection.box().top, 0, selection.box().bottom, table.width - 1) },
   { at: "cell", keys: ["Ctrl+Space"], run: ({ selection, table }) => selection.surround(0, selection.box().left, table.rows.length - 1, selection.box().right) },
@@ -85,6 +88,14 @@ export const COMMANDS = [
   { told: "Alt + Left, Alt + Right", help: "makes the column narrower, wider",
     at: "cell", keys: ["Alt+ArrowLeft"], run: ({ columns, selection }) => columns.step(selection.head.k, -1) },
   { at: "cell", keys: ["Alt+ArrowRight"], run: ({ columns, selection }) => columns.step(selection.head.k, 1) },
+  { name: "fitColumn", label: t("Fit column width"), told: "double click on a header’s right edge", help: "makes the column as wide as its texts",
+    run: ({ columns, table, selection }) => columns.fit(table.places[selection.head.k]) },
+  { name: "filter", label: t("Filter this column …"), told: "Ctrl + Shift + L", help: "filters the rows by the values of the column, as ▾ in its header does",
+    at: "cell", keys: ["Ctrl+Shift+l"], run: ({ filter }) => filter.open() },
+  { name: "filterAgain", label: t("Apply the filter again"), told: "Ctrl + Alt + L", help: "applies the filter again, after edits",
+    at: "cell", keys: ["Ctrl+Alt+l"], when: ({ filter }) => filter.active, run: ({ filter }) => filter.apply() },
+  { name: "showAll", label: t("Show all rows"), when: ({ filter }) => filter.active, run: ({ filter }) => filter.showAll() },
+  { name: "onlyProblems", run: ({ filter }) => filter.onlyProblems() },
   { name: "rows", told: "Menu key", help: "all that can be done with rows", run: ({ menu }, button) => menu.below(button) }, // the key is the browser's own
 
   { section: "Sheets", name: "renameSheet", label: t("Rename"), told: "F2, Delete at a tab",
@@ -111,7 +122,7 @@ export const COMMANDS = [
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: [...COPYING, "renameName", "fillDown", "fillRight", ...ROWS],
+  cell: [...COPYING, "renameName", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
   rows: [...COPYING, "fillDown", ...ROWS],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
@@ -136,9 +147,9 @@ function names({ key, ctrlKey, metaKey, altKey, shiftKey }) {
   const name = key === " " ? "Space" : key;
   const control = ctrlKey || metaKey;
   const plain = !control && !altKey;
-  const held = [...(control ? ["Ctrl+"] : []), ...(altKey ? ["Alt+"] : []), ...(plain ? [""] : [])];
+  const held = [...(control && altKey ? ["Ctrl+Alt+"] : []), ...(control ? ["Ctrl+"] : []), ...(altKey ? ["Alt+"] : []), ...(plain ? [""] : [])];
   const exact = held.flatMap((before) => {
-    const one = before === "Ctrl+" && name.length === 1 ? name.toLowerCase() : name;
+    const one = before.startsWith("Ctrl+") && name.length === 1 ? name.toLowerCase() : name;
     return shiftKey ? [`${before}Shift+${one}`, before + one] : [before + one];
   });
   return [...exact, ...(plain && [...key].length === 1 ? ["Character"] : []), `Any+${name}`];

@@ -9,13 +9,17 @@ export class Clipboard {
     const mine = () => !grid.editor.isOpen && grid.selection.head && grid.scroll.contains(document.activeElement);
     const take = (event) => {
       event.preventDefault();
-      event.clipboardData.setData("text/plain", this.copied());
-      return countOf(grid.selection.box());
+      const cells = this.taken();
+      if (cells) event.clipboardData.setData("text/plain", this.copied(cells));
+      return cells?.flat().length;
     };
-    document.addEventListener("copy", (event) => mine() && grid.say(copied(take(event))));
+    document.addEventListener("copy", (event) => {
+      const n = mine() && take(event);
+      if (n) grid.say(copied(n));
+    });
     document.addEventListener("cut", (event) => {
-      if (!mine()) return;
-      const n = take(event);
+      const n = mine() && take(event);
+      if (!n) return;
       grid.clear();
       grid.say(cut(n));
     });
@@ -30,16 +34,19 @@ export class Clipboard {
 
   /** The same as the events do, when they had to wait; gives what was copied. */
   copy() {
-    const text = this.copied();
+    const cells = this.taken();
+    if (!cells) return "";
+    const text = this.copied(cells);
     navigator.clipboard?.writeText(text).catch(() => {});
-    this.grid.say(copied(countOf(this.grid.selection.box())));
+    this.grid.say(copied(cells.flat().length));
     return text;
   }
 
   cut() {
     const text = this.copy();
+    if (!text) return "";
     this.grid.clear();
-    this.grid.say(cut(countOf(this.grid.selection.box())));
+    this.grid.say(cut(this.grid.selection.all().length));
     return text;
   }
 
@@ -55,10 +62,23 @@ export class Clipboard {
     else this.grid.say(t("There is no text to paste."));
   }
 
-  /** The selected cells as text. */
-  copied() {
+  /** The cells to copy, row by row; null, with a message, for ranges that neither are in the same rows nor in the same columns. */
+  taken() {
     const { selection, table } = this.grid;
-    return format(selection.cells().map((line) => line.map((cell) => table.value(cell))));
+    const boxes = selection.boxes();
+    const spans = (from, to) => boxes.flatMap((box) => Array.from({ length: box[to] - box[from] + 1 }, (_, i) => box[from] + i));
+    const ordered = (places) => [...new Set(places)].sort((a, b) => a - b);
+    const alike = (from, to) => boxes.every((box) => box[from] === boxes[0][from] && box[to] === boxes[0][to]);
+    if (!alike("left", "right") && !alike("top", "bottom")) {
+      this.grid.say(t("Several selections can be copied together only if they are in the same rows or in the same columns."), true);
+      return null;
+    }
+    const rows = ordered(spans("top", "bottom")).map((i) => table.rows[i]).filter((row) => !table.hidden.has(row.id));
+    return rows.map((row) => ordered(spans("left", "right")).map((k) => table.cell(row, k)));
+  }
+
+  copied(cells) {
+    return format(cells.map((line) => line.map((cell) => this.grid.table.value(cell))));
   }
 
   /** Lines of texts into the cells from the selection's first cell on; one value fills the whole selection. */
@@ -68,21 +88,29 @@ export class Clipboard {
     const box = selection.box();
     if (!box) return;
     if (lines.length === 1 && lines[0].length === 1) {
-      grid.change(selection.cells().flat().map((cell) => [cell, lines[0][0]]));
+      grid.change(selection.all().map((cell) => [cell, lines[0][0]]));
       return;
     }
     if (grid.refuses()) return;
+    if (selection.others.length) {
+      grid.say(t("Select one block of cells to paste into."), true);
+      return;
+    }
     const block = withoutHeaders(lines, table, box.left);
     const { left } = block;
     if (block.said) grid.say(block.said, block.lost);
     if (!block.lines.length) return;
-    const height = box.bottom - box.top + 1;
+    const height = selection.cells().length;
     const times = height % block.lines.length === 0 ? height / block.lines.length : 1;
     const all = Array.from({ length: times }, () => block.lines).flat();
-    if (grid.waits(box.top + all.length, () => this.paste(lines))) return;
-    grid.rows.reserve(Math.max(0, box.top + all.length - table.rows.length + table.room()));
-    const pairs = all.flatMap((line, i) => line.slice(0, table.width - left).map((text, j) => [
-      table.cell(table.rows[box.top + i], left + j), text,
+    if (grid.waits(table.hidden.size ? Infinity : box.top + all.length, () => this.paste(lines))) return;
+    const filled = table.rows.length - table.room();
+    const below = () => table.shown.slice(table.spot(selection.near(box.top))); // hidden rows stay as they are
+    const free = below().filter((row) => table.at(row) < filled).length;
+    grid.rows.reserve(Math.max(0, all.length - free + Math.max(0, box.top - filled)));
+    const rows = below().slice(0, all.length);
+    const pairs = all.slice(0, rows.length).flatMap((line, i) => line.slice(0, table.width - left).map((text, j) => [
+      table.cell(rows[i], left + j), text,
     ]));
     grid.change(pairs.filter(([, text]) => text !== undefined));
     const wide = Math.max(...all.map((line) => line.length));
@@ -91,7 +119,7 @@ export class Clipboard {
       const leftOut = tn("{n} column did not fit and was skipped.", "{n} columns did not fit and were skipped.", { n });
       grid.say(`${block.said} ${leftOut}`.trim(), true);
     }
-    selection.spread(box.top, left, Math.min(box.top + all.length, table.rows.length) - 1,
+    selection.spread(table.at(rows[0]), left, table.at(rows.at(-1)),
       Math.min(left + wide, table.width) - 1);
   }
 }
@@ -103,7 +131,6 @@ export function insert(text) {
   document.execCommand("insertText", false, ONE_LINE.test(text) ? text.replace(/\r?\n$/, "") : text);
 }
 
-const countOf = (box) => (box.bottom - box.top + 1) * (box.right - box.left + 1);
 const copied = (n) => tn("One cell copied.", "{n} cells copied.", { n });
 const cut = (n) => tn("One cell cut.", "{n} cells cut.", { n });
 

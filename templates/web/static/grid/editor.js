@@ -12,7 +12,7 @@ const MOST_AT_FIRST = 40; // suggestions before anything is typed
 const LEAST_OF_HELP = 3; // letters, before words of the help are looked at
 const LEAST_IN_QUOTES = 2; // letters
 const JAPANESE = /[\u3040-\u30ff\u3400-\u9fff]/;
-const WIDE = 360; // px of the list
+const WIDE = 440; // px of the list
 const NOTHING = { items: [], from: 0, sure: false }; // to suggest
 const HELP = "#help, [data-do=help], [data-topic]"; // has the focus while one reads how to go on
 // words of formulas that are complete as they are, though functions begin with them
@@ -21,7 +21,7 @@ const COMPLETE = new Set(["value", "total", "true", "false", "none", "blank", "p
 let serial = 0;
 
 export class Editor {
-  /** `done(cell, text, was, move)` is called when a text is kept; `table` and `scroll` are the grid's. */
+  /** `done(cell, text, was, move, alone, devices)` is called when a text is kept; `table` and `scroll` are the grid's. */
   constructor(table, scroll, context, done) {
     this.table = table;
     this.scroll = scroll;
@@ -44,6 +44,7 @@ export class Editor {
     this.k = k;
     this.contested = false;
     this.was = was ?? this.table.value(cell);
+    this.adds = new Map(); // text of a suggestion that was taken → what it adds to the sheet Devices
     this.mode = first === undefined || was !== undefined ? "edit" : "enter";
     this.build(cell, k);
     this.field.value = first ?? this.was;
@@ -83,7 +84,8 @@ export class Editor {
     this.scroll.append(this.box);
     this.scroll.classList.add("typing");
     this.scold(cell);
-    this.field.addEventListener("input", () => this.update(true));
+    this.field.addEventListener("input", (event) => this.update(true, event.isComposing));
+    this.field.addEventListener("compositionend", () => this.update(true));
     this.field.addEventListener("click", () => this.update(false));
     this.hint.addEventListener("pointerdown", (event) => event.target.closest("button") && event.preventDefault()); // the focus stays
     this.list.addEventListener("pointerdown", (event) => {
@@ -138,8 +140,8 @@ export class Editor {
     if (this.isOpen && this.list.hidden && this.typed !== null) this.update(false);
   }
 
-  /** Look again at what could be meant. */
-  update(typed) {
+  /** Look again at what could be meant; while an input method composes, nothing is chosen. */
+  update(typed, composing = false) {
     this.typed = typed;
     this.grow();
     this.context.typing();
@@ -153,10 +155,10 @@ export class Editor {
     const renaming = row && this.context.meant(this.table.cell(row, this.k), this.was, this.field.value);
     this.renaming = renaming?.gives || !this.found.sure ? renaming : null;
     if (this.renaming) this.found = NOTHING;
-    this.chosen = this.found.sure && typed ? 0 : -1;
+    this.chosen = this.found.sure && typed && !composing ? 0 : -1;
     this.moved = false;
     this.show();
-    const help = this.renaming ? this.offer() : signature(this.context.vocabulary(), where, before);
+    const help = this.renaming ? this.offer() : this.meant() ?? signature(this.context.vocabulary(), where, before);
     this.hint.hidden = !help;
     this.hint.replaceChildren(...(help ?? []));
   }
@@ -185,28 +187,49 @@ export class Editor {
   }
 
   show() {
-    const items = this.found.items;
+    const { items, word = "" } = this.found;
     this.list.hidden = items.length === 0;
-    this.list.replaceChildren(...items.map((item, i) => {
-      const option = document.createElement("div");
-      option.id = `${this.list.id}-${i}`;
-      option.dataset.i = i;
-      option.setAttribute("role", "option");
-      option.setAttribute("aria-selected", String(i === this.chosen));
-      const label = document.createElement("span");
-      label.className = `name ${item.kind ?? ""}`;
-      label.textContent = item.label ?? item.text;
-      const help = document.createElement("small");
-      help.textContent = item.help ?? "";
-      option.append(label, help);
-      return option;
-    }));
+    const options = items.map((item, i) => this.option(item, i, word.trim().toLowerCase()));
+    const groups = Map.groupBy(options, (_, i) => items[i].group);
+    this.list.replaceChildren(...(groups.size < 2 ? options : [...groups].map(([name, parts]) => {
+      const group = make("div", {}, make("div", { className: "group-name", ariaHidden: "true" }, TITLES[name] ?? ""), ...parts);
+      group.setAttribute("role", "group");
+      group.setAttribute("aria-label", TITLES[name] ?? "");
+      return group;
+    })));
+    this.options = options;
     this.point();
   }
 
+  option(item, i, word) {
+    const option = make("div", { id: `${this.list.id}-${i}` });
+    option.dataset.i = i;
+    option.setAttribute("role", "option");
+    option.setAttribute("aria-selected", String(i === this.chosen));
+    const state = item.row ? t("row {n}", { n: item.row }) : item.used ? t("in use") : item.adds ? t("+ Devices") : "";
+    const label = make("span", { className: `name ${item.kind ?? ""}` }, ...marked(item.label ?? item.text, word));
+    option.append(label, ...(state ? [make("span", { className: "adds" }, state)] : []), make("small", {}, ...marked(item.help ?? "", word)));
+    return option;
+  }
+
+  /** Ask whether a name was meant that is spelled nearly as what is typed, when no name fits; null when there is none. */
+  meant() {
+    const { from, names, word } = this.found;
+    const near = this.found.items.length || this.typed === null ? "" : nearest(word ?? "", names ?? []);
+    if (!near) return null;
+    const take = button(near, () => {
+      const end = from + word.length;
+      this.field.setRangeText(near, from, end, "end");
+      this.field.focus();
+      this.update(true);
+    }, "button small");
+    take.tabIndex = -1;
+    return [make("p", t("No name fits “{typed}”. Did you mean “{name}”?", { typed: word, name: near })), take];
+  }
+
   point() {
-    for (const option of this.list.children) option.setAttribute("aria-selected", String(Number(option.dataset.i) === this.chosen));
-    const option = this.list.children[this.chosen];
+    for (const option of this.options) option.setAttribute("aria-selected", String(Number(option.dataset.i) === this.chosen));
+    const option = this.options[this.chosen];
     if (option) {
       this.field.setAttribute("aria-activedescendant", option.id);
       option.scrollIntoView({ block: "nearest" });
@@ -218,6 +241,7 @@ export class Editor {
     const start = this.field.selectionStart;
     const value = this.field.value;
     this.field.value = value.slice(0, this.found.from) + item.text + value.slice(start);
+    if (item.adds) this.adds.set(key(item.text), { stream: item.text, ...item.adds });
     const caret = this.found.from + item.text.length;
     this.field.focus();
     this.field.setSelectionRange(caret, caret);
@@ -273,7 +297,8 @@ export class Editor {
     this.scroll.classList.remove("typing");
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
-    if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move, alone);
+    const devices = text.split(/[,\n]/).map((name) => this.adds.get(key(name))).filter(Boolean);
+    if (row) this.done(this.table.cell(row, this.k), keep ? text : this.was, this.was, move, alone, devices);
     else if (keep && text !== this.was) this.context.lost(t("The row has been deleted. Copy your text, and paste it where it belongs."), text);
   }
 
@@ -316,13 +341,17 @@ function suggest(words, where, before, text) {
   if (kind === "inputs") {
     const from = Math.max(before.lastIndexOf(","), before.lastIndexOf("\n")) + 1;
     const start = from + (before.slice(from).length - before.slice(from).trimStart().length);
-    return pick([...streams(words, where), ...words.sensors, ...words.dones], before.slice(start), start, true);
+    const [sensors, joints] = simple(words.sensors);
+    return grouped(pick([...streams(words, where), ...sensors, ...chosen(words, "sensor"), ...words.dones, ...joints], before.slice(start), start, true));
+  }
+  if (kind === "output" && isSubscribe(where)) {
+    const [actuators, joints] = simple(words.actuators);
+    return grouped(pick([...actuators, ...chosen(words, "actuator"), ...joints], text, 0, true));
   }
   const other = inCell(words, where, before, text);
   if (other) return other;
   const choices = {
-    connector: words.connectors, device: words.devices, output: isSubscribe(where) ? words.actuators : [],
-    fieldname: words.fields, tested: [...words.streams, ...words.dones],
+    connector: words.connectors, device: words.devices, output: [], fieldname: words.fields, tested: [...words.streams, ...words.dones],
   }[kind] ?? where.choices;
   return pick(choices, text, 0, true);
 }
@@ -363,11 +392,62 @@ function pick(choices, typed, from, whole) {
     else if (!wanted) continue;
     else if (k.includes(wanted)) holds.push(choice);
     else if (begins(choice.words, wanted)) alike.push(choice);
-    else if (wanted.length >= LEAST_OF_HELP && begins(choice.help, wanted)) about.push(choice);
+    else if (wanted.length >= LEAST_OF_HELP && !choice.joint && begins(choice.help, wanted)) about.push(choice);
   }
   const items = [...starts, ...holds, ...alike, ...about].slice(0, wanted ? MOST_OFFERED : MOST_AT_FIRST);
-  if (complete) return { items: items.length > 1 ? items : [], from, sure: false };
-  return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false };
+  if (complete) return { items: items.length > 1 ? items : [], from, sure: false, word: typed };
+  return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false, word: typed, names: choices };
+}
+
+const groupOf = ({ group, kind, row }) => (row || kind === "stream" || kind === "done" ? "book" : group === "gesture" || group === "posture" ? "gestures" : kind);
+const TITLES = { sensor: t("Sensors"), actuator: t("Actuators"), book: t("This workbook"), gestures: t("Gestures and postures") };
+
+/** The same suggestions by group, the best one first. */
+function grouped(found) {
+  const groups = Map.groupBy(found.items.map((item) => ({ ...item, group: groupOf(item) })), (item) => item.group);
+  return { ...found, items: [...groups.values()].flat() };
+}
+
+/** Devices with one of the choices that they have, as “Wave”. */
+const chosen = (words, kind) => (words.choices ?? []).filter((word) => word.kind === kind);
+
+/** Devices that have a plain name or are in use, and the single joints. */
+function simple(devices) {
+  const { plain = [], joints = [] } = Object.groupBy(devices ?? [], (word) => (word.words || word.used ? "plain" : "joints"));
+  return [plain, joints.map((word) => ({ ...word, joint: true }))]; // the help of each is that of all
+}
+
+/** A text in pieces, with what is typed marked in it. */
+function marked(text, word) {
+  const at = word ? text.toLowerCase().indexOf(word) : -1;
+  return at < 0 ? [text] : [text.slice(0, at), make("mark", text.slice(at, at + word.length)), text.slice(at + word.length)];
+}
+
+/** The word of the names, or of their plain words, that is spelled nearly as one that is typed; empty for none. */
+function nearest(typed, choices) {
+  const word = typed.trim().toLowerCase();
+  const most = word.length < LEAST_OF_HELP ? 0 : word.length < 6 ? 1 : 2;
+  let best = ["", most + 1];
+  for (const choice of choices) {
+    for (const name of [choice.text, ...(choice.words ?? "").split(" ")]) {
+      const far = Math.abs(name.length - word.length) < best[1] ? distance(word, name.toLowerCase()) : best[1];
+      if (far < best[1]) best = [name, far];
+    }
+  }
+  return best[0];
+}
+
+/** How many letters must be changed, added or left out, or change places with the next one, to make one word of another. */
+function distance(a, b) {
+  const rows = [Array.from({ length: b.length + 1 }, (_, j) => j)];
+  for (let i = 1; i <= a.length; i++) {
+    rows[i] = [i];
+    for (let j = 1; j <= b.length; j++) {
+      const swapped = i > 1 && j > 1 && a[i - 1] === b[j - 2] && a[i - 2] === b[j - 1] ? rows[i - 2][j - 2] + 1 : Infinity;
+      rows[i][j] = Math.min(rows[i - 1][j] + 1, rows[i][j - 1] + 1, rows[i - 1][j - 1] + (a[i - 1] === b[j - 1] ? 0 : 1), swapped);
+    }
+  }
+  return rows[a.length][b.length];
 }
 
 /** True when a word of a text begins with what is typed; between Japanese words there are no spaces. */
@@ -443,11 +523,12 @@ function streams(words, where) {
   const k = where.table.ofKind("output");
   if (k < 0) return words.streams;
   const found = new Map();
+  const actuators = new Set(words.actuators.map((word) => key(word.text)));
   for (const row of where.table.rows) {
     const name = where.table.value(where.table.cell(row, k));
-    if (name && row !== where.row && !words.actuators.some((a) => key(a.text) === key(name))) found.set(key(name), name);
+    if (name && row !== where.row && !actuators.has(key(name))) found.set(key(name), { text: name, row: row.cells[0].textContent });
   }
-  return [...found.values()].map((text) => ({ text, kind: "stream", help: words.names[key(text)]?.help ?? "" }));
+  return [...found.values()].map((word) => ({ ...word, kind: "stream", help: words.names[key(word.text)]?.help ?? "" }));
 }
 
 // Suggestions and help for cells without a formula: by the column, and by the other cells of the row.

@@ -7,7 +7,7 @@ import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
-const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "undo", "redo", "fix"]);
+const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "fix"]);
 const OWN = new Set(["cells", "insert", "delete", "move"]); // edits of this sheet alone, whatever its name is by now
 
 export class Server {
@@ -40,11 +40,12 @@ export class Server {
     return ownName("panel" in (document.getElementById("runbar")?.dataset ?? {}));
   }
 
-  /** Send cells `{row, k, text, was}`; to `rename`, the one that gives a name, with all that have it. */
-  cells(changes, rename = false) {
+  /** Send cells `{row, k, text, was}`; to `rename`, the one that gives a name, with all that have it; with `devices` for the sheet
+   *  Devices. */
+  cells(changes, rename = false, devices = []) {
     const body = changes.map(({ row, k, text, was }) => ({ row, column: this.table.sheetColumn(k), text, was }));
     const { row, column, tag } = this.unlocking ?? {};
-    const whole = rename ? { cells: body, rename } : { cells: body };
+    const whole = { cells: body, ...(rename ? { rename } : {}), ...(devices.length ? { devices } : {}) };
     if (!body.some((cell) => cell.row === row && cell.column === column)) return this.send("cells", whole, changes.map((c) => c.row));
     this.dropped.add(tag);
     return this.send("cells", { ...whole, unlock: { row, column } }, changes.map((c) => c.row));
@@ -109,7 +110,7 @@ export class Server {
       this.unsent.add(id, action, JSON.stringify(whole));
     }
     if (action === "cells") this.next = whole;
-    const job = this.chain.then(() => this.post(action, whole, id, OWN.has(action) && !body.rename));
+    const job = this.chain.then(() => this.post(action, whole, id, OWN.has(action) && !body.rename && !body.devices));
     this.chain = job.catch(() => {});
     return job;
   }
@@ -313,6 +314,7 @@ class Unsent {
     const sent = JSON.parse(text);
     if (action === "insert" && sent.before === null) return ""; // blank rows at the end, which no person asked for
     if (action === "cells") return sent.cells.map((cell) => `${this.place(cell)}: ${cell.text}`).join("\n");
+    if (action === "replace") return sent.sheets.flatMap(({ sheet, cells }) => cells.map(({ text }) => `${sheet}: ${text}`)).join("\n");
     const rows = sent.rows?.length ?? sent.count;
     return {
       insert: t("Insert rows: {n}", { n: rows }), delete: t("Delete rows: {n}", { n: rows }), move: t("Move rows: {n}", { n: rows }),

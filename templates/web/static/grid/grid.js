@@ -5,6 +5,7 @@ import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
 import { Editor } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
+import { Filter } from "./filter.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
 import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
@@ -16,6 +17,7 @@ import { StatusBar } from "./status_bar.js";
 import { Columns } from "./widths.js";
 
 const BODY = 50; // rows of a body; the browser leaves out the bodies that are out of sight
+const MOST_PAINTED = 1_000; // rows of a filtered sheet of which it leaves out none: it would keep their old heights
 
 export class Grid {
   /** `page`: who this page is, see api.js; `listen`: where the server's events come. */
@@ -53,7 +55,7 @@ export class Grid {
         this.drafts.keep();
       },
       lost: (why, text) => lost(this, why, [{ text }]),
-    }, (cell, text, was, move, alone) => this.edited(cell, text, was, move, alone));
+    }, (...edit) => this.edited(...edit));
     this.renaming = new Renaming(this);
     this.drafts = new Drafts(this, page);
     this.spoken = new Spoken(this, page);
@@ -63,6 +65,7 @@ export class Grid {
     this.columns = new Columns(this);
     this.rows = new Rows(this);
     this.clipboard = new Clipboard(this);
+    this.filter = new Filter(this);
     this.statusBar = new StatusBar(this);
     scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
     scroll.addEventListener("keydown", (event) => this.key(event));
@@ -109,6 +112,7 @@ export class Grid {
   /** An edit was not made: where somebody else was quicker, both texts are shown; else it is said why. */
   refused(answer, action, body) {
     this.say(answer.message, "error");
+    if (action === "replace") return; // nothing was changed: what is there now can be looked at, and searched again
     if (answer.clashes?.length) conflict(this, answer.clashes);
     else if (action === "cells" && !answer.locked) {
       this.takeBack(body.cells);
@@ -143,7 +147,7 @@ export class Grid {
     const here = `${row.id} ${k}`;
     if (here !== this.here) this.server.stand(row.id, k);
     this.unfinished.at(row.id);
-    const told = `${here} ${JSON.stringify(this.selection.box())}`;
+    const told = `${here} ${JSON.stringify(this.selection.boxes())}`;
     if (told !== this.told) this.spoken.moved();
     this.statusBar?.soon();
     this.here = here;
@@ -176,10 +180,11 @@ export class Grid {
     this.stand();
   }
 
-  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it. */
-  store(changes, rename = false) {
+  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it; `devices` come with them. */
+  store(changes, rename = false, devices = []) {
     this.rows.reserve(0);
-    const answer = this.server.cells(changes, rename);
+    const answer = this.server.cells(changes, rename, devices);
+    if (devices.length) answer.then(({ rows }) => this.added(rows ?? [], devices), () => {});
     // which cells change only the server knows: what is typed next may be into one of them
     if (rename) this.held.until(() => answer.then(({ rows }) => this.renaming.told(rows ?? [], changes[0]), () => {}));
     for (const { row, k } of changes) {
@@ -188,12 +193,18 @@ export class Grid {
     }
   }
 
-  edited(cell, text, was, move, alone = false) {
+  /** Tell which devices were added to the sheet Devices. */
+  added(rows, devices) {
+    const sheet = rows.find((change) => change.sheet !== this.server.sheet)?.sheet;
+    if (sheet) this.say(t("Added to {sheet}: {names}. Press Ctrl+Z to undo.", { sheet, names: listed(devices.map((one) => one.stream)) }));
+  }
+
+  edited(cell, text, was, move, alone = false, devices = []) {
     if (text !== was) {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
-      this.store([change], !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell));
+      this.store([change], !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell), devices);
       done();
     }
     const { row } = this.selection;
@@ -245,7 +256,7 @@ export class Grid {
 
   clear() {
     if (this.held.takes(() => this.clear())) return;
-    this.change(this.selection.cells().flat().map((cell) => [cell, ""]));
+    this.change(this.selection.all().map((cell) => [cell, ""]));
   }
 
   /** The first row of the selection into the others (Ctrl+D), or the first column (`right`, Ctrl+R); into a single one what stands
@@ -253,24 +264,26 @@ export class Grid {
   fill(right = false) {
     if (this.held.takes(() => this.fill(right))) return;
     const { table, selection } = this;
-    const { top, bottom, left } = selection.box();
-    const lines = selection.cells();
-    const alone = right ? lines[0].length === 1 : top === bottom;
-    if (alone && (right ? left : top) === 0) return;
-    const from = (i, j) => (right ? lines[i][0] : lines[0][j]);
-    const before = (i, j) => (right ? table.cell(table.rows[top + i], left - 1) : table.cell(table.rows[top - 1], left + j));
-    this.change(lines.flatMap((line, i) => line.map((cell, j) => [cell, table.value(alone ? before(i, j) : from(i, j))])));
+    this.change(selection.boxes().flatMap((box) => {
+      const lines = selection.cells(box);
+      const alone = right ? box.left === box.right : lines.length === 1;
+      const above = table.step(lines[0][0].parentElement, -1);
+      if (alone && (right ? box.left === 0 : above === lines[0][0].parentElement)) return [];
+      const from = (i, j) => (right ? lines[i][0] : lines[0][j]);
+      const before = (i, j) => (right ? table.cell(lines[i][0].parentElement, box.left - 1) : table.cell(above, box.left + j));
+      return lines.flatMap((line, i) => line.map((cell, j) => [cell, table.value(alone ? before(i, j) : from(i, j))]));
+    }));
   }
 
   /** What is typed into all selected cells (Ctrl+Enter); in a single one a new name is for this cell alone. */
   fillAll() {
-    const cells = this.selection.cells().flat();
+    const cells = this.selection.all();
     if (cells.length < 2) return this.editor.close(true, "enter", true);
-    const { top, left, bottom, right } = this.selection.box();
     const text = this.editor.field.value;
+    const again = this.selection.kept();
     this.editor.close(false, null);
     this.change(cells.map((cell) => [cell, text]));
-    return this.selection.surround(top, left, bottom, right);
+    return again();
   }
 
   /** Take back one's newest edit: which that is, and what it changes, only the server knows. */
@@ -355,12 +368,35 @@ export class Table {
     this.width = this.headers.length;
     this.kind = /\bof-(\w+)/.exec(grid.className)?.[1] ?? "";
     this.off = new Set(grid.dataset.off?.split(" ")); // the words that switch a row off
+    this.hidden = new Set(); // ids of the rows that are not shown in this page
   }
 
   /** All rows, from top to bottom. */
   get rows() {
     this.all ??= [...this.grid.querySelectorAll(":scope > tbody > tr")];
     return this.all;
+  }
+
+  /** The rows that are not hidden. */
+  get shown() {
+    this.seen ??= this.hidden.size ? this.rows.filter((row) => !this.hidden.has(row.id)) : this.rows;
+    return this.seen;
+  }
+
+  /** Hide the rows of these ids, and show all others. */
+  hide(ids) {
+    this.hidden = ids;
+    this.grid.classList.toggle("filtered", ids.size > 0 && this.rows.length - ids.size < MOST_PAINTED);
+    for (const row of this.rows) if (row.hidden !== ids.has(row.id)) row.hidden = !row.hidden;
+    for (const body of this.grid.tBodies) body.hidden = [...body.rows].every((row) => row.hidden);
+    this.changed();
+  }
+
+  /** Show a row that is hidden. */
+  show(row) {
+    if (!this.hidden.delete(row.id)) return;
+    row.hidden = row.parentElement.hidden = false;
+    this.changed();
   }
 
   row(id) {
@@ -439,10 +475,17 @@ export class Table {
     return this.off.has(text.normalize("NFKC").replace(/[\u00ad\u200b-\u200f\u2060\ufeff]/g, "").trim().replace(/^'/, "").trim().toLowerCase().replaceAll("ς", "σ"));
   }
 
-  /** The row so many rows away, stopping at the first and the last. */
+  /** The row so many shown rows away, stopping at the first and the last. */
   step(row, by) {
-    const to = Math.min(Math.max(this.at(row) + by, 0), this.rows.length - 1);
-    return this.rows[to];
+    const to = Math.min(Math.max(this.spot(row) + by, 0), this.shown.length - 1);
+    return this.shown[to];
+  }
+
+  /** The place of a row among those that are shown. */
+  spot(row) {
+    if (!this.hidden.size) return this.at(row);
+    this.spots ??= new Map(this.shown.map((one, i) => [one, i]));
+    return this.spots.get(row) ?? -1;
   }
 
   at(row) {
@@ -454,7 +497,7 @@ export class Table {
   edge(row, k, down, right) {
     const filled = (r, c) => this.value(this.cell(r, c)) !== "";
     const next = (r, c) => {
-      const row2 = down ? this.rows[this.at(r) + down] : r;
+      const row2 = down ? this.shown[this.spot(r) + down] : r;
       const c2 = c + right;
       return row2 && c2 >= 0 && c2 < this.width ? [row2, c2] : null;
     };
@@ -472,7 +515,8 @@ export class Table {
 
   /** The last row that has something in it, or the first row. */
   lastFilled() {
-    return this.rows[Math.max(this.rows.length - 1 - this.room(), 0)];
+    const last = this.rows.length - 1 - this.room();
+    return this.shown.findLast((row) => this.at(row) <= last) ?? this.shown[0];
   }
 
   /** The number of blank rows below the last filled one. */
@@ -518,7 +562,11 @@ export class Table {
   }
 
   changed(rows = []) {
-    this.all = this.indexes = null;
+    this.all = this.indexes = this.seen = this.spots = null;
+    for (const row of this.hidden.size ? rows : []) {
+      row.hidden = this.hidden.has(row.id);
+      if (!row.hidden && row.parentElement) row.parentElement.hidden = false;
+    }
     if (!this.came) {
       this.came = [];
       queueMicrotask(() => {

@@ -115,9 +115,10 @@ export function help(grid) {
     const where = { row, table: grid.table };
     const names = text.split(/[,\n]/).map((name) => name.trim()).filter(Boolean);
     const about = {
-      inputs: () => [...names.map(device), helpTopic], output: () => [...names.map(device), helpTopic],
+      inputs: () => [...names.flatMap(stream), helpTopic], output: () => [...names.flatMap(stream), helpTopic],
+      tested: () => [...names.flatMap(stream), helpTopic], stream: () => [...names.flatMap(stream), helpTopic],
       connector: () => [text || helpTopic],
-      formula: () => [...helpers(text), ...functions(text), ...inputs(where).map(device).filter(Boolean), helpTopic].slice(0, 3),
+      formula: () => [...atCaret(), ...helpers(text), ...functions(text), ...inputs(where).flatMap(stream), helpTopic].slice(0, 4),
       device: () => [text, helpTopic], setting: () => [grid.selection.sibling("device"), helpTopic],
       helper: () => [...helpers(text), helpTopic],
     }[kind]?.() ?? [helpTopic];
@@ -126,6 +127,21 @@ export function help(grid) {
     if (comment) return [...(grid.words.connectors ?? []).map((c) => c.text).filter((name) => words.has(name)), "glossary"].slice(0, 4);
     const all = [...codes, ...about.filter(Boolean)];
     return [...new Set(all.length ? all : ["keys"])].slice(0, 4);
+  }
+
+  /** What a stream's name means: its device, and what this workbook does with it. */
+  function stream(name) {
+    return [device(name), `stream:${name.includes("!") ? name : `${grid.server.sheet}!${name}`}`].filter(Boolean);
+  }
+
+  /** The word in which the caret stands while a formula is edited: a helper, else a function, else a stream. */
+  function atCaret() {
+    const { field } = grid.editor;
+    if (!field) return [];
+    const before = /[\p{L}\p{N}_]*$/u.exec(field.value.slice(0, field.selectionStart))[0];
+    const word = before + /^[\p{L}\p{N}_]*/u.exec(field.value.slice(field.selectionStart))[0];
+    const meant = inputs({ row: grid.selection.row, table: grid.table }).find((name) => key(name) === key(word));
+    return word ? [...helpers(word), ...functions(`${word}(`), ...(meant ? stream(meant) : [])] : [];
   }
 
   /** The device behind a stream's name, as the Devices sheet has it; nothing for a stream of the user's own. */

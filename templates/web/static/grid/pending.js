@@ -182,10 +182,11 @@ export class Held {
     const cell = event.target.closest("[role=gridcell]");
     const k = cell ? table.column(cell) : -1;
     const { shiftKey } = event;
+    const further = !shiftKey && (event.ctrlKey || event.metaKey);
     return () => {
       if (editor.isOpen) editor.close(true, null);
-      if (k >= 0) selection.go(table.row(row), k, shiftKey);
-      else selection.wholeRow(table.row(row), shiftKey);
+      if (k >= 0) selection.go(table.row(row), k, shiftKey, true, further);
+      else selection.wholeRow(table.row(row), shiftKey, further);
     };
   }
 

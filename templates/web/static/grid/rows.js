@@ -1,7 +1,7 @@
 // Whole rows: inserted, deleted, moved, duplicated. Each is shown at once, and sent after what was done before.
 
 import { randomId } from "../api.js";
-import { tn } from "../texts.js";
+import { t, tn } from "../texts.js";
 
 const ROOM = 20; // blank rows below the last filled one, at least: as many as the server keeps
 const MORE = 20; // added beyond that, so that not every row needs some
@@ -14,9 +14,11 @@ export class Rows {
     this.count = 0;
   }
 
+  /** The rows of all ranges, from top to bottom. */
   selected() {
-    const box = this.grid.selection.box();
-    return box ? this.grid.table.rows.slice(box.top, box.bottom + 1) : [];
+    const { selection, table } = this.grid;
+    const rows = new Set(selection.boxes().flatMap((box) => table.rows.slice(box.top, box.bottom + 1)));
+    return [...rows].filter((row) => !table.hidden.has(row.id)).sort((a, b) => table.at(a) - table.at(b));
   }
 
   /** The row so many rows above the first of these, or below the last. */
@@ -25,11 +27,18 @@ export class Rows {
     return table.rows[table.at(rows.at(by < 0 ? 0 : -1)) + by];
   }
 
+  /** True, with a message, when rows at several places are selected. */
+  apart() {
+    const apart = this.grid.selection.others.length > 0;
+    if (apart) this.grid.say(t("Select one block of rows first."), true);
+    return apart;
+  }
+
   /** Insert as many rows as are selected; the selection then stands on the new ones, as in Excel. */
   insert(below = false) {
     if (this.grid.held.takes(() => this.insert(below))) return;
     const rows = this.selected();
-    if (!rows.length || this.grid.refuses()) return;
+    if (!rows.length || this.grid.refuses() || this.apart()) return;
     const box = this.grid.selection.box();
     this.put(below, rows, rows.map(() => []), box);
     this.grid.say(tn("A row inserted.", "{n} rows inserted.", { n: rows.length }));
@@ -89,9 +98,12 @@ export class Rows {
   move(by) {
     if (this.grid.held.takes(() => this.move(by))) return;
     const rows = this.selected();
-    if (!rows.length || this.grid.refuses() || !this.beyond(rows, by)) return;
+    if (!rows.length || this.grid.refuses() || this.apart()) return;
+    const { table } = this.grid;
+    const next = table.step(rows.at(by < 0 ? 0 : -1), by); // over the rows between them that are hidden, too
+    if (rows.includes(next)) return;
     this.reserve(by > 0 ? 1 : this.blank(this.grid.selection.box().top) ? rows.length : 0);
-    const before = this.beyond(rows, by < 0 ? -1 : 2)?.id ?? null;
+    const before = (by < 0 ? next : this.beyond([next], 1))?.id ?? null;
     const move = rows.map((row) => row.id);
     this.grid.server.step("move", { rows: move, before }, { move, before });
   }
@@ -109,7 +121,7 @@ export class Rows {
   duplicate() {
     if (this.grid.held.takes(() => this.duplicate())) return;
     const rows = this.selected();
-    if (!rows.length || this.grid.refuses()) return;
+    if (!rows.length || this.grid.refuses() || this.apart()) return;
     const { table } = this.grid;
     const texts = rows.map((row) => table.headers.map((_, k) => table.value(table.cell(row, k))));
     this.put(true, rows, texts, this.grid.selection.box());

@@ -1,5 +1,6 @@
 // The selected cells: from an anchor to a head, which has the cursor; kept by row id so that they survive what others change.
 // When whole rows, whole columns or everything are selected, they go from the anchor to `far`, and the head is a cell within.
+// Further ranges (Ctrl+click) are in `others`, each with its two corners. A hidden row is in none of them.
 
 export class Selection {
   constructor(table, scroll, onChange) {
@@ -9,6 +10,9 @@ export class Selection {
     this.anchor = null;
     this.head = null;
     this.far = null;
+    this.frozen = { count: 0, width: 0 }; // columns that stay in sight, and their width with the rows' numbers; see widths.js
+    this.others = [];
+    this.adding = false; // whether the next range is a further one (Ctrl+Shift+F8)
     this.painted = [];
     this.handle = document.createElement("div");
     this.handle.className = "fill-handle";
@@ -34,29 +38,97 @@ export class Selection {
 
   /** The corners as indexes: rows from `top` to `bottom`, columns from `left` to `right`, all included. */
   box() {
-    if (!this.head) return null;
-    const corners = [this.anchor, this.far ?? this.head];
+    return this.head && this.between([this.anchor, this.far ?? this.head]);
+  }
+
+  between(corners) {
     const rows = corners.map((p) => this.table.at(this.table.row(p.row)));
     const columns = corners.map((p) => p.k);
     return { top: Math.min(...rows), bottom: Math.max(...rows), left: Math.min(...columns), right: Math.max(...columns) };
   }
 
-  /** The selected cells, row by row. */
-  cells() {
-    const box = this.box();
-    if (!box) return [];
+  /** The corners of all ranges, that with the cursor at the end. */
+  boxes() {
+    return this.head ? [...this.others.map((corners) => this.between(corners)), this.box()] : [];
+  }
+
+  /** The cells of the range with the cursor or of another one, row by row. */
+  cells(box = this.box()) {
     const found = [];
-    for (let i = box.top; i <= box.bottom; i++) {
+    for (let i = box?.top; i <= box?.bottom; i++) {
+      const row = this.table.rows[i];
       const line = [];
-      for (let k = box.left; k <= box.right; k++) line.push(this.table.cell(this.table.rows[i], k));
+      if (this.table.hidden.has(row.id)) continue;
+      for (let k = box.left; k <= box.right; k++) line.push(this.table.cell(row, k));
       found.push(line);
     }
     return found;
   }
 
-  /** Select a cell; `extend` keeps the anchor, so that a range grows. */
-  go(row, k, extend = false, focus = true) {
+  /** The cells of all ranges, each once. */
+  all() {
+    const found = this.boxes().flatMap((box) => this.cells(box).flat());
+    return this.others.length ? [...new Set(found)] : found;
+  }
+
+  /** What selects again what is selected now. */
+  kept() {
+    const { head, anchor, far, others } = this;
+    return () => {
+      Object.assign(this, { head, anchor, far, others });
+      this.mend({ anchor: 0, head: 0, far: 0 });
+      this.onChange(this);
+    };
+  }
+
+  /** Begin a further range: the next cell, and what it grows to, is selected besides what is. */
+  add() {
+    this.adding = true;
+    this.keep();
+    this.paint();
+    this.onChange(this);
+  }
+
+  /** Select no further ranges; true if any were to come. */
+  ends() {
+    const { adding } = this;
+    this.adding = false;
+    return adding;
+  }
+
+  keep() {
+    const corners = [this.anchor, this.far ?? this.head];
+    const alike = ([one, other]) => one.row === corners[0].row && one.k === corners[0].k && other.row === corners[1].row && other.k === corners[1].k;
+    if (this.head && !this.others.some(alike)) this.others.push(corners);
+  }
+
+  /** Deselect a single cell that was selected besides others; true if it was one. */
+  without(cell) {
+    const { id } = cell.parentElement;
+    const k = this.table.column(cell);
+    const mine = (corners) => corners.every((corner) => corner.row === id && corner.k === k);
+    const rest = this.others.filter((corners) => !mine(corners));
+    if (mine([this.anchor, this.far ?? this.head]) && rest.length) {
+      const [anchor, far] = rest.pop();
+      this.others = rest;
+      const { others } = this;
+      this.go(this.table.row(far.row), far.k);
+      Object.assign(this, { anchor, others });
+      this.paint();
+    } else if (rest.length < this.others.length) {
+      this.others = rest;
+      this.paint();
+    } else return false;
+    this.onChange(this);
+    return true;
+  }
+
+  /** Select a cell; `extend` keeps the anchor, so that a range grows; `further` keeps what is selected. */
+  go(row, k, extend = false, focus = true, further = false) {
     if (!row) return;
+    this.table.show(row);
+    if (further) this.keep();
+    else if (!extend && !this.adding) this.others = [];
     if (extend && this.far) {
       const { far } = this;
       this.far = { row: row.id, k };
@@ -103,9 +175,9 @@ export class Selection {
   }
 
   /** True at the last cell of the table; with `before`, at the first. */
-  ends(before) {
-    const { rows, width } = this.table;
-    return this.head.k === (before ? 0 : width - 1) && this.row === rows.at(before ? 0 : -1);
+  isLast(before) {
+    const { shown, width } = this.table;
+    return this.head.k === (before ? 0 : width - 1) && this.row === shown.at(before ? 0 : -1);
   }
 
   /** Mark the cell with the cursor; by classes, as :focus-within would cost time with every key in a long sheet. */
@@ -132,6 +204,7 @@ export class Selection {
   /** Select a block; the cursor goes to its last cell. */
   spread(top, left, bottom, right) {
     this.far = null;
+    this.others = [];
     this.anchor = { row: this.table.rows[top].id, k: left };
     this.go(this.table.rows[bottom], right, true);
   }
@@ -144,12 +217,13 @@ export class Selection {
     this.onChange(this);
   }
 
-  /** Select a whole row, and put the cursor into its first cell; `extend` selects all rows from the anchor's to it. */
-  wholeRow(row, extend) {
+  /** Select a whole row, and put the cursor into its first cell; `extend` selects all rows from the anchor's to it, `further` keeps
+   *  what is selected. */
+  wholeRow(row, extend, further = false) {
     if (!row) return;
     const at = this.table.at(row);
     const from = extend && this.head ? this.table.at(this.table.row(this.anchor.row)) : at;
-    if (!extend || !this.head) this.go(row, 0);
+    if (!extend || !this.head) this.go(row, 0, false, true, further);
     else this.cell.focus({ preventScroll: true });
     this.surround(from, 0, at, this.table.width - 1);
   }
@@ -164,12 +238,12 @@ export class Selection {
     const frame = this.scroll.getBoundingClientRect();
     const box = cell.getBoundingClientRect();
     const top = frame.top + this.table.grid.tHead.offsetHeight;
-    const left = frame.left + this.table.rows[0].cells[0].offsetWidth;
+    const left = frame.left + this.frozen.width;
     if (down && box.top < top) this.scroll.scrollTop -= top - box.top;
     else if (down && box.bottom > frame.top + this.scroll.clientHeight) {
       this.scroll.scrollTop += Math.min(box.bottom - frame.top - this.scroll.clientHeight, box.top - top);
     }
-    if (!right) return;
+    if (!right || this.isFrozen(cell)) return;
     if (box.left < left + 8 && this.scroll.scrollLeft && this.scroll.scrollLeft < 48 + left - box.left) this.scroll.scrollLeft = 0; // no narrow column stays hidden
     else if (box.left < left) this.scroll.scrollLeft -= left - box.left;
     else if (box.right > frame.left + this.scroll.clientWidth) {
@@ -179,10 +253,19 @@ export class Selection {
 
   paint() {
     for (const cell of this.painted) cell.removeAttribute("aria-selected");
-    const cells = this.cells();
-    this.painted = cells.flat();
+    this.painted = this.all();
     for (const cell of this.painted) cell.setAttribute("aria-selected", "true");
-    const corner = cells.at(-1)?.at(-1);
+    this.hold();
+  }
+
+  /** True for a cell that stays in sight while the table is scrolled to the right. */
+  isFrozen(cell) {
+    return Boolean(cell) && cell.cellIndex <= this.frozen.count && !cell.parentElement.matches(".comment:not(.buried)");
+  }
+
+  /** Put the handle for filling at the last selected cell. */
+  hold() {
+    const corner = this.others.length ? null : this.painted.at(-1);
     this.handle.hidden = !corner;
     if (!corner) return;
     const frame = this.scroll.getBoundingClientRect();
@@ -196,13 +279,19 @@ export class Selection {
     for (const end of ["anchor", "head", "far"]) {
       if (this[end] && !this.table.row(this[end].row)) {
         const near = this.table.rows[Math.min(before[end], this.table.rows.length - 1)];
-        this[end] = { row: near.id, k: this[end].k };
+        this[end] = { row: (this.table.hidden.has(near.id) ? this.near(before[end]) : near).id, k: this[end].k };
       }
     }
+    this.others = this.others.filter((corners) => corners.every((corner) => this.table.row(corner.row)));
     if (!this.head) return;
     this.enter();
     if (document.activeElement === document.body) this.cell.focus({ preventScroll: true });
     this.paint();
+  }
+
+  /** The shown row at a place among all rows, or the next one there is. */
+  near(place) {
+    return this.table.shown.find((row) => this.table.at(row) >= place) ?? this.table.shown.at(-1);
   }
 
   /** The rows of anchor, head and far as indexes, for `mend`. */
@@ -232,6 +321,8 @@ export function pointer(grid) {
     if (event.button !== 0 || event.target.closest("button, a")) return;
     const header = event.target.closest("[role=rowheader]");
     const cell = event.target.closest("[role=gridcell]");
+    const further = (event.ctrlKey || event.metaKey) && !event.shiftKey && selection.head !== null;
+    selection.ends();
     if (grid.editor.isOpen) grid.editor.close(true, null);
     if (event.target.closest("input")) {
       selection.go(cell.parentElement, table.column(cell), event.shiftKey);
@@ -240,11 +331,11 @@ export function pointer(grid) {
     if (header) {
       event.preventDefault();
       const row = header.parentElement;
-      if (event.pointerType === "mouse" && !event.shiftKey && selection.has(row)) {
+      if (event.pointerType === "mouse" && !event.shiftKey && !further && selection.has(row)) {
         carry(event, row);
         return;
       }
-      selection.wholeRow(row, event.shiftKey);
+      selection.wholeRow(row, event.shiftKey, further);
       if (event.pointerType === "mouse") drag(event, (over) => selection.wholeRow(over, true), () => {}, rowAt);
       return;
     }
@@ -259,7 +350,8 @@ export function pointer(grid) {
       return;
     }
     pressed = { time: event.timeStamp, x: event.clientX, y: event.clientY, row: cell.parentElement.id, k: table.column(cell) };
-    selection.go(cell.parentElement, table.column(cell), event.shiftKey);
+    if (further && selection.without(cell)) return;
+    selection.go(cell.parentElement, table.column(cell), event.shiftKey, true, further);
     drag(event, (over) => selection.go(over.parentElement, table.column(over), true));
   });
 

@@ -52,8 +52,7 @@ export class Spoken {
     if (verdict) parts.push(verdict.textContent.replace(/^[✓✗] /, ""));
     const tag = cell.querySelector(".name-tag");
     if (tag) parts.push(tag.textContent);
-    const box = this.grid.selection.box();
-    const count = box ? (box.bottom - box.top + 1) * (box.right - box.left + 1) : 1;
+    const count = this.grid.selection.painted.length;
     if (count > 1) parts.push(tn("{n} cell selected", "{n} cells selected", { n: count }));
     return parts.join(". ");
   }

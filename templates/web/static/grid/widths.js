@@ -28,6 +28,8 @@ export class Columns {
       if (i) this.fit(i);
     });
     head.addEventListener("keydown", (event) => this.key(event));
+    addEventListener("resize", () => this.freeze());
+    grid.scroll.addEventListener("scroll", () => grid.selection.isFrozen(grid.selection.cell) && (grid.selection.hold(), grid.editor.mend()), { passive: true });
     document.addEventListener("rrp:column", ({ detail: { index, least } }) => {
       this.set(index, Math.max(this.kept[this.nameOf(index)] ?? this.usual(index), least), false);
       this.narrow(index, least > 0);
@@ -66,8 +68,25 @@ export class Columns {
     return this.pen.measureText(text).width;
   }
 
+  /** The first column stays in sight beside the rows' numbers, and with the narrow column On the next one too: as far as both leave
+   *  at least half of the width to the others. */
+  freeze() {
+    const { grid } = this.table;
+    const live = grid.classList.contains("is-live") ? this.widths[this.heads.findIndex((head) => head.classList.contains("of-example"))] ?? 0 : 0;
+    const room = (this.grid.scroll.clientWidth - live) / 2;
+    const wide = (count) => this.widths.slice(0, count + 1).reduce((sum, width) => sum + width, 0);
+    const most = this.heads[1]?.dataset.kind === "on" ? 2 : 1;
+    const count = [2, 1].find((n) => n <= most && wide(n) <= room) ?? 0;
+    grid.classList.toggle("frozen-1", count > 0);
+    grid.classList.toggle("frozen-2", count > 1);
+    grid.style.setProperty("--left-1", `${wide(0)}px`);
+    grid.style.setProperty("--left-2", `${wide(1)}px`);
+    this.grid.selection.frozen = { count, width: wide(count) };
+  }
+
   show() {
     this.table.grid.style.setProperty("--columns", this.widths.map((w) => `${w}px`).join(" "));
+    this.freeze();
     this.heads.forEach((head, i) => head.querySelector(".widen")?.setAttribute("aria-valuenow", this.widths[i]));
     this.grid.selection.paint();
     this.grid.editor.mend();

@@ -1,0 +1,177 @@
+"""Suggestions of devices that the workbook does not have yet: choosing one adds it to the sheet Devices, as one undo step."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from chromium import becomes, eventually
+from effort import Recorder
+from grid_books import HEADER, Books, Shared
+from playwright.sync_api import expect
+
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.template import empty_sheets
+
+DEVICES = ["Stream", "Device", "Name", "Zone", "Notes"]
+ROWS = [["", "Red ball", "map", "redBall.distance", "Hand distance", ""], ["", "", "subscribe", "", "", ""]]
+SHEETS = {"T": [HEADER, *ROWS], "Devices": [DEVICES, ["Gaze", "Touch", "", "Head", ""]]}
+
+
+@pytest.fixture
+def grid(shelf: Books) -> Shared:
+    opened = shelf.open(SHEETS, sheet="T")
+    opened.checked()
+    return opened
+
+
+def devices(grid: Shared) -> list[tuple[str, str, dict[str, str]]]:
+    """The devices of the workbook, as the file has them."""
+    grid.saved()
+    found = read(grid.path).workbook.devices
+    return [
+        (d.stream.text, d.device.text, {name: cell.text for name, cell in d.settings.items() if cell}) for d in found
+    ]
+
+
+def listed(grid: Shared) -> list[tuple[str, str]]:
+    """The suggestions with what they do, and the groups that they are in."""
+    return [
+        (str(name), str(state))
+        for name, state in grid.page.locator(".suggestions").evaluate(
+            """list => [...list.querySelectorAll(".group-name, [role=option]")].map((one) => (one.matches(".group-name")
+                ? [one.textContent, ""] : [one.querySelector(".name").textContent, one.querySelector(".adds")?.textContent ?? ""]))"""
+        )
+    ]
+
+
+def take(grid: Shared, name: str) -> None:
+    """Click on a suggestion."""
+    grid.page.locator("[role=option] > .name").filter(has_text=re.compile(f"^{name}$")).click()
+
+
+def test_suggestions_are_in_groups_and_say_what_they_do(grid: Shared) -> None:
+    grid.go("B4")
+    grid.page.keyboard.type("hand")
+    becomes(lambda: listed(grid)[:8], [
+        ("This workbook", ""), ("Hand distance", "row 2"), ("Sensors", ""), ("Left hand touch", "+ Devices"), ("Right hand touch", "+ Devices"),
+        ("L hand", "+ Devices"), ("R hand", "+ Devices"), ("Gaze", "in use"),
+    ])  # fmt: skip
+    expect(
+        grid.page.get_by_role("group", name="Sensors").get_by_role("option").first.locator("mark").first
+    ).to_have_text("hand")
+    assert grid.faults() == []
+    grid.press("Escape")
+    grid.go("E3")
+    grid.page.keyboard.type("wave")
+    becomes(
+        lambda: listed(grid)[:4],
+        [("Gestures and postures", ""), ("Wave", "+ Devices"), ("Actuators", ""), ("Gesture", "+ Devices")],
+    )
+    grid.press("Escape")
+
+
+def test_a_chosen_device_is_added_in_the_same_step(grid: Shared) -> None:
+    grid.go("B4")
+    grid.page.keyboard.type("left hand")
+    grid.press("Tab")
+    grid.expect("B4", "Left hand touch")
+    grid.status("Added to Devices: Left hand touch. Press Ctrl+Z to undo.")
+    becomes(
+        lambda: devices(grid),
+        [("Gaze", "Touch", {"zone": "Head"}), ("Left hand touch", "Touch", {"zone": "Left hand"})],
+    )
+    grid.go("E3")
+    grid.page.keyboard.type("wav")
+    grid.page.get_by_role("option", name="Wave").click()
+    grid.press("Enter")
+    becomes(lambda: devices(grid)[2:], [("Wave", "Gesture", {"name": "Wave"})])
+    grid.go("A2")
+    grid.press("Control+z")
+    becomes(lambda: (grid.text("E3"), len(devices(grid))), ("", 2))
+    grid.press("Control+z")
+    becomes(lambda: (grid.text("B4"), len(devices(grid))), ("", 1))
+    grid.press("Control+y")
+    becomes(lambda: (grid.text("B4"), len(devices(grid))), ("Left hand touch", 2))
+
+
+def test_what_is_typed_otherwise_or_given_up_adds_nothing(grid: Shared) -> None:
+    grid.go("B4")
+    grid.page.keyboard.type("left hand")
+    grid.page.get_by_role("option", name="Left hand touch").click()
+    grid.press("Escape", "Escape")
+    grid.go("B5")
+    grid.page.keyboard.type("left hand")
+    grid.page.get_by_role("option", name="Left hand touch").click()
+    grid.page.locator(".editor textarea").fill("Gaze")
+    grid.press("Enter")
+    grid.expect("B5", "Gaze")
+    assert [name for name, *_ in devices(grid)] == ["Gaze"]
+
+
+def test_a_workbook_without_devices_has_the_name_alone(shelf: Books) -> None:
+    grid = shelf.open({"T": [HEADER, *ROWS]})
+    grid.checked()
+    grid.go("B4")
+    grid.page.keyboard.type("touc")
+    becomes(lambda: listed(grid)[0], ("Touch", ""))
+    grid.press("Tab")
+    grid.expect("B4", "Touch")
+    grid.saved()
+
+
+def test_a_word_that_is_spelled_nearly_right_is_asked_for(grid: Shared) -> None:
+    grid.go("B4")
+    grid.page.keyboard.type("hend")
+    expect(grid.page.locator(".signature p")).to_have_text("No name fits “hend”. Did you mean “hand”?")
+    assert grid.faults() == []
+    grid.page.get_by_role("button", name="hand", exact=True).click()
+    becomes(lambda: grid.page.input_value(".editor textarea"), "hand")
+    eventually(lambda: ("Left hand touch", "+ Devices") in listed(grid))
+    grid.page.locator(".editor textarea").fill("zzzz")
+    expect(grid.page.locator(".signature")).to_be_hidden()
+    grid.press("Escape")
+
+
+def test_an_input_method_takes_no_suggestion_by_itself(grid: Shared) -> None:
+    grid.go("B4")
+    grid.press("F2")
+    session = grid.page.context.new_cdp_session(grid.page)
+    session.send("Input.imeSetComposition", {"text": "red", "selectionStart": 3, "selectionEnd": 3})
+    eventually(lambda: ("Red ball", "in use") in listed(grid))
+    expect(grid.page.locator(".suggestions [aria-selected=true]")).to_have_count(0)
+    session.send("Input.insertText", {"text": "red"})  # the composition ends
+    becomes(lambda: grid.page.input_value(".editor textarea"), "red")
+    expect(grid.page.locator(".suggestions [aria-selected=true] .name")).to_have_text("Red ball")
+    grid.press("Escape", "Escape")
+
+
+@pytest.mark.slow
+def test_a_wave_at_a_touched_hand_takes_less_than_half_a_minute_by_mouse(shelf: Books) -> None:
+    recorder = Recorder()
+    page = shelf.open(empty_sheets(), sheet="Tracking", name="Effort").page
+    recorder.watch(page.context)
+    grid = shelf.open(empty_sheets(), sheet="Tracking", name="Effort")
+    grid.checked()
+    recorder.begin()
+    for address, typed, name in (
+        ("A2", "hand", "Left hand touch"), ("B2", "", "filter"), ("C2", "", "leftHandTouch"), ("B3", "", "subscribe"), ("D3", "wave", "Wave"),
+    ):  # fmt: skip
+        grid.cell(address).dblclick(position={"x": 8, "y": 8})
+        grid.page.keyboard.type(typed)
+        take(grid, name)
+        if address == "C2":
+            grid.page.keyboard.type(".")
+            take(grid, "pressed")
+    grid.cell("A4").click()
+    effort = recorder.effort()
+    grid.saved()
+    row, last = read(grid.path).workbook.behaviours[0].rows
+    assert (row.inputs_cell.text, row.formula.text, last.output.text) == (
+        "Left hand touch",
+        "leftHandTouch.pressed",
+        "Wave",
+    )
+    expect(grid.page.locator(".problems")).to_contain_text("no problems")
+    print(effort)
+    assert effort.seconds <= 30, effort
