@@ -56,7 +56,7 @@ from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.comments import Thread, Threads, read_threads
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet, SetCell
 from rrp_sheets.workbook.files import Stamp, clean_up, edit, open_book, refuse_open_file, stamp_of, write_atomically
-from rrp_sheets.workbook.looks import Looks, read_looks, style_looks
+from rrp_sheets.workbook.looks import SheetLooks, read_looks, style_looks
 from rrp_sheets.workbook.raw import Extent, RawSheet
 from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.xlsx import XlsxBook
@@ -570,7 +570,7 @@ class WorkFile:
         found = {s.name: s for s in raw_sheets(self.path)[0]}
         return tuple(s if recognise(s).kind or key(s.name) not in tables else found.get(s.name, s) for s in sheets)
 
-    def marks(self) -> dict[str, tuple[Threads, Looks]]:
+    def marks(self) -> dict[str, tuple[Threads, SheetLooks]]:
         """Read the comments and the looks of cells, by sheet; there are none in texts."""
         book, _ = open_book(self.path)
         if not isinstance(book, XlsxBook):

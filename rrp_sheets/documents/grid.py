@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
 
-from rrp_sheets.documents.marks import Mark, Marks, look_edit, restoring
+from rrp_sheets.documents.marks import CellMarks, Mark, look_edit, restoring
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.comments import Thread, merged
@@ -136,7 +136,7 @@ class Grid:
     columns: tuple[GridColumn, ...]
     rows: list[str] = field(default_factory=list)
     texts: dict[str, dict[int, str]] = field(default_factory=dict)
-    marks: Marks = field(default_factory=Marks)
+    marks: CellMarks = field(default_factory=CellMarks)
     authors: dict[tuple[str, int], str] = field(default_factory=dict)
     version: int = field(default_factory=lambda: time.time_ns() // 1_000_000, compare=False)
     _below: dict[str, str | None] = field(default_factory=dict, compare=False)
@@ -486,7 +486,7 @@ def bring(store: Store, author: str, grid: Grid, step: AddRows) -> tuple[Changed
     edits: list[Edit] = [insert]
     edits += [SetCell(grid.name, numbers[row], column, parse_typed(text)) for row, column, text in texts]
     if step.marks is not None:
-        new = Marks(columns=grid.marks.columns)
+        new = CellMarks(columns=grid.marks.columns)
         new.looks.update(grid.marks.looks)
         new.copy_looks(ids, grid.row_at(max(number - grid.first - 1, 0)))
         edits += restoring(grid.name, numbers, new, step.marks)

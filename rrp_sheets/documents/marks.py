@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, fields
 
 from rrp_sheets.workbook.comments import Thread, Threads
 from rrp_sheets.workbook.edits import SetLook
-from rrp_sheets.workbook.looks import PLAIN_LOOK, Look, Looks
+from rrp_sheets.workbook.looks import PLAIN_LOOK, Look, SheetLooks
 
 Mark = tuple[str, int, Thread, Look]
 """Row's id, column, comments and look of a cell that has comments or looks otherwise than its column."""
 
 
 @dataclass
-class Marks:
+class CellMarks:
     """Comments and looks by row id and column; cells without any are not there.
 
     Attributes:
@@ -67,9 +67,9 @@ class Marks:
         if pattern is not None and (looks := self.looks.get(pattern)):
             self.looks.update((row, dict(looks)) for row in rows)
 
-    def load(self, rows: Mapping[int, str], threads: Threads, looks: Looks) -> list[str]:
+    def load(self, rows: Mapping[int, str], threads: Threads, looks: SheetLooks) -> list[str]:
         """Take over what the file says of rows (ids by number); return those that have other marks now."""
-        new = Marks(columns=looks.columns)
+        new = CellMarks(columns=looks.columns)
         for (number, column), thread in threads.items():
             if number in rows:
                 new.set_thread(rows[number], column, thread)
@@ -92,7 +92,7 @@ def look_edit(sheet: str, row: int, column: int, was: Look, look: Look) -> SetLo
     return SetLook(sheet, row, column, **parts)
 
 
-def restoring(sheet: str, numbers: Mapping[str, int], marks: Marks, wanted: Sequence[Mark]) -> list[SetLook]:
+def restoring(sheet: str, numbers: Mapping[str, int], marks: CellMarks, wanted: Sequence[Mark]) -> list[SetLook]:
     """Return the edits that give rows the looks that they had; new rows look like the one above them."""
     looks = {(row, column): look for row, column, _, look in wanted}
     places = dict.fromkeys([*((row, c) for row in numbers for c in marks.looks.get(row, ())), *looks])

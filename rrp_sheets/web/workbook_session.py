@@ -438,6 +438,7 @@ class WorkbookSession(Broadcaster):
                 entry["replace"] = [{"id": row, "html": html} for row, html in renderer.html(changed.touched).items()]
             if changed.cells:
                 entry["cells"] = [list(place) for place in changed.cells[:1000]]
+                entry["about"] = changed.about
             if changed.inserted:
                 made = renderer.html(row for row, _ in changed.inserted)
                 entry["insert"] = [{"before": at, "html": made[row]} for row, at in changed.inserted if row in made]

@@ -22,7 +22,7 @@ _ATTRIBUTE = re.compile(rb"""(?:\A|\s)(r|s|min|max|style)\s*=\s*["']([^"']*)["']
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How a cell looks.
+    """Format of a cell, as far as people set it here.
 
     Attributes:
         fill: `RRGGBB`; empty for none.
@@ -38,7 +38,7 @@ PLAIN_LOOK = Look()
 
 
 @dataclass(frozen=True, slots=True)
-class Looks:
+class SheetLooks:
     """Looks in a sheet: of columns where nothing else is said, and of cells (row, column) that look otherwise."""
 
     columns: dict[int, Look] = field(default_factory=dict)
@@ -168,10 +168,10 @@ def style_looks(book: XlsxBook) -> list[Look]:
     return handler.looks()
 
 
-def read_looks(book: XlsxBook, index: int, styles: list[Look]) -> Looks:
+def read_looks(book: XlsxBook, index: int, styles: list[Look]) -> SheetLooks:
     """Read how the cells of a sheet look; `styles` are the `style_looks` of its book."""
     if all(look == PLAIN_LOOK for look in styles):
-        return Looks()
+        return SheetLooks()
     data = book.read(book.entries[index].part)
 
     def look(text: bytes | None) -> Look:
@@ -192,4 +192,4 @@ def read_looks(book: XlsxBook, index: int, styles: list[Look]) -> Looks:
             cells[at] = mine
             if len(cells) > limits.CELLS:
                 break
-    return Looks(columns, cells)
+    return SheetLooks(columns, cells)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from functools import cache, partial
 from typing import Any, ClassVar
 
@@ -24,7 +25,7 @@ from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import FALSE_WORDS
+from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.render.svg import frame, text
@@ -51,18 +52,31 @@ from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
+from rrp_sheets.workbook.comments import (
+    Comment,
+    Thread,
+    checked_text,
+    new_id,
+    removed,
+    replied,
+    resolved,
+    rewritten,
+)
+from rrp_sheets.workbook.looks import FILLS
 from rrp_sheets.workbook.schema import TITLES
 
 MOST_CELLS = 50_000
 MOST_NEW_ROWS = 5_000
 _ACTIONS = (
     "cells", "insert", "delete", "move", "rename", "undo", "redo", "lock", "unlock", "stand", "part", "fix", "test",
+    "comment", "look",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 _OLD = N_("This is no longer what the check says.")
 _LOOK = N_("Look at the problems again.")
+MOST_LISTED_THREADS, MOST_LISTED_TEXT = 2_000, 300
 MOST_PROBLEMS = 300  # that are listed; of the others the number
 FIRST_ROWS = 200  # in the page itself; the others follow
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
@@ -204,6 +218,28 @@ def renaming(name: str, sheet: str) -> Response:
     })  # fmt: skip
 
 
+@blueprint.get("/book/<name>/thread/<sheet>/<row>/<int:column>")
+def thread(name: str, sheet: str, row: str, column: int) -> Response:
+    """Send the comments of a cell."""
+    document = workbook_or_404(name).document
+    grid = document.grids[sheet_or_404(document, sheet)]
+    return jsonify({"comments": [asdict(c) for c in grid.marks.thread(row, column)]})
+
+
+@blueprint.get("/book/<name>/comments")
+def comments(name: str) -> Response:
+    """Send the comments of all cells, the first of each thread, with the number of its replies."""
+    try:
+        found = workbook_or_404(name).document.comments()
+    except SheetsError as error:
+        return jsonify({"message": error_text(error)})
+    return jsonify({"threads": [
+        {"sheet": sheet, "row": row, "cell": f"{column_letters(column)}{number}", "replies": len(thread) - 1,
+         **asdict(thread[0]), "text": thread[0].text[:MOST_LISTED_TEXT]}
+        for sheet, number, column, row, thread in found[:MOST_LISTED_THREADS]
+    ], "left_out": max(0, len(found) - MOST_LISTED_THREADS)})  # fmt: skip
+
+
 @blueprint.get("/book/<name>/diagram/<int:number>.svg")
 def diagram(name: str, number: int) -> Response:
     """Send the diagram of a behaviour."""
@@ -283,6 +319,10 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         names = text_of(given, "old"), text_of(given, "new")
         steps = list(_steps(document.grids, _renaming(session, document, document.current(sheet), *names).edits))
         return document.together(author, steps) if steps else None
+    if action == "comment":
+        return _comment(document, author, sheet, given)
+    if action == "look":
+        return document.set_looks(author, sheet, _places(given), _look(given))
     before = given.get("before")
     if before is not None and not isinstance(before, str):
         raise BadRequest
@@ -292,6 +332,46 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _comment(document: Document, author: str, sheet: str, given: Asked) -> Changed:
+    """Change the comments of a cell as a page asks for it (`what`)."""
+    what, text, id = text_of(given, "what"), given.get("text", ""), given.get("id", "")
+    column = given.get("column")
+    if not (isinstance(column, int) and isinstance(text, str) and isinstance(id, str)):
+        raise BadRequest
+    if what in ("add", "edit"):
+        text = checked_text(text)
+    at = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")[:22] + "Z"
+    changes: dict[str, Callable[[Thread], Thread]] = {
+        "add": lambda now: replied(now, Comment(new_id(), author, at, text)),
+        "edit": lambda now: rewritten(now, id, author, text),
+        "delete": lambda now: removed(now, id, author),
+        "clear": lambda now: (),
+        "resolve": lambda now: resolved(now, done=True),
+        "reopen": lambda now: resolved(now, done=False),
+    }
+    if what not in changes:
+        raise BadRequest
+    return document.comment(author, sheet, text_of(given, "row"), column, changes[what])
+
+
+def _places(given: Asked) -> list[tuple[str, int]]:
+    cells = given.get("cells")
+    if not isinstance(cells, list) or not 0 < len(cells) <= MOST_CELLS:
+        raise BadRequest
+    if not all(isinstance(c, dict) and isinstance(c.get("column"), int) for c in cells):
+        raise BadRequest
+    return [(text_of(c, "row"), c["column"]) for c in cells]
+
+
+def _look(given: Asked) -> dict[str, bool | str]:
+    """Validate how cells are to look: bold or not, of one of our colours or none, with long texts broken or not."""
+    look = {name: given[name] for name in ("bold", "fill", "wrap") if name in given}
+    fill = look.get("fill", "")
+    if fill not in ("", *FILLS) or not all(isinstance(look.get(n, False), bool) for n in ("bold", "wrap")) or not look:
+        raise BadRequest
+    return {name: FILLS.get(fill, "") if name == "fill" else value for name, value in look.items()}
 
 
 def _rename(session: WorkbookSession, document: Document, author: str, sheet: str, cell: CellText) -> Changed:

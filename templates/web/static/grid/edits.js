@@ -7,8 +7,8 @@ import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
-const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "undo", "redo", "fix"]);
-const OWN = new Set(["cells", "insert", "delete", "move"]); // edits of this sheet alone, whatever its name is by now
+const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "comment", "look", "undo", "redo", "fix"]);
+const OWN = new Set(["cells", "insert", "delete", "move", "comment", "look"]); // edits of this sheet alone, whatever its name is by now
 
 export class Server {
   constructor(grid, table, client, hooks) {
@@ -312,11 +312,12 @@ class Unsent {
   told({ action, text }) {
     const sent = JSON.parse(text);
     if (action === "insert" && sent.before === null) return ""; // blank rows at the end, which no person asked for
+    if (action === "comment" && sent.text) return t("Comment: {text}", { text: sent.text });
     if (action === "cells") return sent.cells.map((cell) => `${this.place(cell)}: ${cell.text}`).join("\n");
     const rows = sent.rows?.length ?? sent.count;
     return {
       insert: t("Insert rows: {n}", { n: rows }), delete: t("Delete rows: {n}", { n: rows }), move: t("Move rows: {n}", { n: rows }),
-      undo: t("Undo"), redo: t("Redo"), fix: t("Fix: {title}", { title: sent.title }),
+      comment: t("Change of a comment"), look: t("Format of cells"), undo: t("Undo"), redo: t("Redo"), fix: t("Fix: {title}", { title: sent.title }),
     }[action] ?? action;
   }
 }

@@ -9,10 +9,12 @@ import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
 import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
 import { Renaming } from "./renaming.js";
+import { Looks } from "./looks.js";
 import { Rows } from "./rows.js";
 import { pointer, Selection } from "./selection.js";
 import { done, Spoken, status } from "./spoken.js";
 import { StatusBar } from "./status_bar.js";
+import { Threads } from "./threads.js";
 import { Columns } from "./widths.js";
 
 const BODY = 50; // rows of a body; the browser leaves out the bodies that are out of sight
@@ -64,6 +66,8 @@ export class Grid {
     this.rows = new Rows(this);
     this.clipboard = new Clipboard(this);
     this.statusBar = new StatusBar(this);
+    this.looks = new Looks(this);
+    this.threads = new Threads(this);
     scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
     scroll.addEventListener("keydown", (event) => this.key(event));
     pointer(this);
@@ -109,6 +113,7 @@ export class Grid {
   /** An edit was not made: where somebody else was quicker, both texts are shown; else it is said why. */
   refused(answer, action, body) {
     this.say(answer.message, "error");
+    if (action === "comment") this.threads.giveBack(body, answer.message);
     if (answer.clashes?.length) conflict(this, answer.clashes);
     else if (action === "cells" && !answer.locked) {
       this.takeBack(body.cells);
@@ -149,6 +154,7 @@ export class Grid {
     this.here = here;
     this.told = told;
     this.mending.place();
+    this.threads?.soon(cell);
     this.bar.querySelector("b").textContent = this.table.address(cell);
     this.fillBar();
     this.bar.classList.toggle("at-comment", row.classList.contains("comment"));
@@ -314,7 +320,7 @@ function retrace(grid, entries, isRedo) {
   grid.say(isRedo ? t("Redone: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
 }
 
-function describe(grid, { cells, insert, remove, move }) {
+function describe(grid, { cells, about, insert, remove, move }) {
   const { table, selection } = grid;
   if (cells?.length) {
     const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);
@@ -325,6 +331,8 @@ function describe(grid, { cells, insert, remove, move }) {
     const cell = table.cell(row, k);
     const text = table.value(cell);
     const address = table.address(cell);
+    if (about === "comments") return t("comments of {cell}", { cell: address });
+    if (about === "looks") return tn("format of {cell}", "format of {n} cells from {cell} on", { n: known.length, cell: address });
     if (known.length > 1) return t("{n} cells from {cell} on", { n: known.length, cell: address });
     return text ? t("{cell} is “{text}” again", { cell: address, text: shortened(text) }) : t("{cell} is empty again", { cell: address });
   }
