@@ -307,3 +307,21 @@ def test_a_workbook_of_ours_takes_comments_in_every_sheet(tmp_path: Path) -> Non
     mine = [thread("a"), thread("b", "c")]
     edit(path, [SetComments("T", 2, 1, mine[0]), SetComments("U", 1, 1, mine[1])])
     assert [threads(path, i) for i in (0, 1)] == [{(2, 1): mine[0]}, {(1, 1): mine[1]}]
+
+
+@pytest.mark.parametrize("name", ["out.md", "out"])
+def test_a_conversion_to_text_tells_which_comments_are_left_out(tmp_path: Path, name: str) -> None:
+    from click.testing import CliRunner
+
+    from rrp_sheets.cli.main import group
+    from rrp_sheets.workbook.edits import SetLook
+
+    path = make_workbook({"T": [["From", "Operator", "Parameter", "To"], ["A", "map", "1", "B"]]}, tmp_path / "x.xlsx")
+    plain = CliRunner().invoke(group, ["convert", str(path), str(tmp_path / f"plain-{name}")])
+    assert (plain.exit_code, "Note:" in plain.output) == (0, False)
+    edit(path, [SetComments("T", 2, 3, thread("a")), SetLook("T", 2, 1, bold=True)])
+    told = CliRunner().invoke(group, ["convert", str(path), str(tmp_path / name)])
+    assert told.exit_code == 0
+    assert "A cell has comments that are not in the copy" in told.output
+    assert "T!C2" in told.output
+    assert "Bold, colours and line breaks of cells are not in the copy." in told.output

@@ -95,8 +95,8 @@ def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) ->
 def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     """Write FILE in another format: OUT is an .xlsx file, a Markdown file (.md), or a folder for CSV files.
 
-    All cells of all sheets are carried over, and the behaviour is the same. Formats, pictures, drop-downs and their
-    sheet Lists exist only in .xlsx. Nothing that exists is overwritten.
+    All cells of all sheets are carried over, and the behaviour is the same. Comments, formats, pictures, drop-downs and
+    their sheet Lists exist only in .xlsx; which comments are left out is told. Nothing that exists is overwritten.
     """
     from rrp_sheets import api
 
@@ -104,6 +104,8 @@ def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     if len(targets) != 1:
         raise click.UsageError("Name one file or folder to write: OUT, or -o OUT.")
     click.echo(f"Created {api.convert(file, targets[0], replace=False)}.")
+    for note in api.not_kept(file, targets[0]):
+        click.echo(f"{click.style('Note:', fg='yellow')} {translated(note)}")
 
 
 @click.command(name="pose", context_settings={"ignore_unknown_options": True})
