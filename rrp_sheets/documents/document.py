@@ -28,6 +28,7 @@ from rrp_sheets.documents.grid import (
     Changed,
     Grid,
     PlaceRows,
+    PutHeader,
     PutLooks,
     PutTexts,
     PutThread,
@@ -41,6 +42,7 @@ from rrp_sheets.documents.grid import (
     cell_edits,
     make_grid,
     must_have,
+    put_header,
     put_looks,
     put_texts,
     put_thread,
@@ -145,7 +147,7 @@ class Document:
         """Change cells of a sheet, all or none; raise Refused when one was changed meanwhile, or is not taken."""
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
-    def together(self, author: str, steps: Sequence[PutTexts | AddRows]) -> Changed:
+    def together(self, author: str, steps: Sequence[PutTexts | AddRows | PutHeader]) -> Changed:
         """Make several edits, of one sheet or of several, as one edit, which is undone as one."""
         return self._new(author, Batch(steps[0].sheet, tuple(steps)))
 
@@ -310,6 +312,8 @@ class Document:
             return bring(self._store, author, grid, step)
         if isinstance(step, PutThread):
             return put_thread(self._store, author, grid, step)
+        if isinstance(step, PutHeader):
+            return put_header(self._store, author, grid, step)
         if isinstance(step, PutLooks):
             return put_looks(self._store, author, grid, step)
         must_have(grid, step.rows)

@@ -60,6 +60,7 @@ class Changed:
         grown: blank rows at the end, so that there is always room below the last filled row.
         cells: the cells that have other texts now, as row and column; empty where whole rows came or went.
         about: what `cells` have anew: texts, `comments`, or `looks`.
+        heads: columns with another header, and that.
         then: what was changed after that, when one edit does several things.
         change: what became of the sheet itself.
     """
@@ -72,6 +73,7 @@ class Changed:
     grown: tuple[str, ...] = ()
     cells: tuple[tuple[str, int], ...] = ()
     about: str = "texts"
+    heads: tuple[tuple[int, str], ...] = ()
     then: tuple[Changed, ...] = ()
     change: SheetChange | None = None
 
@@ -430,7 +432,17 @@ class PutLooks:
     cells: tuple[tuple[str, int, Look, Look], ...]
 
 
-RowStep = PutTexts | RemoveRows | AddRows | PlaceRows | PutThread | PutLooks
+@dataclass(frozen=True, slots=True)
+class PutHeader:
+    """Give a column of a table another header, if it still has the one that it had (`was`)."""
+
+    sheet: str
+    column: int
+    text: str
+    was: str
+
+
+RowStep = PutTexts | RemoveRows | AddRows | PlaceRows | PutThread | PutLooks | PutHeader
 """A step of the rows of one sheet, made in the file and then in the grid; each gives the step that undoes it."""
 
 
@@ -529,6 +541,15 @@ def put_thread(store: Store, author: str, grid: Grid, step: PutThread) -> tuple[
     grid.marks.set_thread(step.row, step.column, after)
     changed = Changed(grid.name, touched=(step.row,), cells=((step.row, step.column),), about="comments")
     return changed, PutThread(grid.name, step.row, step.column, after, now)
+
+
+def put_header(store: Store, author: str, grid: Grid, step: PutHeader) -> tuple[Changed, PutHeader]:
+    """Give a column of a table another header; raise Refused for one that is gone or was changed."""
+    if grid.kind != "table" or not any((c.number, c.header) == (step.column, step.was) for c in grid.columns):
+        raise Refused(N_("The header of this column was changed."), _AGAIN)
+    store(author, [SetCell(grid.name, grid.first - 1, step.column, step.text)])
+    grid.columns = tuple(replace(c, header=step.text) if c.number == step.column else c for c in grid.columns)
+    return Changed(grid.name, heads=((step.column, step.text),)), PutHeader(grid.name, step.column, step.was, step.text)
 
 
 def put_looks(store: Store, author: str, grid: Grid, step: PutLooks) -> tuple[Changed, PutLooks]:

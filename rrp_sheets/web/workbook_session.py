@@ -366,6 +366,11 @@ class WorkbookSession(Broadcaster):
         """Return the edits that give a stream or a helper another name; see `renaming.rename`, also for errors."""
         return self._worker.rename(self.document.path, old, new, near)
 
+    def renaming_column(self, sheet: str, old: str, new: str) -> Renaming:
+        """Return the edits outside of a table that give one of its columns another name; as `renaming`."""
+        headers = [c.header for c in self.document.grids[sheet].columns]
+        return self._worker.rename_column(self.document.path, sheet, old, new, headers)
+
     def words(self) -> tuple[str, str]:
         """Return the words that are suggested, as JSON, and a digest of them; made once for each check."""
         analysis = self.analysis()
@@ -432,8 +437,12 @@ class WorkbookSession(Broadcaster):
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
         with self._lock:
+            if changed.heads:
+                self._renderers.pop(changed.sheet, None)
             renderer = self.renderer(changed.sheet)
             entry = self._now(changed.sheet)
+            if changed.heads:
+                entry["heads"] = [list(head) for head in changed.heads]
             if changed.touched:
                 entry["replace"] = [{"id": row, "html": html} for row, html in renderer.html(changed.touched).items()]
             if changed.cells:

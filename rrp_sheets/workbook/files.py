@@ -47,8 +47,7 @@ from rrp_sheets.workbook.xlsx import XlsxBook
 
 def _edit_xlsx(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
     """Change an .xlsx file, of which only the parts of the sheets that change are others; see `Format`."""
-    from rrp_sheets.workbook.patch.comments import add_parts, set_comments
-    from rrp_sheets.workbook.patch.looks import set_look
+    from rrp_sheets.workbook.patch.marks import add_parts, set_comments, set_look
     from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
     from rrp_sheets.workbook.patch.references import grow
     from rrp_sheets.workbook.patch.row_edits import change_rows

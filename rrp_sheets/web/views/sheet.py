@@ -21,7 +21,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts
+from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
@@ -207,15 +207,25 @@ def renaming(name: str, sheet: str) -> Response:
     """Send the cells that change when a stream or a helper gets another name, or why it cannot have that."""
     session = workbook_or_404(name)
     document, old, new = session.document, *(request.args.get(n, "")[:200] for n in ("old", "new"))
+    sheet, column = sheet_or_404(document, sheet), request.args.get("column", "")
+    cells: list[dict[str, str | None]] = []
     try:
-        found = _renaming(session, document, sheet_or_404(document, sheet), old, new)
+        if _COLUMN.fullmatch(column):
+            found = session.renaming_column(sheet, old, new)
+            at = f"{column_letters(int(column))}{document.grids[sheet].first - 1}"
+            cells.append({"sheet": sheet, "cell": at, "was": old, "text": new})
+        else:
+            found = _renaming(session, document, sheet, old, new)
     except SheetsError as error:
         return jsonify({"message": error_text(error)})
-    cells = [(edit.address, edit.was, edit.text) for edit in found.edits]
     return jsonify({
-        "cells": [{"sheet": at.sheet, "cell": at.cell, "was": was, "text": text} for at, was, text in cells],
-        "unsafe": [str(at) for at in found.unsafe],
+        "cells": [*cells, *map(_shown_edit, found.edits)], "unsafe": [str(at) for at in found.unsafe],
+        "unsure": [*map(_shown_edit, found.unsure)],
     })  # fmt: skip
+
+
+def _shown_edit(edit: Put) -> dict[str, str | None]:
+    return {"sheet": edit.address.sheet, "cell": edit.address.cell, "was": edit.was, "text": edit.text}
 
 
 @blueprint.get("/book/<name>/thread/<sheet>/<row>/<int:column>")
@@ -317,12 +327,12 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         return document.set_cells(author, sheet, texts)
     if action == "rename":
         names = text_of(given, "old"), text_of(given, "new")
+        if "column" in given:
+            return _rename_column(session, document, author, document.current(sheet), *names, given)
         steps = list(_steps(document.grids, _renaming(session, document, document.current(sheet), *names).edits))
         return document.together(author, steps) if steps else None
-    if action == "comment":
-        return _comment(document, author, sheet, given)
-    if action == "look":
-        return document.set_looks(author, sheet, _places(given), _look(given))
+    if action in ("comment", "look"):
+        return (_comment if action == "comment" else _set_looks)(document, author, sheet, given)
     before = given.get("before")
     if before is not None and not isinstance(before, str):
         raise BadRequest
@@ -354,6 +364,10 @@ def _comment(document: Document, author: str, sheet: str, given: Asked) -> Chang
     if what not in changes:
         raise BadRequest
     return document.comment(author, sheet, text_of(given, "row"), column, changes[what])
+
+
+def _set_looks(document: Document, author: str, sheet: str, given: Asked) -> Changed:
+    return document.set_looks(author, sheet, _places(given), _look(given))
 
 
 def _places(given: Asked) -> list[tuple[str, int]]:
@@ -390,6 +404,20 @@ def _rename(session: WorkbookSession, document: Document, author: str, sheet: st
     if len(steps) < 2 or giving != [cell.row]:
         return document.set_cells(author, sheet, [cell])
     return document.together(author, steps)
+
+
+def _rename_column(
+    session: WorkbookSession, document: Document, author: str, sheet: str, old: str, new: str, given: Asked
+) -> Changed:
+    """Give a column of a table another name, also in the uncertain places that the page names (`also`)."""
+    column, also = given.get("column"), given.get("also", [])
+    if not isinstance(column, int) or not isinstance(also, list) or sheet not in document.grids:
+        raise BadRequest
+    found = session.renaming_column(sheet, old, new.strip())
+    wanted = {e.address: e for e in found.edits}
+    wanted |= {e.address: e for e in found.unsure if f"{e.address.sheet}!{e.address.cell}" in also}
+    steps = list(_steps(document.grids, tuple(wanted.values())))
+    return document.together(author, [PutHeader(sheet, column, new.strip(), old), *steps])
 
 
 def _renaming(session: WorkbookSession, document: Document, sheet: str, old: str, new: str) -> Renaming:

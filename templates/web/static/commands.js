@@ -59,6 +59,7 @@ export const COMMANDS = [
   { name: "clear", label: t("Clear"), told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },
   { name: "renameName", label: t("Rename everywhere …"), when: ({ renaming, selection }) => renaming.names(selection.cell).length > 0,
     run: ({ renaming, selection }) => renaming.ask(renaming.names(selection.cell)) },
+  { name: "renameColumn", label: t("Rename column …"), when: ({ table }) => table.kind === "table", run: ({ renaming }) => renaming.askColumn() },
   { name: "comment", label: t("Comment …"), told: "Shift + F2", help: "shows the comments of the cell, to read, write and answer",
     at: "cell", keys: ["Shift+F2"], run: ({ threads }) => threads.open() },
   { name: "comments", label: t("All comments"), run: ({ threads }) => threads.list() },
@@ -117,7 +118,7 @@ export const COMMANDS = [
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: [...COPYING, "renameName", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS],
+  cell: [...COPYING, "renameName", "renameColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS],
   rows: [...COPYING, "fillDown", ...ROWS],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };

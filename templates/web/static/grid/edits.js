@@ -170,6 +170,7 @@ export class Server {
   take(change, last) {
     if (last) this.confirm(change.tag);
     const before = this.hooks.before();
+    for (const [column, header] of change.heads ?? []) this.table.rename(column, header);
     for (const html of [...(change.insert ?? []).map((one) => one.html), ...(change.grown ?? [])]) {
       for (const row of parse(html)) {
         if (this.table.row(row.id)) this.show(row.id, row.outerHTML, change.made);
@@ -181,7 +182,7 @@ export class Server {
     const settled = last && this.order.settle(change.tag);
     for (const { id, html } of change.replace ?? []) this.show(id, html, change.made);
     for (const [id, html] of this.postponed) if (!this.waiting.has(id)) this.show(id, html);
-    this.shown(before, change, Boolean(change.order || change.insert || settled) && this.order.show());
+    this.shown(before, change, Boolean(change.order || change.insert || change.heads || settled) && (this.order.show() || Boolean(change.heads)));
   }
 
   /** A row that is new here, in its newest HTML: a change of it may have been quicker. */

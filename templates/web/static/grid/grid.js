@@ -3,7 +3,7 @@
 import { press } from "../commands.js";
 import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
-import { Editor } from "./editor.js";
+import { Editor, key } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
@@ -320,8 +320,9 @@ function retrace(grid, entries, isRedo) {
   grid.say(isRedo ? t("Redone: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
 }
 
-function describe(grid, { cells, about, insert, remove, move }) {
+function describe(grid, { cells, about, heads, insert, remove, move }) {
   const { table, selection } = grid;
+  if (heads?.length) return t("the column is “{text}” again", { text: heads[0][1] });
   if (cells?.length) {
     const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);
     const known = places.filter(([row, k]) => row && k >= 0);
@@ -402,6 +403,16 @@ export class Table {
   /** The header over a column; its letter where it has none. */
   name(k) {
     return this.headers[k].dataset.name || this.headers[k].dataset.letter;
+  }
+
+  /** Give a column of the sheet another header. */
+  rename(sheetColumn, text) {
+    const header = this.headers[this.placeOf(sheetColumn)];
+    if (!header) return;
+    Object.assign(header.dataset, { name: text, spellings: key(text) });
+    header.ariaLabel = t("{name}, column {letter}", { name: text, letter: header.dataset.letter });
+    header.querySelector(".title").textContent = text;
+    header.querySelector(".widen").ariaLabel = t("Width of {column}", { column: text });
   }
 
   /** A cell's address, such as C4. */
