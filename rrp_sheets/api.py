@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "RunSettings", "check", "convert", "diff", "diff_in_detail", "draw", "draw_marbles", "draw_tests", "edit",
-    "explain", "export", "fix", "formula", "marbles", "mark", "new", "pack", "pose", "print_pack", "read", "rename",
-    "replay", "run", "run_apart", "set_cell", "test",
+    "explain", "export", "fix", "formula", "marbles", "mark", "new", "not_kept", "pack", "pose", "print_pack", "read",
+    "rename", "replay", "run", "run_apart", "set_cell", "test",
 ]  # fmt: skip
 
 
@@ -88,6 +88,13 @@ def convert(path: Path | str, target: Path | str, *, replace: bool = True) -> Pa
     from rrp_sheets.robots import load_robot
 
     return convert_workbook(Path(path), load_robot(), Path(target), replace=replace)
+
+
+def not_kept(path: Path | str, target: Path | str) -> list[str]:
+    """Return what `convert` to this target leaves out that people have written or set: comments, bold, colours."""
+    from rrp_sheets.documents.copies import not_kept as found
+
+    return found(Path(path), Path(target))
 
 
 def edit(path: Path | str, edits: Sequence[Edit], *, expected_digest: str | None = None) -> Edited:

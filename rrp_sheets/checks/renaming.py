@@ -29,15 +29,18 @@ _BUTTON = "OperatorButton"
 
 @dataclass(frozen=True)
 class Renaming:
-    """Edits that give a stream or a helper another name.
+    """Edits that give a stream, a helper or a column of a table another name.
 
     Attributes:
         edits: one for each cell that has the name.
         unsafe: cells with formulas in which the name means something else too: they must be changed by hand.
+        unsure: edits of cells where it is not known whether the name means this; of a cell that is also in `edits`,
+            with all places changed.
     """
 
     edits: tuple[Put, ...]
     unsafe: tuple[Address, ...] = ()
+    unsure: tuple[Put, ...] = ()
 
 
 def rename(checked: Checked, old: str, new: str, sheet: str = "", *, near: str = "") -> Renaming:

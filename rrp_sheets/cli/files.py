@@ -96,8 +96,8 @@ def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) ->
 def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     """Write FILE in another format: OUT is an .xlsx file, a Markdown file (.md), or a folder for CSV files.
 
-    All cells of all sheets are copied, and the behaviour is the same. Formats, pictures, drop-down lists and their
-    sheet Lists exist only in .xlsx. Existing files are never overwritten.
+    All cells of all sheets are copied, and the behaviour is the same. Comments, formats, pictures, drop-down lists and
+    their sheet Lists exist only in .xlsx; it says which comments are left out. Existing files are never overwritten.
     """
     from rrp_sheets import api
 
@@ -105,6 +105,8 @@ def convert_command(file: Path, out: Path | None, output: Path | None) -> None:
     if len(targets) != 1:
         raise usage_error(N_("Name one file or folder to write: OUT, or -o OUT."))
     say(N_("Created {path}.", path=api.convert(file, targets[0], replace=False)))
+    for note in api.not_kept(file, targets[0]):
+        say(N_("Note: {note}", note=note))
 
 
 @click.command(name="pose", context_settings={"ignore_unknown_options": True})

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key, nearest
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_words import thing_names, verb_names
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from rrp_sheets.workbook.maker import Offers
 
 MADE = ("guided", "empty")
+_MOST_NAMED = 5  # cells
 
 
 def offers(robot: Robot) -> Offers:
@@ -99,6 +101,41 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
         )
         raise SheetsError(N_("“{name}” is no format that can be written.", name=target.name), remedy)
     return write_sheets(sheets, target, replace=replace)
+
+
+def not_kept(path: Path, target: Path) -> list[str]:
+    """Return what a conversion of a workbook to texts leaves out that people have written or set, in words."""
+    from rrp_sheets.workbook.comments import read_threads
+    from rrp_sheets.workbook.files import open_book
+    from rrp_sheets.workbook.looks import read_looks, style_looks
+    from rrp_sheets.workbook.raw import Extent
+    from rrp_sheets.workbook.schema import recognise
+    from rrp_sheets.workbook.xlsx import XlsxBook
+
+    book, _ = open_book(path)
+    if target.suffix.casefold() == ".xlsx" or not isinstance(book, XlsxBook):
+        return []
+    found, styles = list[str](), style_looks(book)
+    commented = [
+        f"{name}!{column_letters(column)}{row}"
+        for index, name in enumerate(book.names)
+        for row, column in sorted(read_threads(book, index))
+    ]
+    if commented:
+        n, some = len(commented), listed(commented[:_MOST_NAMED]) + (" …" if len(commented) > _MOST_NAMED else "")
+        one = N_("A cell has comments that are not in the copy, because a text file has no place for them: {cells}.")
+        several = N_(
+            "{n} cells have comments that are not in the copy, because a text file has no place for them: {cells}."
+        )
+        found.append(N_(one if n == 1 else several, n=n, cells=some))
+    headers = [recognise(book.sheet(index, Extent.HEAD)).row for index in range(len(book.names))]
+    if any(
+        row > head
+        for index, head in enumerate(headers)
+        for row, _ in (read_looks(book, index, styles).cells if head else ())
+    ):
+        found.append(N_("Bold, colours and line breaks of cells are not in the copy."))
+    return found
 
 
 def _refuse_twins(names: Sequence[str]) -> None:

@@ -28,7 +28,10 @@ from rrp_sheets.documents.grid import (
     Changed,
     Grid,
     PlaceRows,
+    PutHeader,
+    PutLooks,
     PutTexts,
+    PutThread,
     Refused,
     RemoveRows,
     RowStep,
@@ -39,7 +42,10 @@ from rrp_sheets.documents.grid import (
     cell_edits,
     make_grid,
     must_have,
+    put_header,
+    put_looks,
     put_texts,
+    put_thread,
     remove,
     shift,
 )
@@ -49,10 +55,13 @@ from rrp_sheets.model.names import key
 from rrp_sheets.private import close_to_others, opener, private_folder
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading, read
+from rrp_sheets.workbook.comments import Thread, Threads, read_threads
 from rrp_sheets.workbook.edits import AddSheet, Edit, RenameSheet, SetCell
 from rrp_sheets.workbook.files import Stamp, clean_up, edit, open_book, refuse_open_file, stamp_of, write_atomically
+from rrp_sheets.workbook.looks import SheetLooks, read_looks, style_looks
 from rrp_sheets.workbook.raw import Extent, RawSheet
 from rrp_sheets.workbook.schema import recognise
+from rrp_sheets.workbook.xlsx import XlsxBook
 
 Step = RowStep | Batch | SheetStep
 MOST_BACK = 500  # steps that a person can undo
@@ -123,6 +132,7 @@ class Document:
         for name, grid in self.grids.items():
             if name in rows:
                 grid.adopt(rows[name], since)
+        self._take_marks()
         self._keep_rows()
 
     @property
@@ -137,7 +147,7 @@ class Document:
         """Change cells of a sheet, all or none; raise Refused when one was changed meanwhile, or is not taken."""
         return self._queue.ask(EditRequest(author, sheet, tuple(cells)))
 
-    def together(self, author: str, steps: Sequence[PutTexts | AddRows]) -> Changed:
+    def together(self, author: str, steps: Sequence[PutTexts | AddRows | PutHeader]) -> Changed:
         """Make several edits, of one sheet or of several, as one edit, which is undone as one."""
         return self._new(author, Batch(steps[0].sheet, tuple(steps)))
 
@@ -171,6 +181,39 @@ class Document:
     def move(self, author: str, sheet: str, rows: Sequence[str], before: str | None) -> Changed:
         """Move rows before another one; None: to the end."""
         return self._new(author, PlaceRows(sheet, tuple(rows), before))
+
+    def comment(self, author: str, sheet: str, row: str, column: int, change: Callable[[Thread], Thread]) -> Changed:
+        """Change the comments of a cell: `change` returns them from those that are there, or raises SheetsError."""
+        with self._changing():
+            self._synchronise()
+            grid = self._grid(sheet)
+            _must_have_column(grid, [column])
+            now = grid.marks.thread(row, column)
+            return self._new(author, PutThread(grid.name, row, column, now, change(now)))
+
+    def set_looks(
+        self, author: str, sheet: str, cells: Sequence[tuple[str, int]], change: Mapping[str, Any]
+    ) -> Changed:
+        """Change looks of cells; `change` has what becomes another one: `bold`, `fill`, `wrap`."""
+        with self._changing():
+            self._synchronise()
+            grid = self._grid(sheet)
+            _must_have_column(grid, [column for _, column in cells])
+            was = [(row, column, grid.marks.look(row, column)) for row, column in cells]
+            return self._new(author, PutLooks(grid.name, tuple((*c, replace(c[2], **change)) for c in was)))
+
+    def comments(self) -> list[tuple[str, int, int, str, Thread]]:
+        """Return all comments of the workbook: sheet, row number, column, row's id if a grid has it, thread."""
+        with self._lock:
+            self._synchronise()
+            found = []
+            for name, (threads, _) in self.file.marks().items():
+                grid = self.grids.get(name)
+                for (number, column), thread in sorted(threads.items()):
+                    place = number - grid.first if grid else -1
+                    row = grid.rows[place] if grid and 0 <= place < len(grid.rows) else ""
+                    found.append((name, number, column, row, thread))
+            return found
 
     def current(self, sheet: str) -> str:
         """The name that a sheet has now, which may be another one than a page still shows."""
@@ -267,6 +310,12 @@ class Document:
             return put_texts(author, grid, step.cells)
         if isinstance(step, AddRows):
             return bring(self._store, author, grid, step)
+        if isinstance(step, PutThread):
+            return put_thread(self._store, author, grid, step)
+        if isinstance(step, PutHeader):
+            return put_header(self._store, author, grid, step)
+        if isinstance(step, PutLooks):
+            return put_looks(self._store, author, grid, step)
         must_have(grid, step.rows)
         parts = blocks(grid, step)
         if len(parts) > 1:  # others have inserted rows between them
@@ -375,6 +424,16 @@ class Document:
         changes += [Changed(n, change=SheetChange("deleted", n)) for n in self.own if n not in reading.workbook.sheets]
         self.own = own
         self.file.accept()
+        return changes + self._take_marks()
+
+    def _take_marks(self) -> list[Changed]:
+        """Take over the comments and looks in the file; the rows that have others now."""
+        changes = []
+        for name, (threads, looks) in self.file.marks().items():
+            grid = self.grids.get(name)
+            rows = grid.marks.load({n: row for row, n in grid.numbers().items()}, threads, looks) if grid else []
+            if grid and rows:
+                changes.append(Changed(grid.name, touched=tuple(rows)))
         return changes
 
     def _renew(self, grids: Mapping[str, Grid]) -> Mapping[str, Grid]:
@@ -391,6 +450,11 @@ class Document:
         if grid is None:
             raise SheetMissing(self.current(sheet))
         return grid
+
+
+def _must_have_column(grid: Grid, columns: Sequence[int]) -> None:
+    if not {c.number for c in grid.columns} >= set(columns):
+        raise Refused(N_("There is no such column."), N_("Reload the page."))
 
 
 _NOW: ContextVar[tuple[str, ...]] = ContextVar("requests", default=())
@@ -509,6 +573,14 @@ class WorkFile:
             return sheets
         found = {s.name: s for s in raw_sheets(self.path)[0]}
         return tuple(s if recognise(s).kind or key(s.name) not in tables else found.get(s.name, s) for s in sheets)
+
+    def marks(self) -> dict[str, tuple[Threads, SheetLooks]]:
+        """Read the comments and the looks of cells, by sheet; there are none in texts."""
+        book, _ = open_book(self.path)
+        if not isinstance(book, XlsxBook):
+            return {}
+        styles = style_looks(book)
+        return {n: (read_threads(book, i), read_looks(book, i, styles)) for i, n in enumerate(book.names)}
 
     def has_changed(self) -> bool:
         """Return whether another program has written other contents into it; `reading` is then the new one."""

@@ -9,9 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
 
+from rrp_sheets.documents.marks import CellMarks, Mark, look_edit, restoring
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell, parse_typed
+from rrp_sheets.workbook.comments import Thread, merged
+from rrp_sheets.workbook.edits import DeleteRows, Edit, InsertRows, MoveRows, SetCell, SetComments, parse_typed
+from rrp_sheets.workbook.looks import Look
 from rrp_sheets.workbook.raw import RawSheet
 from rrp_sheets.workbook.schema import Recognised
 
@@ -56,6 +59,8 @@ class Changed:
         moved: each moved row with the row it now stands before.
         grown: blank rows at the end, so that there is always room below the last filled row.
         cells: the cells that have other texts now, as row and column; empty where whole rows came or went.
+        about: what `cells` have anew: texts, `comments`, or `looks`.
+        heads: columns with another header, and that.
         then: what was changed after that, when one edit does several things.
         change: what became of the sheet itself.
     """
@@ -67,6 +72,8 @@ class Changed:
     moved: tuple[tuple[str, str | None], ...] = ()
     grown: tuple[str, ...] = ()
     cells: tuple[tuple[str, int], ...] = ()
+    about: str = "texts"
+    heads: tuple[tuple[int, str], ...] = ()
     then: tuple[Changed, ...] = ()
     change: SheetChange | None = None
 
@@ -119,6 +126,7 @@ class Grid:
         first: the number of the first row below the header.
         rows: the rows' ids, in order; the row at place i has the number `first + i`.
         texts: by row id, by column number; blank cells are not there.
+        marks: comments and looks of cells.
         authors: who changed a cell last, by (row id, column), since the document was opened.
         version: grows with each insert, delete or move, and over a restart. Who reads it without the lock reads it
             before `rows`, which are then of that version or a later one.
@@ -130,6 +138,7 @@ class Grid:
     columns: tuple[GridColumn, ...]
     rows: list[str] = field(default_factory=list)
     texts: dict[str, dict[int, str]] = field(default_factory=dict)
+    marks: CellMarks = field(default_factory=CellMarks)
     authors: dict[tuple[str, int], str] = field(default_factory=dict)
     version: int = field(default_factory=lambda: time.time_ns() // 1_000_000, compare=False)
     _below: dict[str, str | None] = field(default_factory=dict, compare=False)
@@ -203,6 +212,7 @@ class Grid:
             place, given = edit.before - self.first, list(ids)
             new = given or [self.new_id() for _ in range(edit.count)]
             self.texts.update((row, {}) for row in new)
+            self.marks.copy_looks(new, self.row_at(max(place - 1, 0)))
             self.rows = [*self.rows[:place], *new, *self.rows[place:]]
             self.version += 1
             return new
@@ -243,6 +253,7 @@ class Grid:
         self.rows = list(others)
         for row in gone:
             del self.texts[row]
+        self.marks.drop(gone)
         self.version += 1
 
     def load(self, sheet: RawSheet) -> Changed | None:
@@ -369,20 +380,28 @@ class PutTexts:
 
 @dataclass(frozen=True, slots=True)
 class RemoveRows:
-    """Delete rows; with `texts` only if nobody else has changed these, which they had when they were inserted."""
+    """Delete rows; with `texts` only if nobody else has changed these, which they had when they were inserted.
+
+    The same holds for their comments in `marks`.
+    """
 
     sheet: str
     rows: tuple[str, ...]
     texts: tuple[dict[int, str], ...] | None = None
+    marks: tuple[Mark, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class AddRows:
-    """Insert rows with these ids and texts before a row (None: at the end)."""
+    """Insert rows with these ids and texts before a row (None: at the end).
+
+    With `marks` they have these comments and looks; without, they look like the row above.
+    """
 
     sheet: str
     rows: tuple[tuple[str, dict[int, str]], ...]
     before: str | None
+    marks: tuple[Mark, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -394,7 +413,36 @@ class PlaceRows:
     before: str | None
 
 
-RowStep = PutTexts | RemoveRows | AddRows | PlaceRows
+@dataclass(frozen=True, slots=True)
+class PutThread:
+    """Change the comments of a cell from `before` to `after`; what others have changed of them stays."""
+
+    sheet: str
+    row: str
+    column: int
+    before: Thread
+    after: Thread
+
+
+@dataclass(frozen=True, slots=True)
+class PutLooks:
+    """Change looks of cells (row, column), each from the first to the second as far as these differ."""
+
+    sheet: str
+    cells: tuple[tuple[str, int, Look, Look], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PutHeader:
+    """Give a column of a table another header, if it still has the one that it had (`was`)."""
+
+    sheet: str
+    column: int
+    text: str
+    was: str
+
+
+RowStep = PutTexts | RemoveRows | AddRows | PlaceRows | PutThread | PutLooks | PutHeader
 """A step of the rows of one sheet, made in the file and then in the grid; each gives the step that undoes it."""
 
 
@@ -441,17 +489,30 @@ Store = Callable[[str, Sequence[Edit]], tuple[str, ...]]
 
 
 def bring(store: Store, author: str, grid: Grid, step: AddRows) -> tuple[Changed, RemoveRows]:
-    """Insert rows, with their texts when they were deleted before."""
+    """Insert rows, with their texts, comments and looks when they were deleted before."""
     number = grid.first + grid.index_of(step.before)
     ids = [row for row, _ in step.rows]
+    numbers = {row: number + i for i, row in enumerate(ids)}
     insert = InsertRows(grid.name, number, len(ids))
-    texts = [(i, row, column, text) for i, (row, cells) in enumerate(step.rows) for column, text in cells.items()]
-    edits = [SetCell(grid.name, number + i, column, parse_typed(text)) for i, _, column, text in texts]
-    store(author, [insert, *edits])
+    texts = [(row, column, text) for row, cells in step.rows for column, text in cells.items()]
+    edits: list[Edit] = [insert]
+    edits += [SetCell(grid.name, numbers[row], column, parse_typed(text)) for row, column, text in texts]
+    if step.marks is not None:
+        new = CellMarks(columns=grid.marks.columns)
+        new.looks.update(grid.marks.looks)
+        new.copy_looks(ids, grid.row_at(max(number - grid.first - 1, 0)))
+        edits += restoring(grid.name, numbers, new, step.marks)
+        edits += [SetComments(grid.name, numbers[r], c, thread) for r, c, thread, _ in step.marks if thread]
+    store(author, edits)
     grid.carry_out(insert, ids)
-    for _, row, column, text in texts:
+    for row, column, text in texts:
         grid.put(row, column, text)
-    back = RemoveRows(grid.name, tuple(ids), tuple(cells for _, cells in step.rows))
+    if step.marks is not None:
+        grid.marks.drop(ids)
+        for row, column, thread, look in step.marks:
+            grid.marks.set_thread(row, column, thread)
+            grid.marks.set_look(row, column, look)
+    back = RemoveRows(grid.name, tuple(ids), tuple(cells for _, cells in step.rows), step.marks or ())
     return Changed(grid.name, inserted=tuple((row, step.before) for row in ids)), back
 
 
@@ -460,10 +521,51 @@ def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Cha
     _unchanged(author, grid, step)
     place, count = grid.index_of(step.rows[0]), len(step.rows)
     gone = tuple((row, dict(grid.texts[row])) for row in grid.rows[place : place + count])
+    marks = grid.marks.of(row for row, _ in gone)
     removal = DeleteRows(grid.name, grid.first + place, count)
     store(author, [removal])
     grid.carry_out(removal)
-    return Changed(grid.name, removed=tuple(row for row, _ in gone)), AddRows(grid.name, gone, grid.row_at(place))
+    back = AddRows(grid.name, gone, grid.row_at(place), marks)
+    return Changed(grid.name, removed=tuple(row for row, _ in gone)), back
+
+
+def put_thread(store: Store, author: str, grid: Grid, step: PutThread) -> tuple[Changed, PutThread]:
+    """Change the comments of a cell; raise Refused when others have changed the same comment."""
+    must_have(grid, [step.row])
+    now = grid.marks.thread(step.row, step.column)
+    try:
+        after = merged(now, step.before, step.after)
+    except SheetsError as error:
+        raise Refused(error.message, error.remedy) from error
+    store(author, [SetComments(grid.name, grid.number(step.row), step.column, after)])
+    grid.marks.set_thread(step.row, step.column, after)
+    changed = Changed(grid.name, touched=(step.row,), cells=((step.row, step.column),), about="comments")
+    return changed, PutThread(grid.name, step.row, step.column, after, now)
+
+
+def put_header(store: Store, author: str, grid: Grid, step: PutHeader) -> tuple[Changed, PutHeader]:
+    """Give a column of a table another header; raise Refused for one that is gone or was changed."""
+    if grid.kind != "table" or not any((c.number, c.header) == (step.column, step.was) for c in grid.columns):
+        raise Refused(N_("The header of this column was changed."), _AGAIN)
+    store(author, [SetCell(grid.name, grid.first - 1, step.column, step.text)])
+    grid.columns = tuple(replace(c, header=step.text) if c.number == step.column else c for c in grid.columns)
+    return Changed(grid.name, heads=((step.column, step.text),)), PutHeader(grid.name, step.column, step.was, step.text)
+
+
+def put_looks(store: Store, author: str, grid: Grid, step: PutLooks) -> tuple[Changed, PutLooks]:
+    """Change looks of cells."""
+    must_have(grid, [row for row, *_ in step.cells])
+    numbers, edits, back = grid.numbers(), list[Edit](), list[tuple[str, int, Look, Look]]()
+    for row, column, was, look in step.cells:
+        now = grid.marks.look(row, column)
+        new = replace(now, **{n: getattr(look, n) for n in Look.__slots__ if getattr(was, n) != getattr(look, n)})
+        edits.append(look_edit(grid.name, numbers[row], column, now, new))
+        back.append((row, column, new, now))
+    store(author, edits)
+    for row, column, new, _ in back:
+        grid.marks.set_look(row, column, new)
+    rows, places = tuple(dict.fromkeys(row for row, *_ in back)), tuple((row, column) for row, column, *_ in back)
+    return Changed(grid.name, touched=rows, cells=places, about="looks"), PutLooks(grid.name, tuple(back))
 
 
 def shift(store: Store, author: str, grid: Grid, step: PlaceRows) -> tuple[Changed, PlaceRows]:
@@ -486,7 +588,12 @@ def blocks(grid: Grid, step: RemoveRows | PlaceRows) -> Sequence[RemoveRows | Pl
     if isinstance(step, PlaceRows) or step.texts is None:
         return [replace(step, rows=rows) for rows in parts]
     texts = dict(zip(step.rows, step.texts, strict=True))
-    return [replace(step, rows=rows, texts=tuple(texts[row] for row in rows)) for rows in parts]
+    return [
+        replace(
+            step, rows=rows, texts=tuple(texts[row] for row in rows), marks=tuple(m for m in step.marks if m[0] in rows)
+        )
+        for rows in parts
+    ]
 
 
 def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
@@ -497,6 +604,13 @@ def _unchanged(author: str, grid: Grid, step: RemoveRows) -> None:
         if by != author:
             who, number = by or N_("Another program"), grid.number(row)
             message = N_("{who} has changed row {row} since, so it stays.", who=who, row=number)
+            raise Refused(message, N_("Delete it if it is to go."))
+    if step.texts is None:
+        return
+    known = {c.id for _, _, thread, _ in step.marks for c in thread}
+    for row, _, thread, _ in grid.marks.of(step.rows):
+        if who := next((c.author for c in thread if c.id not in known and c.author != author), ""):
+            message = N_("{who} has commented on row {row} since, so it stays.", who=who, row=grid.number(row))
             raise Refused(message, N_("Delete it if it is to go."))
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from rrp_sheets.checks.tests import quoted_sheet
 from rrp_sheets.documents.grid import CellText, Changed, Grid, Refused, SheetChange, SheetMissing, Store
+from rrp_sheets.documents.marks import look_edit
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.problems import FormulaProblem
 from rrp_sheets.formulas.tokens import Hole, Token, tokenize
@@ -18,7 +19,19 @@ from rrp_sheets.model.workbook import Address, Cell, Workbook
 from rrp_sheets.robots import load_robot, robot_names
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.edits import AddSheet, BringSheet, DeleteSheet, MoveSheet, RenameSheet, SetCell, parse_typed
+from rrp_sheets.workbook.comments import Thread, with_new_ids
+from rrp_sheets.workbook.edits import (
+    AddSheet,
+    BringSheet,
+    DeleteSheet,
+    MoveSheet,
+    RenameSheet,
+    SetCell,
+    SetComments,
+    SetLook,
+    parse_typed,
+)
+from rrp_sheets.workbook.looks import PLAIN_LOOK
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import TITLES, is_single, recognise
 from rrp_sheets.workbook.sheet_names import free_name, sheet_name
@@ -56,7 +69,7 @@ class SheetEdits:
         return self._make(author, DeleteSheetStep(sheet))
 
     def duplicate(self, author: str, sheet: str) -> Changed:
-        """Add a sheet with the same texts."""
+        """Add a sheet with the same texts, comments and looks."""
         with self._lock:
             grid = self._sheets().grids.get(sheet)
             if grid is None or is_single(grid.kind):
@@ -65,7 +78,9 @@ class SheetEdits:
             headers = {c.number: c.header for c in grid.columns}
             lines = [headers, *(grid.texts[row] for row in grid.rows[: grid.filled()])]
             rows = [[line.get(c, "") for c in range(1, width + 1)] for line in lines]
-            return self.add(author, grid.kind, free_name(sheet, self._sheets().reading.workbook.sheets, 2), rows)
+            name = free_name(sheet, self._sheets().reading.workbook.sheets, 2)
+            step = _added_sheet(self._sheets(), grid.kind, name, rows)
+            return self._make(author, replace(step, marks=tuple(_copied_marks(grid, step.sheet))))
 
     def naming(self, sheet: str) -> list[str]:
         """Return the references to a sheet in the workbook, in words, each with its place."""
@@ -119,6 +134,16 @@ def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
     return free_name(TITLES[kind], kinds, count + 1)
 
 
+def _copied_marks(grid: Grid, sheet: str) -> Iterator[SetComments | SetLook]:
+    """Yield the edits that give a copy of a sheet, whose header is its first row, the comments and looks of cells."""
+    numbers = {row: number for number, row in enumerate(grid.rows[: grid.filled()], 2)}
+    for row, column, thread, look in grid.marks.of(numbers):
+        if thread:
+            yield SetComments(sheet, numbers[row], column, with_new_ids(thread))
+        if look != PLAIN_LOOK:
+            yield look_edit(sheet, numbers[row], column, PLAIN_LOOK, look)
+
+
 def _refuse_columns(headers: Sequence[str]) -> None:
     if len(headers) > _MOST_COLUMNS:
         raise Refused(N_("A table has at most {n} columns.", n=_MOST_COLUMNS), N_("Name fewer."))
@@ -135,6 +160,8 @@ def _short(text: str) -> str:
 
 SheetCells = tuple[tuple[str, CellText], ...]
 """Texts of cells, each with the name of its sheet."""
+SheetTexts = tuple[tuple[tuple[tuple[int, str], ...], ...], tuple[Thread, ...]]
+"""Texts of a sheet by row, and its comments."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,6 +172,7 @@ class AddSheetStep:
     edit: AddSheet | BringSheet
     cells: SheetCells = ()  # that change with it (the Protocol's Run), if they still say there what they did
     grid: Grid | None = None  # of the sheet that comes back, whose rows keep their ids
+    marks: tuple[SetComments | SetLook, ...] = ()  # of a copy
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +180,7 @@ class DeleteSheetStep:
     """Delete a sheet; with `texts` only if nothing else stands in it by now."""
 
     sheet: str
-    texts: tuple[tuple[tuple[int, str], ...], ...] | None = None
+    texts: SheetTexts | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +250,7 @@ def make_sheet_step(sheets: Sheets, author: str, step: SheetStep) -> tuple[Chang
 
 def _bring_in(sheets: Sheets, author: str, step: AddSheetStep) -> tuple[Changed, SheetStep]:
     cells = _still(sheets, step.cells)
-    sheets.store(author, [*_edits(sheets, cells), step.edit])
+    sheets.store(author, [*_edits(sheets, cells), step.edit, *step.marks])
     sheets.grids = sheets.renew({**sheets.grids, **({step.sheet: step.grid} if step.grid is not None else {})})
     new = sheets.grids.get(step.sheet)
     change = SheetChange("added", step.sheet, new.kind if new else "")
@@ -319,11 +347,12 @@ def _changed(sheets: Sheets, author: str, sheet: str, change: SheetChange, cells
     return Changed(sheet, change=change, then=tuple(then))
 
 
-def _texts(grid: Grid | None) -> tuple[tuple[tuple[int, str], ...], ...] | None:
-    """Return the texts in a sheet by row, whatever the ids of its rows."""
+def _texts(grid: Grid | None) -> SheetTexts | None:
+    """Return the texts in a sheet by row, whatever the ids of its rows, and the comments."""
     if grid is None:
         return None
-    return tuple(tuple(sorted(grid.texts[row].items())) for row in grid.rows if grid.texts[row])
+    texts = tuple(tuple(sorted(grid.texts[row].items())) for row in grid.rows if grid.texts[row])
+    return texts, tuple(thread for _, _, thread, _ in grid.marks.of(grid.rows) if thread)
 
 
 _SEPARATORS = re.compile(r"([,;\n])")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -74,6 +74,13 @@ class CheckWorker:
         request = [f"{__name__}.rename_in_file", str(path.absolute()), old, new, near]
         return unpack(Renaming, self._worker.ask(request, self._within))
 
+    def rename_column(self, path: Path, table: str, old: str, new: str, headers: Sequence[str]) -> Renaming:
+        """Return the edits that give a column of a table another name; see `table_columns.rename_column`."""
+        from rrp_sheets.checks.renaming import Renaming
+
+        request = [f"{__name__}.rename_column_in_file", str(path.absolute()), table, old, new, *headers]
+        return unpack(Renaming, self._worker.ask(request, self._within))
+
     def close(self) -> None:
         """End the process."""
         self._worker.close()
@@ -91,6 +98,13 @@ def rename_in_file(path: str, old: str, new: str, near: str) -> Renaming:
     from rrp_sheets.checks.renaming import rename
 
     return rename(read_and_check(Path(path))[1], old, new, near=near)
+
+
+def rename_column_in_file(path: str, table: str, old: str, new: str, *headers: str) -> Renaming:
+    """Return the edits outside of a table's sheet that give one of its columns another name."""
+    from rrp_sheets.checks.table_columns import rename_column
+
+    return rename_column(read_and_check(Path(path))[1], table, old, new, headers)
 
 
 def read_and_check(path: Path) -> tuple[Reading, Checked]:

@@ -21,6 +21,8 @@ from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
+from rrp_sheets.workbook.comments import Thread
+from rrp_sheets.workbook.looks import Look, shade
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
 
 Numbered = list[tuple[int, Diagnostic]]
@@ -30,6 +32,7 @@ _KINDS = {
     StreamKind.ACTUATOR.value: N_("actuator"), StreamKind.DONE.value: N_("done"),
 }  # fmt: skip
 _LONG = 600  # characters of a text that is shown in part until the cursor is there
+_MOST_TOLD = 300  # characters of a comment
 _BODY = 50  # rows; as many as grid.js makes them
 Signature = tuple[Any, ...]
 Locked = Mapping[tuple[str, str, int], tuple[str, str]]
@@ -122,7 +125,8 @@ class RowRenderer:
         problems = tuple((n, d.id, len(d.fixes)) for n, d in self._problems.get(number, ()))
         locked = tuple(self._locked.get((row, c.number)) for c in self.grid.columns)
         example, is_anonymous = self._examples.get(number, ""), number in self._anonymous
-        return tuple(texts.items()), names, problems, example, is_anonymous, locked, self._verdicts.get(row)
+        marks = self.grid.marks.of([row])
+        return tuple(texts.items()), names, problems, example, is_anonymous, locked, self._verdicts.get(row), marks
 
     def _render(self, row: str, number: int, language: str) -> str:
         self._signatures[row] = self._signature(row, number)
@@ -152,14 +156,19 @@ class RowRenderer:
     def _cell(
         self, row: str, number: int, column: GridColumn, kind: str, text: str, problems: Numbered, language: str
     ) -> str:
-        looks, more = kind, ""
+        looks, more = kind + _look(self.grid.marks.look(row, column.number)), ""
         if text:
             more += f' data-v="{escape(text)}"'
+        described = [f"p{n}" for n, _ in problems]
         if problems:
-            described = " ".join(f"p{n}" for n, _ in problems)
             worst = problems[0][1].severity.value
-            more += f' aria-describedby="{described}"' + (' aria-invalid="true"' if worst == "error" else "")
+            more += ' aria-invalid="true"' if worst == "error" else ""
             looks += f" flagged is-{worst}"
+        if comments := self.grid.marks.thread(row, column.number):
+            described.append(f"c-{row}-{column.number}")
+            looks += " commented" + (" resolved" if comments[0].done else "")
+        if described:
+            more += f' aria-describedby="{" ".join(described)}"'
         if kind == "setting" and not text and not self._has_setting(row, column):
             looks += " untaken"
         if who := self._locked.get((row, column.number)):
@@ -172,6 +181,9 @@ class RowRenderer:
         if kind == "expect" and row in self._verdicts:
             inside += _verdict(self._verdicts[row], language)
         inside += f'<div class="mends">{"".join(_mend(n, d, language) for n, d in problems)}</div>' if problems else ""
+        if comments:
+            told = _said(_told(comments), language)
+            inside += f'<span class="about-comments" id="{described[-1]}" hidden>{told}</span>'
         if who:
             client, name = who
             said = _said(N_("{name} is editing", name=name), language)
@@ -207,6 +219,23 @@ class RowRenderer:
         kind = self._streams.get(key(name), "")
         spoken = f'<span class="only-spoken">{_said(_KINDS[kind], language)} </span>' if kind else ""
         return f'<span class="name {kind}">{spoken}{escape(name)}</span>'
+
+
+def _look(look: Look) -> str:
+    """Return the classes of a look."""
+    tint = shade(look.fill)
+    return "".join((" bold" if look.bold else "", f" tint-{tint}" if tint else "", "" if look.wrap else " unwrapped"))
+
+
+def _told(thread: Thread) -> str:
+    """Return the comments of a cell in short, for a screen reader."""
+    last = thread[-1]
+    text, author = last.text[:_MOST_TOLD], last.author or N_("somebody")
+    if thread[0].done:
+        return N_("Resolved comment: {text} ({author})", text=text, author=author)
+    if len(thread) == 1:
+        return N_("Comment: {text} ({author})", text=text, author=author)
+    return N_("{n} comments, the last one: {text} ({author})", n=len(thread), text=text, author=author)
 
 
 def _said(text: str, language: str) -> Markup:

@@ -386,6 +386,11 @@ class WorkbookSession(Broadcaster):
         """Return the edits that give a stream or a helper another name; see `renaming.rename`, also for errors."""
         return self._worker.rename(self.document.path, old, new, near)
 
+    def renaming_column(self, sheet: str, old: str, new: str) -> Renaming:
+        """Return the edits outside of a table that give one of its columns another name; as `renaming`."""
+        headers = [c.header for c in self.document.grids[sheet].columns]
+        return self._worker.rename_column(self.document.path, sheet, old, new, headers)
+
     def words(self, language: str) -> tuple[str, str]:
         """Return the words that are suggested, as JSON in a language, and a digest of them; made once a check."""
         analysis = self.analysis()
@@ -454,13 +459,18 @@ class WorkbookSession(Broadcaster):
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
         with self._lock:
+            if changed.heads:
+                self._renderers.pop(changed.sheet, None)
             renderer = self.renderer(changed.sheet)
             entry = self._now(changed.sheet)
+            if changed.heads:
+                entry["heads"] = [list(head) for head in changed.heads]
             if changed.touched:
                 made = renderer.html(changed.touched, self.languages)
                 entry["replace"] = [{"id": row, "html": html} for row, html in made.items()]
             if changed.cells:
                 entry["cells"] = [list(place) for place in changed.cells[:1000]]
+                entry["about"] = changed.about
             if changed.inserted:
                 made = renderer.html((row for row, _ in changed.inserted), self.languages)
                 entry["insert"] = [{"before": at, "html": made[row]} for row, at in changed.inserted if row in made]

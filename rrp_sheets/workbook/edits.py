@@ -11,6 +11,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
+from rrp_sheets.workbook.comments import Comment, Thread
 from rrp_sheets.workbook.raw import number_text
 
 Value = str | float | bool | None
@@ -53,6 +54,33 @@ class SetCell:
             told = N_("The text for {cell} contains something that is no character ({code}).", cell=at, code=code)
             raise SheetsError(told, N_("Type the text again instead of pasting it."))
         return value
+
+
+@dataclass(frozen=True, slots=True)
+class SetComments:
+    """Give a cell a thread of comments instead of the one that it has; an empty one takes it away."""
+
+    sheet: str
+    row: int
+    column: int
+    thread: Thread
+
+    def __post_init__(self) -> None:
+        """Make comments of what a journal has kept of them."""
+        made = tuple(c if isinstance(c, Comment) else Comment(**c) for c in self.thread)
+        object.__setattr__(self, "thread", made)
+
+
+@dataclass(frozen=True, slots=True)
+class SetLook:
+    """Let a cell be bold, have a fill (`RRGGBB`), or break long texts; what is None stays, as does all else."""
+
+    sheet: str
+    row: int
+    column: int
+    bold: bool | None = None
+    fill: str | None = None
+    wrap: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +210,7 @@ class BringSheet:
 
 RowEdit = InsertRows | DeleteRows | MoveRows
 SheetEdit = AddSheet | RenameSheet | MoveSheet | DeleteSheet | BringSheet
-Edit = SetCell | RowEdit | SheetEdit
+Edit = SetCell | SetComments | SetLook | RowEdit | SheetEdit
 
 
 _NUMBER = re.compile(r"-?(?:0|[1-9]\d{0,14})(?:\.\d{1,15})?")

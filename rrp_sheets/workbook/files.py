@@ -28,17 +28,26 @@ from pathlib import Path
 from rrp_sheets.errors import SheetsError, UnreadableFile
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
-from rrp_sheets.workbook.edits import Edit, SetCell, SheetEdit
+from rrp_sheets.workbook.edits import Edit, SetCell, SetComments, SetLook, SheetEdit
 from rrp_sheets.workbook.maker import Offers, workbook_bytes
 from rrp_sheets.workbook.raw import Book, Extent, Format, RawSheet, Rows, check_size, unreadable
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES, TAB_SUFFIX, decode, natural, read_csv
-from rrp_sheets.workbook.text_patch import MARKDOWN, NO_FILE_NAME, CsvFolder, CsvTable, EncodedText, csv_text
+from rrp_sheets.workbook.text_patch import (
+    MARKDOWN,
+    NO_FILE_NAME,
+    CsvFolder,
+    CsvTable,
+    EncodedText,
+    csv_text,
+    texts_only,
+)
 from rrp_sheets.workbook.xlsx import XlsxBook
 
 
 def _edit_xlsx(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tuple[str, ...]]:
     """Change an .xlsx file, of which only the parts of the sheets that change are others; see `Format`."""
+    from rrp_sheets.workbook.patch.marks import add_parts, set_comments, set_look
     from rrp_sheets.workbook.patch.package_edit import PackageEdit, set_cell
     from rrp_sheets.workbook.patch.references import grow
     from rrp_sheets.workbook.patch.row_edits import change_rows
@@ -53,6 +62,12 @@ def _edit_xlsx(data: bytes, name: str, edits: Sequence[Edit]) -> tuple[bytes, tu
     for one in edits:
         if isinstance(one, SetCell):
             set_cell(package, one)
+        elif isinstance(one, SetComments):
+            if add_parts(package, one):
+                package = PackageEdit(finished(), name)
+            set_comments(package, one)
+        elif isinstance(one, SetLook):
+            set_look(package, one)
         elif isinstance(one, SheetEdit):
             package = PackageEdit(finished(), name)  # it has all sheets as they are now
             kept += [back] if (back := change_sheets(package, one)) else []
@@ -264,6 +279,8 @@ def _edit_csv(path: Path, edits: Sequence[Edit], expected: str | None) -> Edited
                 raise SheetsError(N_("A CSV file is one sheet."), remedy)
             kept += [back] if (back := now.apply(one)) else []
             continue
+        if isinstance(one, SetComments | SetLook):
+            raise texts_only(one)
         name = sheet_named(list(now.files), one.sheet)
         text = EncodedText(now.files[name])
         table = CsvTable(name, text.text, text.newline, now.file_name(name))

@@ -47,6 +47,15 @@ class EncodedText:
             return text.encode("utf-8-sig")
 
 
+def texts_only(edit: edits.SetComments | edits.SetLook) -> SheetsError:
+    """The error for what a file that has only the texts of cells cannot keep."""
+    if isinstance(edit, edits.SetComments):
+        message = N_("A text file (CSV, Markdown) has no place for comments of cells.")
+        return SheetsError(message, N_("Write it into the column Notes, or use an .xlsx workbook."))
+    message = N_("A text file (CSV, Markdown) has no place for bold, colours and line breaks.")
+    return SheetsError(message, N_("Use an .xlsx workbook."))
+
+
 class TextTable(ABC):
     """The rows of one sheet as lines of a text: `head`, one entry per row in `lines`, `tail`.
 
@@ -425,6 +434,8 @@ def edit_markdown(data: bytes, name: str, changes: Sequence[edits.Edit]) -> tupl
             kept += [back] if (back := sheets.apply(one)) else []
             whole, names = sheets.whole(), sheets.names
             continue
+        if isinstance(one, edits.SetComments | edits.SetLook):
+            raise texts_only(one)
         table = MarkdownTable(sheet_named(names, one.sheet), whole, text.newline)
         table.apply(one)
         whole = table.whole()

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from functools import cache, partial
 from typing import Any, ClassVar
 
@@ -20,11 +21,11 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
-from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutTexts, SheetMissing
+from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import FALSE_WORDS
+from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.render.svg import frame, text
@@ -54,6 +55,17 @@ from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
+from rrp_sheets.workbook.comments import (
+    Comment,
+    Thread,
+    checked_text,
+    new_id,
+    removed,
+    replied,
+    resolved,
+    rewritten,
+)
+from rrp_sheets.workbook.looks import FILLS
 from rrp_sheets.workbook.schema import TITLES
 
 MOST_CELLS = 50_000
@@ -61,13 +73,14 @@ MOST_NEW_ROWS = 5_000
 _MOST_DEVICES = 20  # that one edit adds to the sheet Devices
 _ACTIONS = (
     "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part",
-    "fix", "test",
+    "fix", "test", "comment", "look",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 _OLD = N_("This is no longer what the check says.")
 _LOOK = N_("Look at the problems again.")
+MOST_LISTED_THREADS, MOST_LISTED_TEXT = 2_000, 300
 MOST_PROBLEMS = 300  # that are listed; of the others the number
 FIRST_ROWS = 200  # in the page itself; the others follow
 MOST_OWN_ROWS, MOST_COLUMNS = 2_000, 60  # of a sheet of the user's own
@@ -220,15 +233,47 @@ def renaming(name: str, sheet: str) -> Response:
     """Send the cells that change when a stream or a helper gets another name, or why it cannot have that."""
     session = workbook_or_404(name)
     document, old, new = session.document, *(request.args.get(n, "")[:200] for n in ("old", "new"))
+    sheet, column = sheet_or_404(document, sheet), request.args.get("column", "")
+    cells: list[dict[str, str | None]] = []
     try:
-        found = _renaming(session, document, sheet_or_404(document, sheet), old, new)
+        if _COLUMN.fullmatch(column):
+            found = session.renaming_column(sheet, old, new)
+            at = f"{column_letters(int(column))}{document.grids[sheet].first - 1}"
+            cells.append({"sheet": sheet, "cell": at, "was": old, "text": new})
+        else:
+            found = _renaming(session, document, sheet, old, new)
     except SheetsError as error:
         return jsonify({"message": error_text(error)})
-    cells = [(edit.address, edit.was, edit.text) for edit in found.edits]
     return jsonify({
-        "cells": [{"sheet": at.sheet, "cell": at.cell, "was": was, "text": text} for at, was, text in cells],
-        "unsafe": [str(at) for at in found.unsafe],
+        "cells": [*cells, *map(_shown_edit, found.edits)], "unsafe": [str(at) for at in found.unsafe],
+        "unsure": [*map(_shown_edit, found.unsure)],
     })  # fmt: skip
+
+
+def _shown_edit(edit: Put) -> dict[str, str | None]:
+    return {"sheet": edit.address.sheet, "cell": edit.address.cell, "was": edit.was, "text": edit.text}
+
+
+@blueprint.get("/book/<name>/thread/<sheet>/<row>/<int:column>")
+def thread(name: str, sheet: str, row: str, column: int) -> Response:
+    """Send the comments of a cell."""
+    document = workbook_or_404(name).document
+    grid = document.grids[sheet_or_404(document, sheet)]
+    return jsonify({"comments": [asdict(c) for c in grid.marks.thread(row, column)]})
+
+
+@blueprint.get("/book/<name>/comments")
+def comments(name: str) -> Response:
+    """Send the comments of all cells, the first of each thread, with the number of its replies."""
+    try:
+        found = workbook_or_404(name).document.comments()
+    except SheetsError as error:
+        return jsonify({"message": error_text(error)})
+    return jsonify({"threads": [
+        {"sheet": sheet, "row": row, "cell": f"{column_letters(column)}{number}", "replies": len(thread) - 1,
+         **asdict(thread[0]), "text": thread[0].text[:MOST_LISTED_TEXT]}
+        for sheet, number, column, row, thread in found[:MOST_LISTED_THREADS]
+    ], "left_out": max(0, len(found) - MOST_LISTED_THREADS)})  # fmt: skip
 
 
 @blueprint.get("/book/<name>/diagram/<int:number>.svg")
@@ -290,31 +335,51 @@ def change(name: str, action: str) -> Response:
 
 
 def _make(session: WorkbookSession, author: str, action: str, given: Asked, document: Document) -> Changed | None:
-    if action == "fix":
-        return make_fix(document, session.analysis(), author, given)
-    if action in ("undo", "redo"):
-        changed = document.undo(author, redo=action == "redo")
-        if changed is None:
-            raise Refused(N_("There is nothing to undo." if action == "undo" else "There is nothing to do again."))
-        return changed
-    sheet = text_of(given, "sheet")
-    if action == "cells":
-        cells = given.get("cells")
-        if not isinstance(cells, list) or len(cells) > MOST_CELLS:
-            raise BadRequest
-        texts = [_cell(c) for c in cells]
-        if given.get("rename") is True and len(texts) == 1:
-            return _rename(session, document, author, sheet, texts[0])
-        if added := _added_devices(document, given.get("devices", [])):
-            return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
-        return document.set_cells(author, sheet, texts)
-    if action == "replace":
-        return document.together(author, _replaced(document, given))
-    if action == "rename":
-        names = text_of(given, "old"), text_of(given, "new")
-        steps = list(_steps(document.grids, _renaming(session, document, document.current(sheet), *names).edits))
-        return document.together(author, steps) if steps else None
-    before = given.get("before")
+    match action:
+        case "fix":
+            return make_fix(document, session.analysis(), author, given)
+        case "undo" | "redo":
+            changed = document.undo(author, redo=action == "redo")
+            if changed is None:
+                raise Refused(N_("There is nothing to undo." if action == "undo" else "There is nothing to do again."))
+            return changed
+        case "cells":
+            return _set_cells(session, document, author, given)
+        case "replace":
+            return document.together(author, _replaced(document, given))
+        case "rename":
+            return _rename_all(session, document, author, given)
+        case "comment":
+            return _comment(document, author, text_of(given, "sheet"), given)
+        case "look":
+            return _set_looks(document, author, text_of(given, "sheet"), given)
+    return _change_rows(document, author, action, given)
+
+
+def _set_cells(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+    sheet, cells = text_of(given, "sheet"), given.get("cells")
+    if not isinstance(cells, list) or len(cells) > MOST_CELLS:
+        raise BadRequest
+    texts = [_cell(c) for c in cells]
+    if given.get("rename") is True and len(texts) == 1:
+        return _rename(session, document, author, sheet, texts[0])
+    if added := _added_devices(document, given.get("devices", [])):
+        return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
+    return document.set_cells(author, sheet, texts)
+
+
+def _rename_all(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed | None:
+    """Give a stream, a helper or a column of a table another name, everywhere."""
+    sheet, names = document.current(text_of(given, "sheet")), (text_of(given, "old"), text_of(given, "new"))
+    if "column" in given:
+        return _rename_column(session, document, author, sheet, *names, given)
+    steps = list(_steps(document.grids, _renaming(session, document, sheet, *names).edits))
+    return document.together(author, steps) if steps else None
+
+
+def _change_rows(document: Document, author: str, action: str, given: Asked) -> Changed:
+    """Insert, delete or move rows."""
+    sheet, before = text_of(given, "sheet"), given.get("before")
     if before is not None and not isinstance(before, str):
         raise BadRequest
     if action == "insert":
@@ -371,6 +436,50 @@ def _replaced(document: Document, given: Asked) -> list[PutTexts]:
     return [PutTexts(sheet, tuple(map(_cell, mine))) for sheet, mine in cells]
 
 
+def _comment(document: Document, author: str, sheet: str, given: Asked) -> Changed:
+    """Change the comments of a cell as a page asks for it (`what`)."""
+    what, text, id = text_of(given, "what"), given.get("text", ""), given.get("id", "")
+    column = given.get("column")
+    if not (isinstance(column, int) and isinstance(text, str) and isinstance(id, str)):
+        raise BadRequest
+    if what in ("add", "edit"):
+        text = checked_text(text)
+    at = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%f")[:22] + "Z"
+    changes: dict[str, Callable[[Thread], Thread]] = {
+        "add": lambda now: replied(now, Comment(new_id(), author, at, text)),
+        "edit": lambda now: rewritten(now, id, author, text),
+        "delete": lambda now: removed(now, id, author),
+        "clear": lambda now: (),
+        "resolve": lambda now: resolved(now, done=True),
+        "reopen": lambda now: resolved(now, done=False),
+    }
+    if what not in changes:
+        raise BadRequest
+    return document.comment(author, sheet, text_of(given, "row"), column, changes[what])
+
+
+def _set_looks(document: Document, author: str, sheet: str, given: Asked) -> Changed:
+    return document.set_looks(author, sheet, _places(given), _look(given))
+
+
+def _places(given: Asked) -> list[tuple[str, int]]:
+    cells = given.get("cells")
+    if not isinstance(cells, list) or not 0 < len(cells) <= MOST_CELLS:
+        raise BadRequest
+    if not all(isinstance(c, dict) and isinstance(c.get("column"), int) for c in cells):
+        raise BadRequest
+    return [(text_of(c, "row"), c["column"]) for c in cells]
+
+
+def _look(given: Asked) -> dict[str, bool | str]:
+    """Validate how cells are to look: bold or not, of one of our colours or none, with long texts broken or not."""
+    look = {name: given[name] for name in ("bold", "fill", "wrap") if name in given}
+    fill = look.get("fill", "")
+    if fill not in ("", *FILLS) or not all(isinstance(look.get(n, False), bool) for n in ("bold", "wrap")) or not look:
+        raise BadRequest
+    return {name: FILLS.get(fill, "") if name == "fill" else value for name, value in look.items()}
+
+
 def _rename(session: WorkbookSession, document: Document, author: str, sheet: str, cell: CellText) -> Changed:
     """Change a cell that gives a name, and all cells that have it.
 
@@ -387,6 +496,20 @@ def _rename(session: WorkbookSession, document: Document, author: str, sheet: st
     if len(steps) < 2 or giving != [cell.row]:
         return document.set_cells(author, sheet, [cell])
     return document.together(author, steps)
+
+
+def _rename_column(
+    session: WorkbookSession, document: Document, author: str, sheet: str, old: str, new: str, given: Asked
+) -> Changed:
+    """Give a column of a table another name, also in the uncertain places that the page names (`also`)."""
+    column, also = given.get("column"), given.get("also", [])
+    if not isinstance(column, int) or not isinstance(also, list) or sheet not in document.grids:
+        raise BadRequest
+    found = session.renaming_column(sheet, old, new.strip())
+    wanted = {e.address: e for e in found.edits}
+    wanted |= {e.address: e for e in found.unsure if f"{e.address.sheet}!{e.address.cell}" in also}
+    steps = list(_steps(document.grids, tuple(wanted.values())))
+    return document.together(author, [PutHeader(sheet, column, new.strip(), old), *steps])
 
 
 def _renaming(session: WorkbookSession, document: Document, sheet: str, old: str, new: str) -> Renaming:

@@ -524,6 +524,14 @@ class SheetXml(XmlPart):
         put_value(cell, value)
         block.touch()
 
+    def set_style(self, row: int, column: int, style: int) -> None:
+        """Give a cell another style; its content stays."""
+        cell = self.cell(row, column)
+        if cell is None:
+            self.set_cell(row, column, None, style)
+        elif set_attributes(cell, {"s": str(style) if style else None}):
+            self.block(row).touch()
+
     def insert(self, before: int, rows: Iterable[etree._Element]) -> None:
         """Put rows, which have their numbers, where there are none yet: before the row `before` and those after it."""
         block = self.block(before)
@@ -641,6 +649,7 @@ class PackageEdit:
         self._recognised: dict[int, Recognised] = {}
         self.formulas_moved = False
         self.ends: dict[int, int] = {}
+        self.styled: dict[tuple[object, ...], int] = {}
 
     def note_end(self, index: int) -> None:
         """Remember where the filled rows of a sheet end, before it is changed."""

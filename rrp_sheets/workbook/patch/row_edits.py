@@ -24,7 +24,7 @@ from rrp_sheets.workbook.xlsx import LAST_ROW, block_of, place
 
 _MOST = 100_000
 _ELSEWHERE = N_("Do it in Excel or LibreOffice.")
-_SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
+SHAPE = re.compile(rb"<v:shape\b.*?</v:shape>", re.DOTALL)
 _NOTE = re.compile(rb"""ObjectType\s*=\s*["']Note["']""")
 _ROW = re.compile(rb"(<x:Row>\s*)(\d+)(\s*</x:Row>)")
 _ANCHOR = re.compile(rb"(<x:Anchor>)([^<]*)(</x:Anchor>)")
@@ -176,20 +176,25 @@ def move_comments(package: PackageEdit, index: int, edit: RowEdit) -> None:
                 holder.touch()
     for target in package.related(part, "vmldrawing"):
         old = package.read(target)
-        if (moved := _SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)) != old:
+        if (moved := SHAPE.sub(lambda shape: _moved_box(shape[0], edit), old)) != old:
             package.write(target, moved)
 
 
 def _moved_box(shape: bytes, edit: RowEdit) -> bytes:
     """The box of a comment, moved by as many rows as its cell; other shapes (buttons, say) stay."""
     row = _ROW.search(shape)
-    if row is None or not _NOTE.search(shape):
+    if row is None or not is_note_box(shape):
         return shape
     new = edit.mapped(int(row[2]) + 1)
     if new is None:
         return b""
     by = new - 1 - int(row[2])
     return _ANCHOR.sub(lambda m: m[1] + _shifted(m[2], by) + m[3], _ROW.sub(rb"\g<1>%d\g<3>" % (new - 1), shape))
+
+
+def is_note_box(shape: bytes) -> bool:
+    """Return whether a shape is the box of a note; others are buttons, say."""
+    return _NOTE.search(shape) is not None
 
 
 def _shifted(anchor: bytes, by: int) -> bytes:

@@ -62,6 +62,13 @@ export const COMMANDS = [
   { name: "clear", label: t("Clear"), told: "Delete", help: "empties the selected cells", at: "cell", keys: ["Delete", "Backspace"], run: (grid) => grid.clear() },
   { name: "renameName", label: t("Rename everywhere …"), when: ({ renaming, selection }) => renaming.names(selection.cell).length > 0,
     run: ({ renaming, selection }) => renaming.ask(renaming.names(selection.cell)) },
+  { name: "renameColumn", label: t("Rename column …"), when: ({ table }) => table.kind === "table", run: ({ renaming }) => renaming.askColumn() },
+  { name: "comment", label: t("Comment …"), told: "Shift + F2", help: "shows the comments of the cell, to read, write and answer",
+    at: "cell", keys: ["Shift+F2"], run: ({ threads }) => threads.open() },
+  { name: "comments", label: t("All comments"), run: ({ threads }) => threads.list() },
+  { name: "bold", label: t("Bold"), told: "Ctrl + B", help: "makes the selected cells bold, or not bold", at: "cell", keys: ["Ctrl+b"], run: ({ looks }) => looks.bold() },
+  { name: "fillColour", label: t("Fill colour …"), run: ({ looks }) => looks.choose() },
+  { name: "wrap", label: t("Wrap text"), run: ({ looks }) => looks.wrap() },
   { told: "Space", help: "ticks the On column",
     at: "cell", keys: ["Space"], when: ({ selection }) => selection.cell.classList.contains("on"), run: ({ selection }) => selection.cell.querySelector("input")?.click() },
   { name: "mend", told: "Ctrl + .", help: "fixes the problem of the cell, as its message proposes", at: "cell", keys: ["Ctrl+."], run: ({ mending }) => mending.go() },
@@ -122,7 +129,7 @@ export const COMMANDS = [
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: [...COPYING, "renameName", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
+  cell: [...COPYING, "renameName", "renameColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
   rows: [...COPYING, "fillDown", ...ROWS],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };

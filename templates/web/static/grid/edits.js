@@ -7,8 +7,8 @@ import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
-const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "fix"]);
-const OWN = new Set(["cells", "insert", "delete", "move"]); // edits of this sheet alone, whatever its name is by now
+const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "comment", "look", "undo", "redo", "fix"]);
+const OWN = new Set(["cells", "insert", "delete", "move", "comment", "look"]); // edits of this sheet alone, whatever its name is by now
 
 export class Server {
   constructor(grid, table, client, hooks) {
@@ -171,6 +171,7 @@ export class Server {
   take(change, last) {
     if (last) this.confirm(change.tag);
     const before = this.hooks.before();
+    for (const [column, header] of change.heads ?? []) this.table.rename(column, header);
     for (const html of [...(change.insert ?? []).map((one) => one.html), ...(change.grown ?? [])]) {
       for (const row of parse(html)) {
         if (this.table.row(row.id)) this.show(row.id, row.outerHTML, change.made);
@@ -182,7 +183,7 @@ export class Server {
     const settled = last && this.order.settle(change.tag);
     for (const { id, html } of change.replace ?? []) this.show(id, html, change.made);
     for (const [id, html] of this.postponed) if (!this.waiting.has(id)) this.show(id, html);
-    this.shown(before, change, Boolean(change.order || change.insert || settled) && this.order.show());
+    this.shown(before, change, Boolean(change.order || change.insert || change.heads || settled) && (this.order.show() || Boolean(change.heads)));
   }
 
   /** A row that is new here, in its newest HTML: a change of it may have been quicker. */
@@ -313,12 +314,13 @@ class Unsent {
   told({ action, text }) {
     const sent = JSON.parse(text);
     if (action === "insert" && sent.before === null) return ""; // blank rows at the end, which no person asked for
+    if (action === "comment" && sent.text) return t("Comment: {text}", { text: sent.text });
     if (action === "cells") return sent.cells.map((cell) => `${this.place(cell)}: ${cell.text}`).join("\n");
     if (action === "replace") return sent.sheets.flatMap(({ sheet, cells }) => cells.map(({ text }) => `${sheet}: ${text}`)).join("\n");
     const rows = sent.rows?.length ?? sent.count;
     return {
       insert: t("Insert rows: {n}", { n: rows }), delete: t("Delete rows: {n}", { n: rows }), move: t("Move rows: {n}", { n: rows }),
-      undo: t("Undo"), redo: t("Redo"), fix: t("Fix: {title}", { title: sent.title }),
+      comment: t("Change of a comment"), look: t("Format of cells"), undo: t("Undo"), redo: t("Redo"), fix: t("Fix: {title}", { title: sent.title }),
     }[action] ?? action;
   }
 }

@@ -3,17 +3,19 @@
 import { press } from "../commands.js";
 import { listed, t, tn } from "../texts.js";
 import { Clipboard } from "./clipboard.js";
-import { Editor } from "./editor.js";
+import { Editor, key } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
 import { Filter } from "./filter.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
 import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
 import { Renaming } from "./renaming.js";
+import { Looks } from "./looks.js";
 import { Rows } from "./rows.js";
 import { pointer, Selection } from "./selection.js";
 import { done, Spoken, status } from "./spoken.js";
 import { StatusBar } from "./status_bar.js";
+import { Threads } from "./threads.js";
 import { Columns } from "./widths.js";
 
 const BODY = 50; // rows of a body; the browser leaves out the bodies that are out of sight
@@ -67,6 +69,8 @@ export class Grid {
     this.clipboard = new Clipboard(this);
     this.filter = new Filter(this);
     this.statusBar = new StatusBar(this);
+    this.looks = new Looks(this);
+    this.threads = new Threads(this);
     scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
     scroll.addEventListener("keydown", (event) => this.key(event));
     pointer(this);
@@ -113,6 +117,7 @@ export class Grid {
   refused(answer, action, body) {
     this.say(answer.message, "error");
     if (action === "replace") return; // nothing was changed: what is there now can be looked at, and searched again
+    if (action === "comment") this.threads.giveBack(body, answer.message);
     if (answer.clashes?.length) conflict(this, answer.clashes);
     else if (action === "cells" && !answer.locked) {
       this.takeBack(body.cells);
@@ -153,6 +158,7 @@ export class Grid {
     this.here = here;
     this.told = told;
     this.mending.place();
+    this.threads?.soon(cell);
     this.bar.querySelector("b").textContent = this.table.address(cell);
     this.fillBar();
     this.bar.classList.toggle("at-comment", row.classList.contains("comment"));
@@ -327,8 +333,9 @@ function retrace(grid, entries, isRedo) {
   grid.say(isRedo ? t("Redone: {changes}.", { changes }) : t("Undone: {changes}.", { changes }));
 }
 
-function describe(grid, { cells, insert, remove, move }) {
+function describe(grid, { cells, about, heads, insert, remove, move }) {
   const { table, selection } = grid;
+  if (heads?.length) return t("the column is “{text}” again", { text: heads[0][1] });
   if (cells?.length) {
     const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);
     const known = places.filter(([row, k]) => row && k >= 0);
@@ -338,6 +345,8 @@ function describe(grid, { cells, insert, remove, move }) {
     const cell = table.cell(row, k);
     const text = table.value(cell);
     const address = table.address(cell);
+    if (about === "comments") return t("comments of {cell}", { cell: address });
+    if (about === "looks") return tn("format of {cell}", "format of {n} cells from {cell} on", { n: known.length, cell: address });
     if (known.length > 1) return t("{n} cells from {cell} on", { n: known.length, cell: address });
     return text ? t("{cell} is “{text}” again", { cell: address, text: shortened(text) }) : t("{cell} is empty again", { cell: address });
   }
@@ -430,6 +439,16 @@ export class Table {
   /** The header over a column; its letter where it has none. */
   name(k) {
     return this.headers[k].dataset.name || this.headers[k].dataset.letter;
+  }
+
+  /** Give a column of the sheet another header. */
+  rename(sheetColumn, text) {
+    const header = this.headers[this.placeOf(sheetColumn)];
+    if (!header) return;
+    Object.assign(header.dataset, { name: text, spellings: key(text) });
+    header.ariaLabel = t("{name}, column {letter}", { name: text, letter: header.dataset.letter });
+    header.querySelector(".title").textContent = text;
+    header.querySelector(".widen").ariaLabel = t("Width of {column}", { column: text });
   }
 
   /** A cell's address, such as C4. */

@@ -113,6 +113,7 @@ if (grid) {
     grid.complete();
     document.body.toggleAttribute("data-ready", true);
     grid.drafts.offer();
+    grid.threads.offer();
   });
   const [id, place] = decodeURIComponent(location.hash.slice(1)).split("~"); // a row, perhaps with the cell in it
   const wanted = id && document.getElementById(id);

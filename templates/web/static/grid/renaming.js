@@ -13,6 +13,7 @@ const MOST_LISTED = 200; // cells
 export class Renaming {
   constructor(grid) {
     this.grid = grid;
+    this.heads();
   }
 
   /** True for a cell that gives a name: the output of a row that does not act, a stream of Devices, a helper. */
@@ -59,10 +60,42 @@ export class Renaming {
     return { old, name, rows, gives };
   }
 
-  /** Ask for the new name, with the cells that would change; `back` is done when it is given up. */
-  ask(names, name = names[0], back = () => {}) {
+  /** Let the headers of a table be renamed: by F2, Enter or a double click. */
+  heads() {
+    const { table, selection } = this.grid;
+    if (table.kind !== "table") return;
+    const focus = (k) => {
+      for (const [i, head] of table.headers.entries()) head.tabIndex = i === k ? 0 : -1;
+      table.headers[k].focus();
+    };
+    for (const [k, head] of table.headers.entries()) {
+      head.tabIndex = k ? -1 : 0;
+      head.addEventListener("dblclick", (event) => event.target.closest(".widen") || this.askColumn(k));
+      head.addEventListener("click", (event) => event.target.closest(".widen") || focus(k));
+      head.addEventListener("keydown", (event) => {
+        if (event.target !== head) return;
+        const to = { ArrowLeft: k - 1, ArrowRight: k + 1 }[event.key];
+        if (event.key === "F2" || event.key === "Enter") this.askColumn(k);
+        else if (event.key === "ArrowDown") selection.go(table.rows[0], k);
+        else if (table.headers[to]) focus(to);
+        else return;
+        event.preventDefault();
+        event.stopPropagation();
+      });
+    }
+  }
+
+  /** Ask for another name of a column of this table. */
+  askColumn(k = this.grid.selection.head.k) {
+    const { name } = this.grid.table.headers[k].dataset;
+    if (name) this.ask([name], name, () => {}, this.grid.table.sheetColumn(k));
+  }
+
+  /** Ask for the new name, with the cells that would change; `back` is done when it is given up. `column`: of a table, whose
+   *  header it is. */
+  ask(names, name = names[0], back = () => {}, column = 0) {
     const { grid } = this;
-    if (grid.held.takes(() => this.ask(names, name, back)) || grid.refuses()) return;
+    if (grid.held.takes(() => this.ask(names, name, back, column)) || grid.refuses()) return;
     let old = names[0];
     let newest = 0; // the number of the newest question to the server
     let found = null; // what its answer was
@@ -74,7 +107,8 @@ export class Renaming {
     const label = (text, part) => make("label", { className: "field" }, `${text} `, part);
     const submit = make("button", { type: "submit", className: "button first", textContent: t("Rename") });
     const form = make("form", {}, ...(names.length > 1 ? [label(t("Stream"), which)] : []), label(t("New name"), field), told, list, submit);
-    const dialog = open(names.length > 1 ? t("Rename a stream") : t("Rename “{name}”", { name: old }), [form]);
+    const title = column ? t("Rename the column “{name}”", { name: old }) : t("Rename “{name}”", { name: old });
+    const dialog = open(names.length > 1 ? t("Rename a stream") : title, [form]);
     form.append(button(t("Cancel"), () => dialog.close()));
     dialog.classList.add("renaming");
     dialog.addEventListener("close", () => done());
@@ -93,8 +127,10 @@ export class Renaming {
       if (!found || found.name !== field.value.trim()) await look();
       if (!found?.cells?.length || !dialog.open) return;
       done = () => {};
+      const also = [...list.querySelectorAll("input:checked")].map((box) => box.value);
       dialog.close();
-      grid.held.until(async () => this.told((await grid.server.send("rename", { old, new: found.name })).rows ?? [], { was: old, text: found.name }));
+      const body = { old, new: found.name, ...(column ? { column, also } : {}) };
+      grid.held.until(async () => this.told((await grid.server.send("rename", body)).rows ?? [], { was: old, text: found.name }));
     });
     field.select();
     look();
@@ -103,7 +139,7 @@ export class Renaming {
       const name = field.value.trim();
       const mine = ++newest;
       if (!name || name === old) return show({ name });
-      const query = new URLSearchParams({ old, new: name });
+      const query = new URLSearchParams({ old, new: name, ...(column ? { column } : {}) });
       const { ok, json } = await request(`${grid.server.url}/renaming/${encodeURIComponent(grid.server.sheet)}?${query}`);
       return mine === newest && show(ok ? { ...json, name } : { name, message: t("The server cannot be reached. Try again.") });
     }
@@ -117,6 +153,13 @@ export class Renaming {
       const sheets = Map.groupBy(cells.slice(0, MOST_LISTED), (cell) => cell.sheet);
       list.replaceChildren(...[...sheets].flatMap(([sheet, places]) => [make("h3", sheet), make("ul", {}, ...places.map(place))]));
       if (cells.length > MOST_LISTED) list.append(make("p", t("… and {n} more", { n: cells.length - MOST_LISTED })));
+      if (answer.unsure?.length) {
+        const boxes = answer.unsure.map((one) => {
+          const box = make("input", { type: "checkbox", value: `${one.sheet}!${one.cell}` });
+          return make("li", {}, make("label", { className: "tick" }, box, make("span", {}, ...texts({ ...one, cell: `${one.sheet} ${one.cell}` }))));
+        });
+        list.append(make("h3", t("Perhaps these too: tick those that read this column")), make("ul", {}, ...boxes));
+      }
       if (answer.unsafe?.length) {
         list.append(make("h3", t("Change these yourself: the name means something else there too")), make("p", answer.unsafe.join(", ")));
       }
@@ -130,20 +173,26 @@ export class Renaming {
       await grid.server.send("undo", {});
       grid.change([[grid.table.cell(grid.table.row(row), k), text]]);
     }));
+    const head = entries.some(({ heads }) => heads);
     const rows = new Set(entries.flatMap(({ sheet, cells = [] }) => cells.map(([row]) => `${sheet} ${row}`))).size;
-    if (!rows || (alone && rows < 2)) return;
+    if (!(rows || head) || (alone && rows < 2)) return;
     const { edits } = grid.server;
     const newest = (act) => () => {
       if (grid.server.edits === edits) act();
       else grid.say(t("You have changed something else since. Press Ctrl+Z to undo your changes one by one."), true);
     };
     const acts = [[t("Undo"), newest(() => grid.undo())], ...(alone ? [[t("Only this cell"), newest(alone)]] : [])];
-    status(tn("“{was}” is now “{text}” in {n} row.", "“{was}” is now “{text}” in {n} rows.", { was, text, n: rows }), "told", acts);
+    if (head) {
+      const told = rows ? tn("The column “{was}” is now “{text}”, also in {n} row that reads it.", "The column “{was}” is now “{text}”, also in {n} rows that read it.", { was, text, n: rows }) : t("The column “{was}” is now “{text}”.", { was, text });
+      status(told, "told", acts);
+    } else status(tn("“{was}” is now “{text}” in {n} row.", "“{was}” is now “{text}” in {n} rows.", { was, text, n: rows }), "told", acts);
   }
 }
 
 const parts = (text) => text.split(/[,\n]/).map((name) => name.trim());
 
-function place({ cell, was, text }) {
-  return make("li", {}, make("b", cell), " ", make("del", was), " ", make("ins", text));
+const texts = ({ cell, was, text }) => [make("b", cell), " ", make("del", was), " ", make("ins", text)];
+
+function place(one) {
+  return make("li", {}, ...texts(one));
 }

@@ -48,6 +48,8 @@ export class Spoken {
     if (!cell.parentElement.classList.contains("unfinished")) {
       for (const mend of cell.querySelectorAll(".mend:not(.is-info)")) parts.push(words(mend));
     }
+    const comments = cell.querySelector(":scope > .about-comments");
+    if (comments) parts.push(comments.textContent);
     const verdict = cell.querySelector(":scope > .verdict"); // of a test
     if (verdict) parts.push(verdict.textContent.replace(/^[✓✗] /, ""));
     const tag = cell.querySelector(".name-tag");
