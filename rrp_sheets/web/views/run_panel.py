@@ -1,4 +1,4 @@
-"""Routes of the run panel: start and stop a run, act on it, and get its camera pictures and sounds."""
+"""Routes of the run panel: start and stop a run, act on it, and get its sounds."""
 
 from __future__ import annotations
 
@@ -94,14 +94,6 @@ def now() -> Response:
     return jsonify(services().run_manager.now())
 
 
-@blueprint.get("/run/eye.jpg")
-def eye() -> Response:
-    """Send the newest camera picture."""
-    run = services().run_manager.going_run()
-    picture = run.eye() if run else b""
-    return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
-
-
 @blueprint.get("/run/sound/<file>")
 def sound(file: str) -> Response:
     """Send a sound of the current run, or of the last one."""
@@ -156,6 +148,13 @@ def _press(run: RunSession, by: str, sent: Asked) -> None:
     run.process.command("press", by, label=label)
 
 
+def _touch(run: RunSession, by: str, sent: Asked) -> None:
+    step = text_of(sent, "step")
+    if step not in ("once", "begin", "on", "end"):
+        raise BadRequest
+    run.process.command("touch", by, zone=text_of(sent, "zone", 40), step=step)
+
+
 _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "restart": lambda run, by, sent: run.restart(by),
     "pause": lambda run, by, sent: run.process.command("pause", by),
@@ -169,10 +168,11 @@ _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "send": lambda run, by, sent: run.process.command(
         "send", by, stream=text_of(sent, "stream"), text=text_of(sent, "text", LONGEST_TEXTS["value"])
     ),
-    "press": _press,
+    "press": _press, "touch": _touch,
     "scene": lambda run, by, sent: run.process.command(
         "scene", by, thing=text_of(sent, "thing", 100), verb=text_of(sent, "verb", 40), value=text_of(sent, "value")
     ),
+    "look": lambda run, by, sent: run.look(text_of(sent, "client"), wanted=truth_of(sent, "on")),
     "put": lambda run, by, sent: run.process.command(
         "put", by, at=tuple(number_of(sent, n, -REACH, REACH) for n in "xyz"), thing=text_of(sent, "thing", 100)
     ),
