@@ -20,6 +20,7 @@ from rrp_sheets.web.requests import (
     number_of,
     text_of,
     truth_of,
+    visitor,
     workbook_or_404,
 )
 from rrp_sheets.web.robotmodel import face_picture, robot_json
@@ -148,6 +149,13 @@ def _press(run: RunSession, by: str, sent: Asked) -> None:
     run.process.command("press", by, label=label)
 
 
+def _look(run: RunSession, by: str, sent: Asked) -> None:
+    client = text_of(sent, "client", 40)
+    if not run.session.is_of(client, visitor().key):  # a page of somebody else
+        abort(403)
+    run.look(client, wanted=truth_of(sent, "on"))
+
+
 def _touch(run: RunSession, by: str, sent: Asked) -> None:
     step = text_of(sent, "step")
     if step not in ("once", "begin", "on", "end"):
@@ -168,11 +176,10 @@ _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "send": lambda run, by, sent: run.process.command(
         "send", by, stream=text_of(sent, "stream"), text=text_of(sent, "text", LONGEST_TEXTS["value"])
     ),
-    "press": _press, "touch": _touch,
+    "press": _press, "touch": _touch, "look": _look,
     "scene": lambda run, by, sent: run.process.command(
         "scene", by, thing=text_of(sent, "thing", 100), verb=text_of(sent, "verb", 40), value=text_of(sent, "value")
     ),
-    "look": lambda run, by, sent: run.look(text_of(sent, "client"), wanted=truth_of(sent, "on")),
     "put": lambda run, by, sent: run.process.command(
         "put", by, at=tuple(number_of(sent, n, -REACH, REACH) for n in "xyz"), thing=text_of(sent, "thing", 100)
     ),

@@ -6,7 +6,7 @@ import { t } from "../texts.js";
 const LEAST = 36; // px, of a column
 const MOST = 900; // px, of a column
 const STEP = 8; // px, of an arrow key at a column
-const NARROW = { formula: 120, connector: 116, inputs: 112, output: 128 }; // px at least, the one to be narrowed first first
+const NARROW = { connector: 116, inputs: 108, output: 128, formula: 120 }; // px at least, the one to be narrowed first first
 const BESIDE = "beside"; // the key of the panels' width in the browser's storage
 const NUDGE = 16; // px, of an arrow key at the edge of the panels
 
