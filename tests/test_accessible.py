@@ -232,7 +232,7 @@ def record(tour: Tour) -> None:
 
 
 def lookback(tour: Tour) -> None:
-    tour.open(f"{tour.run()}/lookback#t=1.5", ".ran-diagram svg")
+    tour.open(f"{tour.run()}/lookback#t=1.5", "#moments button")
 
 
 def replay(tour: Tour) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import becomes, eventually, until, violations
+from chromium import becomes, eventually, some, until, violations
 from playwright.sync_api import expect
 from test_lookback import BOOK, events, go, rows_of_the_trace
 
@@ -50,7 +50,12 @@ def look(page: Any, run: str, fragment: str = "") -> None:
     page.goto("about:blank")
     page.goto(f"/runs/{run}/lookback{fragment}")
     expect(page.locator("#play")).to_be_enabled()
-    expect(page.locator(".ran-diagram svg").first).to_be_visible()
+    expect(page.locator(".ran-diagram svg").first).to_be_attached()
+
+
+def choose(page: Any, view: str) -> None:
+    """Choose what is shown below the rows."""
+    page.get_by_role("tab", name=view, exact=True).click()
 
 
 def shown(page: Any) -> dict[str, str]:
@@ -153,20 +158,25 @@ def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(
     formula = page.locator("#r0-4 .formula")
     expect(formula).to_have_text("distance < 2")
     becomes(lambda: formula.get_attribute("data-edited"), "since 0:02.0, was distance < 0.95")
-    expect(page.locator("#sheet-0 svg [data-row='2'].lit")).to_be_visible()
-    expect(page.locator("#sheet-0 svg [data-row='3'].failed")).to_be_visible()
+    choose(page, "Diagram")
+    expect(page.locator("#diagram-0 svg [data-row='2'].lit")).to_be_visible()
+    expect(page.locator("#diagram-0 svg [data-row='3'].failed")).to_be_visible()
     expect(page.locator("#eye img")).to_be_visible()
     becomes(lambda: page.locator("#eye img").evaluate("e => e.decode().then(() => e.naturalWidth)"), 320)
     expect(page.locator("#eye rect.seen")).to_have_count(1)
     expect(page.locator("#robot-facts")).to_contain_text("Red ball")
     expect(page.locator("#said")).to_contain_text("There you are")
+    page.keyboard.press("Control+2")
     expect(page.locator("#curves canvas").first).to_be_visible()
     page.locator("#time").press("Home")
     expect(formula).to_have_text("distance < 0.95")
     expect(page.locator("#said")).to_have_text(re.compile("The robot hasn’t spoken yet"))
-    expect(page.locator("#sheet-0 svg .row.lit")).to_have_count(1)  # the joint's sensor gives a value at once
+    expect(page.locator("#diagram-0 svg .row.lit")).to_have_count(1)  # the joint's sensor gives a value at once
     page.get_by_role("tab", name="Other <b>").click()
-    expect(page.locator("#sheet-1 svg [data-row='2'].lit")).to_be_visible()
+    page.keyboard.press("Control+3")
+    expect(page.locator("#diagram-1 svg [data-row='2'].lit")).to_be_visible()
+    page.locator("#diagram-1 [data-row='3'][role=button]").click()
+    becomes(lambda: page.evaluate("document.activeElement.textContent"), "3", "a box of the diagram leads to its row")
     assert violations(page) == []
     assert page.problems == []
 
@@ -195,3 +205,22 @@ def test_the_record_leads_there_and_what_is_not_there_is_told(page: Any, folder:
         "one/lookback/other/1.json",
     ):
         assert page.request.get(f"/runs/{address}").status in (404, 422), address
+
+
+def test_the_robot_is_as_large_as_during_the_run_and_a_phone_shows_what_is_needed(page: Any) -> None:
+    page.set_viewport_size({"width": 1400, "height": 900})
+    look(page, "one")
+    share = "() => document.getElementById('pictures').getBoundingClientRect().width / innerWidth"
+    eventually(lambda: page.evaluate(share) >= 0.43)
+    room = some(page.locator("#pictures").bounding_box)
+    choose(page, "Plots")
+    assert some(page.locator("#pictures").bounding_box) == room, "what is below the rows does not move it"
+    page.set_viewport_size({"width": 400, "height": 800})
+    column = page.get_by_role("columnheader", name="Input streams")
+    expect(column).to_be_hidden()
+    expect(page.get_by_role("columnheader", name="Output stream")).to_be_visible()
+    page.get_by_role("button", name="All columns").click()
+    expect(column).to_be_visible()
+    eventually(lambda: page.evaluate("document.documentElement.scrollWidth") <= 400)
+    page.set_viewport_size({"width": 1280, "height": 800})
+    choose(page, "Moments")

@@ -41,7 +41,7 @@ PSEUDO = "ja"  # the code of the pseudo-language, as only languages that are lis
 READ = {"title", "aria-label", "placeholder", "alt", "data-head", "data-looks", "label"}
 """Attributes that people read."""
 NAMES = {
-    "RRP Sheets", "SHA-256", "SVG", "Esc", "Esc Esc", ".pdf", ".svg", ".csv", "trace.csv", "plots.pdf", "plots.svg",
+    "RRP Sheets", "Devices", "SHA-256", "SVG", "Esc", "Esc Esc", ".pdf", ".svg", ".csv", "trace.csv", "plots.pdf", "plots.svg",
     "rrp-sheets replay … -o differences.xlsx",
 }  # fmt: skip
 """Names and code in templates, which are the same in all languages."""

@@ -299,6 +299,23 @@ def test_a_thing_that_is_away_comes_back_as_it_was_where_it_is_put(tmp_path):
     ]
 
 
+def test_a_touch_that_is_held_is_told_when_it_begins_and_when_it_ends(tmp_path, book):
+    script = Script({1: wish("touch", zone="left hand", step="begin"), 10: wish("touch", zone="Left hand", step="on"),
+                     20: wish("touch", zone="Left hand", step="end"), 21: wish("touch", zone="Left hand", step="end"),
+                     22: wish("touch", zone="Head", step="once"), 23: wish("touch", "Bo", zone="Chest", step="on"),
+                     24: wish("touch", zone="Nose", step="once")})  # fmt: skip
+    made = Run(tmp_path, book, script, seconds=3)
+    assert [(round(line["t"], 2), line["text"], line["by"]) for line in made.happened("scene")] == [
+        (0.03, "Touch begins: Left hand", "Anna"), (0.67, "Touch ends: Left hand, after 0.6 s", "Anna"),
+        (0.73, "Touch: Head", "Anna"), (0.77, "Touch begins: Chest", "Bo"),
+        (1.77, "Touch ends: Chest, after 1.0 s", "Bo"),  # whoever held it has gone
+    ]  # fmt: skip
+    assert [(a.thing, *a.values.values()) for a in made.worlds[0].acted if a.verb == "touch"] == [
+        ("Anna", "Left hand", 1.0), ("Anna", "Left hand", 1.0), ("Anna", "Left hand", 0.0), ("Anna", "Head"), ("Bo", "Chest", 1.0),
+    ]  # fmt: skip
+    assert [message for _, message, _ in script.refusals] == ["The robot feels nothing at “Nose”."]
+
+
 def test_a_panel_is_told_all_it_needs_when_the_run_begins():
     plan = make_plan(check(BOOK))
     scene = (SceneAction(0, "Red ball", "appear", {"at": (1.0, 0.0), "size": 0.06, "colour": "red"}),

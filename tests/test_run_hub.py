@@ -197,7 +197,7 @@ def test_a_workbook_with_errors_does_not_run(client) -> None:
 
 
 def test_there_is_nothing_to_see_or_hear_without_a_run(client) -> None:
-    assert client.get("/run/eye.jpg").status_code == 204
+    assert post(client, "/book/b.xlsx/run/look", on=True).status_code == 409
     for name in ("say-001.wav", "..%2fb.xlsx", "trace.jsonl"):
         assert client.get(f"/run/sound/{name}").status_code == 404
 
@@ -305,9 +305,54 @@ def test_a_picture_is_told_by_its_number_and_who_joins_hears_how_old_it_is(run_s
     run_state.picture(0, b"second")
     told, _ = run_state.news()
     assert told is not None and (told["eye"], "eye_age" in told, run_state.jpeg) == (2, False, b"second")
+    run_state.picture(0, bytes(b"second"[:6]))
+    assert run_state.news()[0]["eye"] == 3
     now += 7.5
     told, _ = run_state.all()
-    assert (told["eye"], told["eye_age"]) == (2, 7.5)
+    assert (told["eye"], told["eye_age"]) == (3, 7.5)
+
+
+def test_of_the_robot_only_what_has_changed_is_told(run_state: RunState) -> None:
+    def told(**joints: float) -> object:
+        run_state.state(0, WorldState(joints, (0.0, 0.0, 0.3), (1.0, 1.0, 1.0), "", {"Ball": (1.0, 0.0, 0.4)}))
+        news, _ = run_state.news()
+        return news and news.get("robot")
+
+    first = told(HeadYaw=0.1, HeadPitch=0.2)
+    assert first["joints"] == {"HeadYaw": 0.1, "HeadPitch": 0.2} and first["things"] == {"Ball": [1.0, 0.0, 0.4]}
+    assert told(HeadYaw=0.1, HeadPitch=0.2) is None
+    assert told(HeadYaw=0.1, HeadPitch=0.3) == {"joints": {"HeadPitch": 0.3}}
+    run_state.frame(1_000_000)
+    assert told(HeadYaw=0.1, HeadPitch=0.3)["joints"] == {"HeadYaw": 0.1, "HeadPitch": 0.3}, "again each second"
+    assert run_state.all()[0]["robot"]["joints"] == {"HeadYaw": 0.1, "HeadPitch": 0.3}, "a page that joins is told all"
+
+
+def test_pictures_go_only_to_pages_that_show_them_and_never_queue(tmp_path: Path) -> None:
+    make_workbook({"T": [HEADER]}, tmp_path / "b.xlsx")
+    session = OpenWorkbooks(tmp_path, Held()).session(tmp_path / "b.xlsx")
+    page, other = session.join("a", "Aya"), session.join("b", "Mika")
+    for one in (page, other):
+        one.take(str)
+    assert not session.is_looked
+    session.look("a", True, "picture 0 ")
+    assert session.is_looked and page.take(str) == "picture 0 "
+    session.tell_picture("picture 1 ")
+    session.tell_picture("picture 2 ")
+    session.tell_all("values ")
+    assert page.take(str) == "values picture 2 ", "only the newest"
+    assert other.take(str) == "values "
+    page.unsent = lambda: 50_000  # the browser reads slowly
+    session.tell_picture("picture 3 ")
+    assert page.take(str) == ""
+    session.tell_picture("picture 4 ")
+    session.tell_all("values ")
+    assert page.take(str) == "values ", "values and the phase do not wait for pictures"
+    page.unsent = int
+    assert page.take(str) == "picture 4 "
+    session.look("a", False, "")
+    session.tell_picture("picture 5 ")
+    session.tell_all("values ")
+    assert page.take(str) == "values " and not session.is_looked
 
 
 def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(run_state: RunState) -> None:

@@ -224,9 +224,13 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     panel.live(t=2.2, robot=panel.real.robot)
     panel.still()
     asked: list[str] = []
-    page.route(
-        "**/run/scene", lambda route: (asked.append(route.request.post_data_json["value"]), route.fulfill(json={}))
-    )
+
+    def take(route: Any) -> None:
+        sent = route.request.post_data_json
+        asked.append(f"{sent['zone']} {sent['step']}")
+        route.fulfill(json={})
+
+    page.route("**/run/touch", take)
 
     def middle(zone: str) -> tuple[float, float]:
         box = some(page.get_by_role("button", name=f"Touch: {zone}").bounding_box)
@@ -237,12 +241,13 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
         page.wait_for_selector(f".zone.under[aria-label='Touch: {zone}']")
         page.mouse.down()
         page.mouse.up()
-    until(page, lambda: asked == ["Head", "Chest", "Left hand", "Right foot"])
+    until(page, lambda: asked == ["Head once", "Chest once", "Left hand once", "Right foot once"])
     asked.clear()
     page.mouse.down()  # as long as it is held
     page.wait_for_selector(".zone.held[aria-label='Touch: Right foot']")
-    until(page, lambda: asked[:2] == ["Right foot for 1 s"] * 2)
+    until(page, lambda: asked[:2] == ["Right foot begin", "Right foot on"])
     page.mouse.up()
+    until(page, lambda: asked[-1] == "Right foot end")
     becomes(lambda: page.locator(".zone.held").count(), 0)
     asked.clear()
     x, y = middle("Chest")
@@ -251,12 +256,12 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     page.mouse.move(x + 60, y, steps=4)  # a drag looks around
     page.mouse.up()
     page.get_by_role("button", name="Touch: Head").press("Enter")
-    until(page, lambda: asked == ["Head"])
+    until(page, lambda: asked == ["Head once"])
     panel.run("ended")
     becomes(lambda: page.locator(".zone:enabled").count(), 0)
     panel.run()
     canvas.press("0")
-    page.unroute("**/run/scene")
+    page.unroute("**/run/touch")
     page.emulate_media(reduced_motion="no-preference")
 
 
@@ -401,7 +406,7 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     assert put["Kai"][2] == where[2] and put["Kai"][:2] != pytest.approx(where[:2], abs=0.1)
     record = max((folder / "runs").glob("*-session*"), key=lambda p: p.stat().st_mtime)
     page.goto(f"{url}/runs/{record.name}/lookback#t=1.5")
-    page.wait_for_selector(".ran-diagram svg")
+    page.wait_for_selector(".ran-diagram svg", state="attached")
     page.wait_for_selector("canvas[data-state=still]")
     assert violations_by_look(page) == {}
     at.close()

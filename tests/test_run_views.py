@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from base64 import b64encode
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,7 +15,7 @@ pytest.importorskip("pybullet")
 pytest.importorskip("cv2")
 import numpy as np
 from PIL import Image
-from playwright.sync_api import TimeoutError, expect
+from playwright.sync_api import expect
 from run_panel import BOOK, Panel
 
 BOOKS = {"b.xlsx": BOOK}
@@ -36,12 +37,13 @@ def test_without_webgl_words_say_so(panel: Panel) -> None:
 
 def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
     panel.live(t=2.0, fields={"Red ball": panel.real.fields}, eye=5, streams={"Red ball": stream("…", 2.0, "sensor")})
+    panel.picture()
     panel.page.wait_for_selector("#eye svg.shown rect.seen")
     pixels = np.asarray(Image.open(io.BytesIO(panel.real.jpeg)).convert("RGB"), dtype=int)
     high, wide = pixels.shape[:2]
     v, u = np.nonzero((pixels[:, :, 0] > 110) & (pixels[:, :, 1] < 80))
     seen = some(panel.page.locator("#eye rect.seen").bounding_box)
-    frame = some(panel.page.locator("#eye img").bounding_box)
+    frame = some(panel.page.locator("#eye canvas").bounding_box)
     scale = wide / frame["width"]
     left, top = (seen["x"] - frame["x"]) * scale, (seen["y"] - frame["y"]) * scale
     edges = (left, left + seen["width"] * scale, top, top + seen["height"] * scale)
@@ -49,57 +51,53 @@ def test_the_box_is_where_the_ball_is_in_the_picture(panel: Panel) -> None:
     assert frame["height"] / frame["width"] == pytest.approx(high / wide, abs=0.02)
     words = f"Red ball {panel.real.fields['distance']:.2f} m"
     becomes(lambda: panel.page.locator("#eye svg text").text_content(), words)
-    eventually(lambda: words in (panel.page.locator("#eye img").get_attribute("alt") or ""))
+    eventually(lambda: words in (panel.page.locator("#eye canvas").get_attribute("aria-label") or ""))
     panel.live(t=2.6)
     becomes(lambda: panel.page.locator("#eye rect.seen").count(), 0, "what was seen long ago is not shown")
-    burst = "() => { for (let eye = 10; eye < 60; eye++) document.dispatchEvent(new CustomEvent('rrp:live', { detail: { eye } })); }"
-    with requests_of(panel.page) as asked:
-        panel.page.evaluate(burst)
-        panel.page.wait_for_selector("#eye img[src$='&n=59']")
-    assert len([address for address in asked if "/run/eye.jpg" in address]) < 6, (
-        "pictures that nobody could have seen are not fetched"
-    )
 
 
-@pytest.mark.slow
-def test_the_eye_goes_on_asking_whatever_comes(panel: Panel) -> None:
-    """Pictures are made only while somebody asks, so a page that waits for news of one waits forever."""
-    page = panel.page
-    asked: list[str] = []
-    answers: list[Any] = []
-
-    def answer(route: Any) -> None:
-        asked.append(route.request.url)
-        kind = answers.pop(0) if answers else "picture"
-        if kind == "lost":
-            route.abort()
-        elif kind == "none":
-            route.fulfill(status=204)
-        else:
-            route.fulfill(body=panel.real.jpeg, content_type="image/jpeg", headers={"Cache-Control": "no-store"})
-
-    def asks(more: int) -> None:
-        for _ in range(more):
-            with page.expect_request("**/run/eye.jpg*"):
-                pass
-
-    page.route("**/run/eye.jpg*", answer)
+def test_the_eye_is_open_only_where_it_is_seen_and_shows_the_newest_picture(panel: Panel) -> None:
+    """Its pictures come with the events of the page: none is asked for, and none comes to a page that is hidden."""
+    page, drawn = panel.page, panel.page.locator("#eye canvas")
+    panel.view("log")
     panel.live(t=2.7, eye=70)
-    asks(2)  # the same number: nothing newer is told of
-    assert len(set(asked)) == len(asked), "a browser shows a picture of the same address again without asking"
-    answers += ["lost", "none"]
-    asks(3)
-    eventually(lambda: page.locator("#eye img").is_visible(), "what was seen last stays")
+    becomes(panel.looked, [True])
+    before = int(some(lambda: drawn.get_attribute("data-drawn")))
+    flood = """([jpeg, n]) => { for (let i = 0; i < n; i++)
+        document.dispatchEvent(new CustomEvent("rrp:eye", { detail: { jpeg, age: 0 } })); }"""
+    with requests_of(page) as asked:
+        page.evaluate(flood, [b64encode(panel.real.jpeg).decode(), 50])
+        eventually(lambda: int(drawn.get_attribute("data-drawn")) > before)
+        frames(page, 10)
+        # read once: nothing is drawn any more
+        number = int(drawn.get_attribute("data-drawn") or 0)
+    assert number <= before + 2, "pictures that nobody could have seen are not drawn"
+    assert not asked
+    # a picture like the one before is not sent again: that one is not old
+    panel.picture(age=9)
     eventually(lambda: re.fullmatch(r"Robot’s eye\s*old by \d+ s", page.locator("#eye figcaption").inner_text()))
     panel.live(t=2.8, eye=71)
-    page.wait_for_selector("#eye img[src$='&n=71']")
     page.wait_for_function("() => !document.querySelector('#eye figcaption').innerText.includes('old')")
+    # hidden, out of sight, a new connection, the end of the run
+    hide = """on => { Object.defineProperty(document, "hidden", { value: on, configurable: true });
+        document.dispatchEvent(new Event("visibilitychange")); }"""
+    page.evaluate("() => { document.querySelector('.inset').hidden = true; }")
+    becomes(panel.looked, [True, False])
+    page.evaluate("() => { document.querySelector('.inset').hidden = false; }")
+    becomes(panel.looked, [True, False, True])
+    panel.tell("rrp:connection", lost=False)
+    becomes(panel.looked, [True, False, True, True], "a new connection knows nothing")
     panel.run("ended")
-    frames(page, 10)  # what was asked before is answered
-    with pytest.raises(TimeoutError), page.expect_request("**/run/eye.jpg*", timeout=1_500):
-        pass  # nobody asks when nothing runs
+    panel.tell("rrp:connection", lost=False)
+    frames(page, 10)
+    assert len(panel.looked()) == 4
     panel.run()
-    page.unroute("**/run/eye.jpg*", answer)
+    becomes(panel.looked, [True, False, True, True, True])
+    page.evaluate(hide, True)
+    frames(page, 10)
+    page.evaluate(hide, False)
+    panel.run()  # the page's own run is none
+    eventually(lambda: len(panel.looked()) > 5, "the connection of a hidden page was closed")
 
 
 def stream(value: str, at: float, kind: str = "stream") -> dict[str, Any]:
@@ -115,12 +113,12 @@ def test_what_is_said_stands_in_a_bubble_with_its_age(panel: Panel) -> None:
     panel.live(t=4.0, robot={**panel.real.robot, "saying": ""})
     panel.live(t=9.5, robot={**panel.real.robot, "saying": ""})
     eventually(lambda: "5 s ago" in bubble.inner_text() and "last said" not in bubble.inner_text())
-    picture = some(panel.page.locator("#robot3d").bounding_box)
+    picture = some(panel.page.locator("#pictures").bounding_box)
     panel.live(t=14.0, robot={**panel.real.robot, "saying": ""})
     becomes(lambda: bubble.inner_text().split("\n"), ["last said: Hello Kai", "10 s ago"])
     panel.live(t=15.0, robot={**panel.real.robot, "saying": "Now I tell you something long. " * 9})
     eventually(lambda: (at := bubble.bounding_box())["y"] >= picture["y"] and at["height"] < 60, "two lines at most")
-    becomes(lambda: panel.page.locator("#robot3d").bounding_box(), picture, "nothing jumps")
+    becomes(lambda: panel.page.locator("#pictures").bounding_box(), picture, "nothing jumps")
     panel.tell("rrp:run", id="r2", phase="starting", book="b.xlsx", t=0)
     eventually(lambda: not bubble.is_visible(), "nothing was said yet")
     panel.run()
@@ -251,3 +249,58 @@ def test_the_diagram_leads_to_the_rows_and_back_and_keeps_zoom_and_focus(panel: 
     size = "(t) => parseFloat(t.getAttribute('font-size')) * t.getScreenCTM().a"
     sizes = f"[...document.querySelectorAll('#diagram text')].map({size})"
     eventually(lambda: min(page.evaluate(sizes)) >= 9.5, "readable without glasses")
+
+
+LINES = [{"i": n, "t": 4.0 * n, "kind": kind, "text": "x", "row": "", "id": "", "by": "", "stream": "", "sound": ""}
+         for n, kind in enumerate(("start", "speech", "mark", "button", "error"), 1)]  # fmt: skip
+
+
+def test_the_timeline_is_under_every_tab_and_leads_back_to_its_time(panel: Panel) -> None:
+    page, line = panel.page, panel.page.locator("#timeline")
+    panel.tell("rrp:run", id="r4", phase="running", book="b.xlsx", t=24, folder="run 4")
+    panel.tell("rrp:log", lines=LINES)
+    becomes(lambda: line.locator("i").evaluate_all("marks => marks.map((m) => m.className)"),
+            ["of-say", "of-mark", "of-hand", "of-error"])  # fmt: skip
+    for n, view in ((2, "plots"), (3, "diagram"), (1, "log")):
+        page.keyboard.press(f"Control+{n}")
+        becomes(lambda: page.get_attribute(".below", "data-view"), view)
+        expect(line).to_be_visible()
+    box = some(line.bounding_box)
+    assert box["height"] == pytest.approx(34, abs=1)
+    page.mouse.move(box["x"] + box["width"] * 0.4, box["y"] + 10)
+    becomes(line.locator("em").inner_text, "Look back at 0:12.0")
+    page.evaluate("document.getElementById('timeline').addEventListener('click', (e) => e.preventDefault())")
+    page.mouse.down()
+    page.mouse.up()
+    expect(line).to_have_attribute("href", re.compile("/runs/run%204/lookback#t=12.0$"))
+    panel.tell("rrp:run", id="r4", phase="running", book="b.xlsx", t=31, folder="run 4")
+    becomes(lambda: line.locator("small").nth(3).inner_text(), "0:30", "a longer run has a longer line")
+    panel.run()
+
+
+def test_when_it_has_ended_look_back_takes_the_place_of_pause(panel: Panel) -> None:
+    page = panel.page
+    back, pause = page.get_by_role("link", name="Look back", exact=True), page.get_by_role("button", name="Pause")
+    expect(pause).to_be_visible()
+    panel.tell("rrp:run", id="r5", phase="stopping", book="b.xlsx", t=3, folder="one")
+    expect(page.locator("#run-phase")).to_have_text("Stopping: the robot is moving to its rest position …")
+    panel.tell("rrp:run", id="r5", phase="ended", book="b.xlsx", t=3, folder="one",
+               ended={"words": "Over.", "remedy": "", "how": "time", "broken": False})  # fmt: skip
+    expect(back).to_have_attribute("href", "/runs/one/lookback")
+    expect(pause).to_be_hidden()
+    panel.run()
+    expect(pause).to_be_visible()
+    expect(back).to_be_hidden()
+
+
+def test_a_phone_shows_of_each_row_its_number_output_and_value(panel: Panel) -> None:
+    page = panel.page
+    page.set_viewport_size({"width": 400, "height": 800})
+    row = page.locator(f"[id='{panel.ids[0]}']")
+    script = "row => [...row.cells].filter((c) => c.clientWidth > 20).map((c) => c.className.split(' ')[0])"
+    becomes(lambda: row.evaluate(script), ["number", "output", "example"])
+    eventually(lambda: page.evaluate("document.documentElement.scrollWidth") <= 400)
+    page.get_by_role("button", name="All columns").click()
+    eventually(lambda: len(row.evaluate(script)) > 5)
+    page.get_by_role("button", name="All columns").click()
+    page.set_viewport_size({"width": 1280, "height": 900})

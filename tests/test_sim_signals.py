@@ -108,6 +108,9 @@ def test_what_people_do_by_hand_is_noticed_like_the_scene():
     acts = {
         3: [SceneAction(0, "Anna", "press", {"label": "go"}), SceneAction(0, "Anna", "press", {"label": "Stop"})],
         4: [SceneAction(4_000_000 // 30, "Anna", "touch", {"zone": "Head"})],
+        20: [SceneAction(20_000_000 // 30, "Anna", "touch", {"zone": "Chest", "seconds": 1.0})],
+        22: [SceneAction(22_000_000 // 30, "Anna", "touch", {"zone": "Chest", "seconds": 1.0})],  # held, and let go
+        23: [SceneAction(23_000_000 // 30, "Anna", "touch", {"zone": "Chest", "seconds": 0.0})],
     }
     try:
         world.start()
@@ -118,7 +121,7 @@ def test_what_people_do_by_hand_is_noticed_like_the_scene():
             events += [(frame, s, *v.as_dict().values()) for s, v in arrivals.events if s != "redball"]
             notes += [h for h in arrivals.notices if h.kind == "note"]
         assert events == [
-            (3, "go", "Go", 1), (4, "t", True, "Head"), (19, "t", False, "Head")
+            (3, "go", "Go", 1), (4, "t", True, "Head"), (19, "t", False, "Head"), (20, "t", True, "Chest"), (24, "t", False, "Chest"),
         ]  # fmt: skip
         assert [(n.text, n.row) for n in notes] == [("Anna presses Stop: no sensor of this workbook notices it.", "")]
         before = world.show(True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from rrp_sheets.checks.check import folder_of
@@ -40,6 +40,16 @@ if TYPE_CHECKING:
 
 FARTHEST = 20.0  # m: nothing stands farther from the robot
 SLOWEST, FASTEST = 0.1, 100.0
+HELD_US = 1_000_000  # a touch that is held ends so long after it was last told of: whoever held it may have gone
+
+
+@dataclass(slots=True)
+class _Held:
+    """Touch that somebody holds: since when, and until when if it is not told of again."""
+
+    by: str
+    began_us: int
+    until_us: int
 
 
 class CommandHandler:
@@ -57,11 +67,12 @@ class CommandHandler:
         self._stimulus = ValueInjector(engine)
         self._entities = SceneEntities(engine.plan, engine.seed)
         self._buttons = {key(label_of(use)): label_of(use) for use in buttons(engine.plan.sensors)}
+        self._held: dict[str, _Held] = {}  # by the zone
         self._do: dict[str, Callable[[int, OperatorCommand], OperatorAction | None]] = {
             "pause": self._pause, "resume": self._resume, "step": self._step, "speed": self._speed,
             "mark": self._mark, "switch": self._switch, "send": self._send, "press": self._press,
-            "scene": self._scene, "put": self._put, "apply": self._apply, "edited": self._editor.use,
-            "look": self._look, "show": self._look,
+            "scene": self._scene, "put": self._put, "touch": self._touch, "apply": self._apply,
+            "edited": self._editor.use, "look": self._look, "show": self._look,
         }  # fmt: skip
 
     def between(self, us: int) -> bool:
@@ -71,6 +82,8 @@ class CommandHandler:
             RunBroken: when a device has broken.
         """
         commands = self._control.take()
+        for zone in [zone for zone, held in self._held.items() if held.until_us <= us]:
+            self._observer.handle(OperatorEvent(us, self._let_go(zone, self._held[zone].until_us)))
         for command in commands:
             if self._control.stopped:
                 break
@@ -179,6 +192,35 @@ class CommandHandler:
         self._entities.add(actions)
         detail = dict(zip(("thing", "does", "value"), parts, strict=True))
         return OperatorAction("scene", " ".join(p for p in parts if p), command.by, detail)
+
+    def _touch(self, us: int, command: OperatorCommand) -> OperatorAction | None:
+        zones = {key(zone): zone for zone in self._robot.touch_zones}
+        zone, step = zones.get(key(str(command.what["zone"]))), str(command.what["step"])
+        if zone is None:
+            remedy = N_("It feels a touch on: {names}.", names=", ".join(zones.values()))
+            raise SheetsError(N_("The robot feels nothing at “{zone}”.", zone=command.what["zone"]), remedy)
+        if step == "end":
+            if zone not in self._held:
+                return None
+            self._runner.act([SceneAction(us, self._held[zone].by, "touch", {"zone": zone, "seconds": 0.0})])
+            return self._let_go(zone, us)
+        seconds = {} if step == "once" else {"seconds": HELD_US / 1e6}
+        self._runner.act([SceneAction(us, command.by or OPERATOR, "touch", {"zone": zone, **seconds})])
+        detail = {"thing": command.by or OPERATOR, "does": "touches", "value": zone}
+        if step == "once":
+            return OperatorAction("scene", N_("Touch: {zone}", zone=zone), command.by, detail)
+        if zone in self._held:  # a touch that goes on is no news
+            self._held[zone].until_us = us + HELD_US
+            return None
+        self._held[zone] = _Held(command.by or OPERATOR, us, us + HELD_US)
+        return OperatorAction("scene", N_("Touch begins: {zone}", zone=zone), command.by, detail)
+
+    def _let_go(self, zone: str, us: int) -> OperatorAction:
+        held = self._held.pop(zone)
+        seconds = (us - held.began_us) / 1e6
+        detail = {"thing": held.by, "does": "lets go", "value": zone, "seconds": seconds}
+        words = N_("Touch ends: {zone}, after {seconds:.1f} s", zone=zone, seconds=seconds)
+        return OperatorAction("scene", words, held.by, detail)
 
     def _put(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         thing, at = str(command.what["thing"]), tuple(float(c) for c in command.what["at"])

@@ -383,11 +383,14 @@ class Signals:
             self.presses.append(what)
         elif verb == "touch":
             what = self._zones.get(key(what), what)
-            if what not in self._until and what not in self._resting:  # one that is touched is only touched longer
-                self.touches.append((what, True))
             seconds = action.values.get("seconds")
-            lasts = TOUCH_US if seconds is None else round(float(seconds) * 1e6)
-            self._until[what] = max(self._until.get(what, 0), action.time_us + lasts)
+            until = action.time_us + (TOUCH_US if seconds is None else round(float(seconds) * 1e6))
+            if what in self._until:  # one that is touched is only touched longer, or let go at once
+                self._until[what] = until if seconds == 0 else max(self._until[what], until)
+                return
+            if what not in self._resting:
+                self.touches.append((what, True))
+            self._until[what] = until
         self._open.append((action, verb, what))
 
     def noticed(self, verb: str, what: str) -> None:

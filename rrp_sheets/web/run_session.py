@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import threading
 import time
+from base64 import b64encode
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,11 +19,10 @@ from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import SOMEBODY, error_text
 from rrp_sheets.web.run_state import Line, RunState
-from rrp_sheets.web.workbook_session import Event, OpenWorkbooks, WorkbookSession
+from rrp_sheets.web.workbook_session import Event, OpenWorkbooks, WorkbookSession, message
 
 TELL_EVERY = 0.1  # seconds: as often as pages are told at most
 _WORK_SHARE = 4.0  # times as long as telling takes, the telling rests: a long sheet must leave the server time
-PICTURES_FOR = 3.0  # seconds for which camera pictures are made after somebody has asked for one
 FOREVER = 24 * 3600.0  # seconds: a run that goes on until somebody stops it
 GOING = frozenset(("starting", "running", "paused", "stopping", "finishing"))
 LONGEST_TEXTS = {"label": 60, "note": 500, "value": 2_000}
@@ -67,9 +67,9 @@ class RunSession:
         self._when_over = tell
         self._wall = time.time()
         self._over = threading.Event()
-        self._wanted_at = 0.0  # when a page asked for camera pictures
         self._pause = TELL_EVERY
-        self._wanted = False
+        self._wanted = False  # camera pictures are made
+        self._shown = b""  # the newest that pages were sent
         self._picture_lock = threading.Lock()
         self._lock = threading.Lock()
         examples = session.analysis().examples
@@ -124,7 +124,7 @@ class RunSession:
             if what == "started" and self.run_state.start is not None:
                 self.folder = self.run_state.start.folder.name
                 self.phase = "stopping" if self.phase == "stopping" else "running"
-                self._wanted_at, self._wanted = time.monotonic(), False  # what was asked before it ran may be lost
+                self._wanted = False  # what was asked before it ran may be lost
             elif what == "paused" and self.phase in ("running", "paused"):
                 self.phase = "paused" if self.run_state.is_paused else "running"
             elif what == "finishing":
@@ -146,25 +146,30 @@ class RunSession:
             self._want_pictures()
             if events := self._values(*self.run_state.news()):
                 self.session.tell_live(events)
+            if self._wanted and (jpeg := self.run_state.jpeg) is not self._shown:
+                self._shown = jpeg
+                self.session.tell_picture(self._picture())
             self._pause = max(TELL_EVERY, (time.monotonic() - began) * _WORK_SHARE)
 
     def _want_pictures(self) -> None:
         with self._picture_lock:  # two who decide at once must not be heard the wrong way round
-            wanted = time.monotonic() - self._wanted_at < PICTURES_FOR
+            wanted = self.session.is_looked
             if wanted != self._wanted:
                 self._wanted = wanted
                 self.process.command("look", wanted=wanted)
 
-    def eye(self) -> bytes:
-        """Return the newest camera picture; asking for it makes the run take pictures for a while."""
-        self._wanted_at = time.monotonic()
+    def look(self, client: str, *, wanted: bool) -> None:
+        """Send a page camera pictures from now on, or no more; the run takes them while a page wants them."""
+        self.session.look(client, wanted, self._picture())
         if self.run_state.start is not None:
             self._want_pictures()
-        return self.run_state.jpeg
+
+    def _picture(self) -> str:
+        jpeg, age = self.run_state.jpeg, self.run_state.picture_age
+        return message("eye", {"run": self.id, "jpeg": b64encode(jpeg).decode(), "age": age}) if jpeg else ""
 
     def about(self) -> list[Event]:
         """Return the run's state and values so far as events for a page that joins."""
-        self._wanted_at = time.monotonic()  # it asks for pictures when there are any
         return [("run", self.state()), *self._values(*self.run_state.all())]
 
     def _values(self, live: JsonObject | None, lines: list[Line]) -> list[Event]:

@@ -239,6 +239,7 @@ def known_streams(start: RunStart) -> dict[str, StreamInfo]:
 
 
 JsonObject = dict[str, Any]
+ROBOT_AGAIN_US = 1_000_000  # after which all of the robot is told again, for a page that has missed something
 
 _HEARD = {"say": "speech", "sound": "sound", "person": "person"}  # what can be heard again, and its kind of line
 
@@ -265,6 +266,8 @@ class RunState(RunObserver):
         self._drives = Drives()
         self._robot: WorldState | None = None
         self._new_robot = False
+        self._told_robot: JsonObject = {}  # as the pages know it
+        self._robot_us = 0  # when they were told all of it
         self._told_us = -1
         self.log = RunLog(rows)
         self.us = 0
@@ -342,8 +345,10 @@ class RunState(RunObserver):
 
     def picture(self, us: int, jpeg: bytes) -> None:
         """Keep the newest picture of the robot's camera."""
-        self.jpeg, self._pictured = jpeg, time.monotonic()
+        self._pictured = time.monotonic()
         self.picture_number += 1
+        if jpeg != self.jpeg:
+            self.jpeg = jpeg
 
     def acted(self, us: int, action: OperatorAction) -> None:
         """Record and log an action of a user or of a row."""
@@ -432,25 +437,40 @@ class RunState(RunObserver):
             "rows": rows, "streams": streams, "fields": fields,
             "plots": self._plots.all(self.us) if full else self._plots.news(),
             "drives": self._drives.all() if full else self._drives.news(),
-            "robot": self._robot_data() if full or self._new_robot else None,
+            "robot": self._robot_data(full=full) if full or self._new_robot else None,
             "eye": self.picture_number,
-            "eye_age": round(time.monotonic() - self._pictured, 1) if full and self.jpeg else 0,
+            "eye_age": self.picture_age if full else 0,
         }  # fmt: skip
         data.update((name, part) for name, part in parts.items() if part)
         if not full:
             self._new_fields, self._new_robot = set(), False
         return data
 
-    def _robot_data(self) -> JsonObject | None:
+    @property
+    def picture_age(self) -> float:
+        """Seconds since the newest picture was taken; 0 without one."""
+        return round(time.monotonic() - self._pictured, 1) if self.jpeg else 0
+
+    def _robot_data(self, *, full: bool) -> JsonObject | None:
+        """Return the state of the robot; unless `full`, of its parts and joints mostly those that have changed."""
         state = self._robot
         if state is None:
             return None
-        return {
-            "joints": {n: round(v, 4) for n, v in state.joints.items()}, "base": [round(v, 4) for v in state.base],
+        data: JsonObject = {
+            "joints": {n: round(v, 3) for n, v in state.joints.items()}, "base": [round(v, 4) for v in state.base],
             "eyes": [round(v, 3) for v in state.eyes], "saying": state.saying,
             "things": {n: [round(v, 3) for v in at] for n, at in state.things.items()}, "looks": state.looks,
             "light": round(state.light, 3), "noise": round(state.noise, 3),
         }  # fmt: skip
+        if full:
+            return data
+        if self.us - self._robot_us >= ROBOT_AGAIN_US:
+            self._robot_us, self._told_robot = self.us, {}
+        before, self._told_robot = self._told_robot, data
+        fresh = {name: part for name, part in data.items() if part != before.get(name)}
+        if "joints" in fresh and before:
+            fresh["joints"] = {n: v for n, v in data["joints"].items() if v != before["joints"].get(n)}
+        return fresh
 
     @property
     def joints(self) -> Mapping[str, float]:

@@ -12,7 +12,7 @@ import stat
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ HEAD_SECONDS = 5.0  # for the head of a request, from the opening of the connect
 _SLOW_SECONDS = 1.0  # a head that takes longer has to make room for others
 _SPARE = 20  # of all connections: a place is free for the next one before the limit is reached
 _STOP_THREADS = 2
+_STREAM_BUFFER = 65_536  # bytes that the system keeps for a page that reads slowly
 _BUSY = 5  # how much a connection matters whose request is being answered
 _STOP = "/run/stop"
 _CHANNEL = "rrp_sheets.channel"
@@ -64,6 +65,16 @@ def let_in(environ: Mapping[str, Any]) -> None:
     channel = environ.get(_CHANNEL)
     if channel is not None:
         channel.is_known = True
+
+
+def unsent(environ: Mapping[str, Any]) -> Callable[[], int]:
+    """Return what tells how many bytes of an answer wait here for its reader; the system is to keep few of them."""
+    channel = environ.get(_CHANNEL)
+    if channel is None:
+        return int
+    with suppress(OSError, AttributeError):  # it has gone meanwhile
+        channel.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _STREAM_BUFFER)
+    return lambda: int(channel.total_outbufs_len)
 
 
 class Channel(HTTPChannel):  # type: ignore[misc]

@@ -37,6 +37,7 @@ _KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which sho
 _LASTING = frozenset({"grid", "sheets", "checked", "tested", "reload", "trouble"})  # events that are numbered and kept
 _KEPT = 300  # of them: who was away for more must load the page again
 _WAITING = 200  # messages that a slow browser may lag behind before it must load the page again
+_PICTURE_WAITS = 0.1  # seconds until a picture is offered again to a browser that has not taken all that was sent
 _MOST_LIVE = 20  # those of a run's values: whoever lags behind more gets the newest instead
 _ANSWERS = 500  # that are kept for pages that ask again
 MOST_LISTENERS = 32  # event streams at once, for all workbooks
@@ -138,6 +139,27 @@ class Broadcaster:
         for listener in listeners:
             listener.tell_live(told.text(listener.language))
 
+    def look(self, client: str, wanted: bool, picture: str) -> None:
+        """Note whether a page shows the robot's eye, and send it the newest picture if it does from now on."""
+        with self._lock:
+            listeners = [one for one in self.listeners if one.client == client]
+        for listener in listeners:
+            listener.looks = wanted
+            listener.tell_picture(picture if wanted else "")
+
+    @property
+    def is_looked(self) -> bool:
+        """True while a page shows the robot's eye."""
+        with self._lock:
+            return any(one.looks for one in self.listeners)
+
+    def tell_picture(self, picture: str) -> None:
+        """Send a picture of the robot's eye to the pages that show it."""
+        with self._lock:
+            listeners = [one for one in self.listeners if one.looks]
+        for listener in listeners:
+            listener.tell_picture(picture)
+
 
 def page_of(client: str) -> str:
     """Return the part of a page's name that survives a reload: all before its last dot.
@@ -210,6 +232,9 @@ class EventStream:
     Attributes:
         login_key: the key of the login; empty for a browser on this computer.
         behind: it could not keep up with a run's values, and gets all of them again.
+        looks: the page shows the robot's eye.
+        picture: the newest picture of it that was not sent yet.
+        unsent: returns how many bytes of what was sent the browser has not taken yet.
     """
 
     client: str
@@ -221,6 +246,9 @@ class EventStream:
     lives: deque[str] = field(default_factory=deque)
     gone: bool = False
     behind: bool = False
+    looks: bool = False
+    picture: str = ""
+    unsent: Callable[[], int] = int
     place: Place | None = None
     welcome: str = ": welcome\n\n"
 
@@ -247,6 +275,12 @@ class EventStream:
                 self.lives.append(text)
             self.ready.notify()
 
+    def tell_picture(self, text: str) -> None:
+        """Put a picture in the place of one that was not sent yet."""
+        with self.ready:
+            self.picture = text
+            self.ready.notify()
+
     def leave(self) -> None:
         """End the stream."""
         with self.ready:
@@ -256,15 +290,21 @@ class EventStream:
     def take(self, anew: Callable[[], Sequence[Event]]) -> str:
         """Wait for messages and return them; `anew` returns a run's state for a page that has lagged behind."""
         with self.ready:
-            if not (self.messages or self.lives or self.behind or self.gone):
+            if not (self.messages or self.lives or self.picture or self.behind or self.gone):
                 self.ready.wait(_KEEP_ALIVE)
             texts = [*self.messages, *self.lives]
+            if self.picture and self.unsent():  # it waits for the next time, and for a newer one
+                if not (texts or self.behind or self.gone):
+                    self.ready.wait(_PICTURE_WAITS)
+            else:
+                texts.append(self.picture)
+                self.picture = ""
             behind, self.behind = self.behind, False
             self.messages.clear()
             self.lives.clear()
         if behind:
             texts += [message(event, data, self.language) for event, data in anew()]
-        return "".join(texts) or ": still here\n\n"
+        return "".join(texts) or ("" if self.picture else ": still here\n\n")
 
 
 def message(event: str, data: dict[str, Any], language: str = "en", number: str = "") -> str:

@@ -1,13 +1,14 @@
-"""The pages in Chromium: the grid with 5,000 rows, and every screen.
+"""The pages in Chromium: the grid with 2,000 and 5,000 rows, and every screen.
 
 Of the grid: the first paint of a workbook that nobody has opened yet, again when it is open, and a key press that moves
-the cursor (keydown until the next frame is painted). Of a screen: from the request until its first paint.
+the cursor (keydown until the next frame is painted), also on a slow processor. Of a screen: from the request until its first paint.
 
 Wall time on this machine, browser included; other programs count.
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import statistics
 import sys
@@ -25,7 +26,8 @@ from rrp_sheets import api
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook.files import make_workbook
 
-ROWS = 5000
+PAINT_LIMITS = {2000: 500, 5000: 900}  # rows → ms
+KEY, SLOW_KEY, SLOWER = 30, 100, 4  # ms; the last on a processor that is so many times slower
 HEADER = ["On", "Input streams", "Connector", "Formula", "Output stream", "Notes"]
 PAINT = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime"
 KEYS = """async () => {
@@ -55,13 +57,14 @@ def chain(rows: int, every: int) -> list[list[str]]:
     return made
 
 
-def test_5000_rows(browser: Any, tmp_path: Path) -> None:
-    make_workbook({"T": [HEADER, *chain(ROWS, 50)]}, tmp_path / "b.xlsx")
+@pytest.mark.parametrize("rows", PAINT_LIMITS)
+def test_long_sheets(browser: Any, tmp_path: Path, rows: int) -> None:
+    make_workbook({"T": [HEADER, *chain(rows, 50)]}, tmp_path / "b.xlsx")
     make_workbook({"T": [HEADER]}, tmp_path / "warm.xlsx")
     with serving(tmp_path) as url:
         GridPage(browser, url, "warm.xlsx").close()  # the browser's own start does not count
         times = []
-        for _ in range(2):
+        for _ in range(3):
             context = browser.new_context(viewport={"width": 1280, "height": 800}, bypass_csp=True)
             page = context.new_page()
             let_in(context, url)
@@ -71,10 +74,16 @@ def test_5000_rows(browser: Any, tmp_path: Path) -> None:
             times.append(page.evaluate(PAINT))
             page.wait_for_selector("body[data-ready]", timeout=60_000)
             page.wait_for_function("() => document.getElementById('panels').ariaBusy !== 'true'", timeout=60_000)
-            key = page.evaluate(KEYS)
-            context.close()
-    print(f"\n5,000 rows: first paint {times[0]:.0f} ms, again {times[1]:.0f} ms; key press {key:.0f} ms (19th of 20)")
-    assert max(times) < 1000 and key < 50
+            if len(times) < 3:
+                context.close()
+        key = page.evaluate(KEYS)
+        context.new_cdp_session(page).send("Emulation.setCPUThrottlingRate", {"rate": SLOWER})
+        slow_key = page.evaluate(KEYS)
+        context.close()
+    print(f"\n{rows:,} rows: first paint {times[0]:.0f} ms, again {min(times[1:]):.0f} ms (at most {PAINT_LIMITS[rows]}); "
+          f"a key {key:.0f} ms (at most {KEY}), on a processor {SLOWER} times slower {slow_key:.0f} ms (at most {SLOW_KEY}); "
+          f"19th of 20; load {os.getloadavg()[0]:.1f}")  # fmt: skip
+    assert max(times) < PAINT_LIMITS[rows] and key < KEY and slow_key < SLOW_KEY
 
 
 def test_each_screen(browser: Any, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -70,10 +71,11 @@ class Panel:
     """The run panel, told what a run would tell it."""
 
     def __init__(self, browser: Any, url: str) -> None:
-        self.real = real = real_moment()
+        self.real = real_moment()
         self.page = PAGES.take(browser, url, viewport={"width": 1280, "height": 900})
         self.context, self.errors = self.page.context, self.page.problems
-        self.page.route("**/run/eye.jpg*", lambda route: route.fulfill(body=real.jpeg, content_type="image/jpeg"))
+        self._looks: list[bool] = []
+        self.page.route("**/run/look", self._look)
         self.page.goto(f"{url}/book/b.xlsx/run/T")
         self.page.wait_for_selector("#diagram svg", state="attached")
         self.page.wait_for_selector("body[data-ready]")
@@ -106,3 +108,16 @@ class Panel:
 
     def live(self, **detail: Any) -> None:
         self.tell("rrp:live", **detail)
+
+    def picture(self, age: float = 0) -> None:
+        """Send the picture of the moment, taken so many seconds ago."""
+        self.tell("rrp:eye", jpeg=b64encode(self.real.jpeg).decode(), age=age)
+
+    def looked(self) -> list[bool]:
+        """Each time that the page said whether it shows the robot's eye."""
+        self.page.evaluate("0")  # requests are taken while something is asked of the page
+        return list(self._looks)
+
+    def _look(self, route: Any) -> None:
+        self._looks.append(route.request.post_data_json["on"])
+        route.fulfill(json={})

@@ -1,4 +1,4 @@
-"""Routes of the run panel: start and stop a run, act on it, and get its camera pictures and sounds."""
+"""Routes of the run panel: start and stop a run, act on it, and get its sounds."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from rrp_sheets.web.requests import (
     number_of,
     text_of,
     truth_of,
+    visitor,
     workbook_or_404,
 )
 from rrp_sheets.web.robotmodel import face_picture, robot_json
@@ -94,14 +95,6 @@ def now() -> Response:
     return jsonify(services().run_manager.now())
 
 
-@blueprint.get("/run/eye.jpg")
-def eye() -> Response:
-    """Send the newest camera picture."""
-    run = services().run_manager.going_run()
-    picture = run.eye() if run else b""
-    return Response(picture, mimetype="image/jpeg") if picture else Response(status=204)
-
-
 @blueprint.get("/run/sound/<file>")
 def sound(file: str) -> Response:
     """Send a sound of the current run, or of the last one."""
@@ -156,6 +149,20 @@ def _press(run: RunSession, by: str, sent: Asked) -> None:
     run.process.command("press", by, label=label)
 
 
+def _look(run: RunSession, by: str, sent: Asked) -> None:
+    client = text_of(sent, "client", 40)
+    if not run.session.is_of(client, visitor().key):  # a page of somebody else
+        abort(403)
+    run.look(client, wanted=truth_of(sent, "on"))
+
+
+def _touch(run: RunSession, by: str, sent: Asked) -> None:
+    step = text_of(sent, "step")
+    if step not in ("once", "begin", "on", "end"):
+        raise BadRequest
+    run.process.command("touch", by, zone=text_of(sent, "zone", 40), step=step)
+
+
 _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "restart": lambda run, by, sent: run.restart(by),
     "pause": lambda run, by, sent: run.process.command("pause", by),
@@ -169,7 +176,7 @@ _ACTIONS: dict[str, Callable[[RunSession, str, Asked], None]] = {
     "send": lambda run, by, sent: run.process.command(
         "send", by, stream=text_of(sent, "stream"), text=text_of(sent, "text", LONGEST_TEXTS["value"])
     ),
-    "press": _press,
+    "press": _press, "touch": _touch, "look": _look,
     "scene": lambda run, by, sent: run.process.command(
         "scene", by, thing=text_of(sent, "thing", 100), verb=text_of(sent, "verb", 40), value=text_of(sent, "value")
     ),

@@ -50,6 +50,7 @@ from rrp_sheets.web.requests import (
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.run_session import LONGEST_TEXTS
 from rrp_sheets.web.services import services
+from rrp_sheets.web.serving import unsent
 from rrp_sheets.web.views.lessons import LessonPanel, lesson_panel
 from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
@@ -304,6 +305,7 @@ def events(name: str) -> Response:
     listener = services().open_workbooks.listen(session, client, person.key, join)
     if isinstance(listener, str):
         return Response(listener, 503, {"Retry-After": "5"}, mimetype="text/plain")
+    listener.unsent = unsent(request.environ)
     messages = stream_with_context(stream(listener, session.about_run, session.leave))
     return Response(messages, mimetype="text/event-stream", headers={"X-Accel-Buffering": "no"})
 

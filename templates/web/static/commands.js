@@ -3,7 +3,7 @@
 // An entry has what it needs of these:
 //   section, told, help: its line of the help on keys (rrp_sheets/help/keys.md); an entry without `told` belongs to the line above it
 //   name, label: for menus and for buttons with `data-do`
-//   at: the place where its keys work: `cell`, `editor`, `row` (both), `page`, `tab` (of a sheet), `operator`, `anywhere`
+//   at: the place where its keys work: `cell`, `editor`, `row` (both), `page`, `tab` (of a sheet), `operator`, `views`, `anywhere`
 //   keys: names of keys as the browser has them. `Ctrl+` is also Cmd; `Any+` stands for whatever is held; `Character` for what types one.
 //     Shift may always be held, unless there is another entry with it; `Escape Escape` is one key twice
 //   when: whether it can be done now; else the key does what it did without us
@@ -124,6 +124,9 @@ export const COMMANDS = [
   { section: "During a run", told: "Esc Esc", help: "stops the run, wherever you are", at: "anywhere", keys: ["Escape Escape"], run: (stop) => stop() },
   { told: "1 to 9", help: "press the operator’s buttons, unless a cell or a field has the cursor", at: "operator", keys: [..."123456789"],
     when: (place, { key, repeat, target }) => !repeat && !target.closest?.(TYPED) && nth(place, key)?.disabled === false, run: (place, { key }) => nth(place, key).click() },
+  // browsers let a page have these, though they change the tab by them where a page does not take them
+  { told: "Ctrl + 1 to 8", help: "choose what is shown below the rows", at: "views", keys: [..."12345678"].map((key) => `Ctrl+${key}`),
+    when: (tabs, { key }) => Number(key) <= tabs.length && !document.querySelector("dialog[open]"), run: (tabs, { key }) => tabs[Number(key) - 1].click() },
 ];
 
 const COPYING = ["cut", "copy", "paste", "clear", ""];

@@ -93,6 +93,7 @@ diagram(document.getElementById("panels"));
 if (grid) {
   const who = new URLSearchParams({ client: grid.server.client, name: grid.server.name, had: listen.dataset.told, knows: document.getElementById("panels").ariaBusy === "true" ? "no" : "yes" });
   listen.setAttribute("hx-sse:connect", `${listen.getAttribute("hx-sse:connect")}?${who}`);
+  listen.dataset.client = grid.server.client;
   listening(listen);
   icons(grid.table.rows);
   grid.table.grid.addEventListener("rrp:rows", ({ detail }) => icons(detail.came));

@@ -6,7 +6,7 @@ import { t } from "../texts.js";
 const LEAST = 36; // px, of a column
 const MOST = 900; // px, of a column
 const STEP = 8; // px, of an arrow key at a column
-const NARROW = { formula: 120, connector: 116, inputs: 112, output: 120 }; // px at least, the one to be narrowed first first
+const NARROW = { connector: 116, inputs: 108, output: 128, formula: 120 }; // px at least, the one to be narrowed first first
 const BESIDE = "beside"; // the key of the panels' width in the browser's storage
 const NUDGE = 16; // px, of an arrow key at the edge of the panels
 
@@ -32,17 +32,22 @@ export class Columns {
     grid.scroll.addEventListener("scroll", () => grid.selection.isFrozen(grid.selection.cell) && (grid.selection.hold(), grid.editor.mend()), { passive: true });
     document.addEventListener("rrp:column", ({ detail: { index, least } }) => {
       this.set(index, Math.max(this.kept[this.nameOf(index)] ?? this.usual(index), least), false);
-      this.narrow(index, least > 0);
+      this.beside = [index, least > 0];
+      this.narrow(...this.beside);
     });
+    addEventListener("resize", () => this.beside && this.narrow(...this.beside));
   }
 
   /** While a column beside them must be seen (`on`), those before it are narrower, as far as they can be and nobody has set them. */
   narrow(index, on) {
-    for (const kind of Object.keys(NARROW)) {
-      const i = this.heads.findIndex((head) => head.dataset.kind === kind);
-      if (i < 0 || this.nameOf(i) in this.kept) continue;
-      const over = this.widths.slice(0, index + 1).reduce((sum, width) => sum + width, 0) - this.grid.scroll.clientWidth;
-      const wanted = on && over > 0 ? Math.max(NARROW[kind], this.usual(i) - over) : this.usual(i);
+    const places = Object.keys(NARROW).map((kind) => this.heads.findIndex((head) => head.dataset.kind === kind));
+    const free = places.filter((i) => i >= 0 && !(this.nameOf(i) in this.kept));
+    const whole = this.widths.slice(0, index + 1).reduce((sum, width, i) => sum + (free.includes(i) ? this.usual(i) : width), 0);
+    let over = on ? whole - this.grid.scroll.clientWidth : 0;
+    for (const i of free) {
+      const usual = this.usual(i);
+      const wanted = over > 0 ? Math.max(Math.min(NARROW[this.heads[i].dataset.kind], usual), usual - over) : usual;
+      over -= usual - wanted;
       if (wanted !== this.widths[i]) this.set(i, wanted, false);
     }
   }

@@ -6,8 +6,8 @@ import { t, tn } from "../texts.js";
 import { clock, now } from "./time.js";
 
 const words = {
-  none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), stopping: t("Stopping …"),
-  finishing: t("Stopping: the robot is moving to its rest position …"), ended: t("Run ended"),
+  none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), ended: t("Run ended"),
+  stopping: t("Stopping: the robot is moving to its rest position …"), finishing: t("Stopping: the robot is moving to its rest position …"),
 };
 const UNKNOWN = t("This page no longer hears from the run. If the server has ended, the robot moves to its rest position by itself. If only the network is interrupted, the run continues: you can stop it at the computer of the server. Press Stop to try it from here.");
 const SHOWN = 12000; // ms that a refusal is told
@@ -23,6 +23,7 @@ export function bar(root) {
   const why = document.getElementById("run-why");
   const problem = document.getElementById("run-problem");
   const notice = document.getElementById("run-notice");
+  const lookback = document.getElementById("run-lookback");
   const openDialog = dialog(root);
   let vanishing = 0;
   let state = { phase: "none" };
@@ -93,6 +94,9 @@ export function bar(root) {
     put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
     buttons.stop.disabled = !canBeStopped(state.phase);
     buttons.pause.disabled = !acting() || lost;
+    lookback.hidden = state.phase !== "ended" || !state.folder; // it takes the place of Pause
+    buttons.pause.hidden = !lookback.hidden;
+    if (!lookback.hidden) lookback.href = `${root.dataset.runs}/${encodeURIComponent(state.folder)}/lookback`;
     buttons.pause.lastElementChild.textContent = state.phase === "paused" ? t("Continue") : t("Pause");
     buttons.pause.querySelector("use").setAttribute("href", `${icons()}#i-${state.phase === "paused" ? "run" : "pause"}`);
     buttons.step.disabled = state.phase !== "paused" || lost;

@@ -1,12 +1,12 @@
-// The picture of the robot's camera, renewed as it comes, with the detections of its sensors in it.
+// The picture of the robot's camera, drawn as it comes with the page's events, with the detections of its sensors in it.
+// The robot's eye is open only while a page shows it.
 
-import { isUnderWay } from "../api.js";
-import { element } from "../elements.js";
+import { ask, isUnderWay } from "../api.js";
+import { element, put } from "../elements.js";
 import { t } from "../texts.js";
 
 const FRESH = 0.5; // s: an older detection is not shown
-const AGAIN = 1000; // ms: asked at least so often, as the robot's eye is open only while somebody asks
-const GIVEN_UP = 4000; // ms: what has not come by then is asked for anew
+const AGAIN = 1000; // ms
 const LOOK = 250; // ms
 const OLD = 2000; // ms: a picture that is older says so
 const WIDE = 640; // of the overlay, in its own units
@@ -22,8 +22,9 @@ export function eye(root) {
   figure.className = "eye";
   const frame = document.createElement("div");
   frame.className = "frame";
-  let [picture, coming] = ["img", "img"].map((name) => document.createElement(name)); // one is shown while one loads
-  picture.alt = EMPTY;
+  const picture = document.createElement("canvas");
+  picture.setAttribute("role", "img");
+  picture.ariaLabel = EMPTY;
   picture.hidden = true;
   const overlay = element("svg", { viewBox: `0 0 ${WIDE} 480`, "aria-hidden": "true" });
   const nothing = document.createElement("p");
@@ -40,18 +41,23 @@ export function eye(root) {
   const seen = new Map(); // sensor → { t, fields }
   let id;
   let phase = "none";
-  let newest = { number: 0, at: 0 }; // picture told of, and when it was made (ms)
-  let asked = newest; // the one that is being loaded
-  let shown = newest;
-  let asks = 0;
-  let loading = false;
-  let last = -Infinity; // ms: when a picture was asked for
+  let number = 0; // of the newest picture that was taken, be it like the one before
+  let taken = 0; // when (ms)
+  let next = null; // the newest that was not drawn yet
+  let drawing = false;
   let seconds = 0;
+  let inSight = false;
+  let told = false; // the server knows that the eye is shown here
+  let telling = false;
+  let connection = 0; // each knows nothing of those before it
+  let lost = false; // the connection
+  let notBefore = 0; // ms
 
   const going = () => isUnderWay(phase);
   const forget = () => {
     seen.clear();
-    newest = asked = shown = { number: 0, at: 0 };
+    number = taken = 0;
+    next = null;
     overlay.replaceChildren();
     reveal(false);
   };
@@ -61,50 +67,73 @@ export function eye(root) {
     nothing.hidden = on;
   };
 
-  // One picture after the other: a slow browser gets fewer, not later ones. Every one has an address of its own, as a
-  // browser shows one that it has without asking for it, and then nobody asks and no newer picture is made.
-  const load = () => {
-    const waited = performance.now() - last;
-    if (document.hidden || !going() || (loading ? waited < GIVEN_UP : newest === asked && waited < AGAIN)) return;
-    loading = true;
-    last = performance.now();
-    asked = newest;
-    asks += 1;
-    coming.src = `/run/eye.jpg?ask=${asks}&n=${asked.number}`;
+  // One picture after the other: a slow browser draws fewer, not later ones.
+  const draw = async () => {
+    if (drawing || !next) return;
+    drawing = true;
+    const [data, run] = [next, id];
+    next = null;
+    try {
+      const bitmap = await createImageBitmap(await bytes(data));
+      if (run === id) {
+        Object.assign(picture, { width: bitmap.width, height: bitmap.height });
+        picture.getContext("2d").drawImage(bitmap, 0, 0);
+        picture.dataset.drawn = Number(picture.dataset.drawn ?? 0) + 1;
+        reveal(true);
+        tick();
+      }
+      bitmap.close();
+    } catch (error) { // what is seen stays
+      console.warn(error);
+    }
+    drawing = false;
+    requestAnimationFrame(draw);
   };
-  const came = () => {
-    loading = false;
-    shown = asked;
-    coming.alt = picture.alt;
-    picture.replaceWith(coming);
-    [picture, coming] = [coming, picture];
-    reveal(true);
-    tick();
+  const look = async () => {
+    const wanted = going() && inSight && !document.hidden;
+    if (telling || lost || wanted === told || !going() || performance.now() < notBefore) return;
+    telling = true;
+    const before = connection;
+    const answer = await ask("look", { client: document.getElementById("listen").dataset.client, on: wanted });
+    telling = false;
+    if (answer.message) notBefore = performance.now() + AGAIN; // no run any more, or no answer
+    else if (before === connection) told = wanted;
+    look();
   };
-  for (const one of [picture, coming]) {
-    one.addEventListener("load", came);
-    one.addEventListener("error", () => { // none yet, or the network is away: what is seen stays, and it is asked again
-      loading = false;
-    });
-  }
+  const anew = () => {
+    connection += 1;
+    told = false;
+  };
   const tick = () => {
-    const old = performance.now() - shown.at;
-    const told = phase === "running" && shown.number && old > OLD ? oldBy(Math.floor(old / 1000)) : "";
-    if (age.textContent !== told) age.textContent = told;
-    load();
+    const old = performance.now() - taken;
+    put(age, phase === "running" && taken && !picture.hidden && old > OLD ? oldBy(Math.floor(old / 1000)) : "");
+    look();
   };
   setInterval(tick, LOOK);
-  document.addEventListener("visibilitychange", tick);
+  document.addEventListener("visibilitychange", () => {
+    if (document.hidden) anew(); // its connection is closed
+    tick();
+  });
+  document.addEventListener("rrp:connection", ({ detail }) => {
+    anew();
+    lost = detail.lost;
+    tick();
+  });
+  new IntersectionObserver((entries) => {
+    inSight = entries.at(-1).isIntersecting;
+    tick();
+  }).observe(frame);
 
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== id) forget();
     id = detail.id;
-    if (phase === "paused" && detail.phase === "running") shown = { ...shown, at: performance.now() }; // nothing moved
+    if (phase === "paused" && detail.phase === "running") taken = performance.now(); // nothing moved
     phase = detail.phase;
     if (detail.camera?.hfov) Object.assign(lens, detail.camera);
     const high = Math.round((WIDE * Math.tan(lens.vfov / 2)) / Math.tan(lens.hfov / 2));
     overlay.setAttribute("viewBox", `0 0 ${WIDE} ${high}`);
     frame.style.aspectRatio = `${WIDE} / ${high}`;
+    frame.style.setProperty("--ratio", WIDE / high);
   });
 
   document.addEventListener("rrp:live", ({ detail }) => {
@@ -117,12 +146,23 @@ export function eye(root) {
     for (const [sensor, entry] of seen) if (seconds - entry.t > FRESH) seen.delete(sensor);
     mark(overlay, seen, lens);
     const words = [...seen].map(([sensor, { fields }]) => label(sensor, fields)).join(", ");
-    picture.alt = sees(words);
-    if (detail.eye && detail.eye !== newest.number) {
-      newest = { number: detail.eye, at: performance.now() - (detail.eye_age ?? 0) * 1000 };
+    if (picture.ariaLabel !== sees(words)) picture.ariaLabel = sees(words);
+    if (detail.eye && detail.eye !== number) {
+      number = detail.eye;
+      taken = performance.now() - (detail.eye_age ?? 0) * 1000;
     }
     tick();
   });
+  document.addEventListener("rrp:eye", ({ detail }) => {
+    next = detail.jpeg;
+    taken = performance.now() - detail.age * 1000;
+    draw();
+  });
+}
+
+/** The bytes of a JPEG in base64. */
+function bytes(text) {
+  return new Blob([Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0))], { type: "image/jpeg" });
 }
 
 /** The boxes around what is seen; angles to the left of and below the picture's middle, rad. */

@@ -6,6 +6,7 @@ import { bar } from "./bar.js";
 import { log } from "./log.js";
 import { robot } from "./robot.js";
 import { scene, session } from "./session.js";
+import { timeline } from "./timeline.js";
 import { views } from "./views.js";
 import { follow, values } from "./values.js";
 
@@ -19,7 +20,7 @@ bar(document.getElementById("runbar"));
 const grid = document.querySelector("[role=grid].of-behaviour");
 if (grid) values(grid);
 if (grid) follow(grid, document.getElementById("run-follow"));
-for (const [id, part] of Object.entries({ session, log, robot, scene, views })) {
+for (const [id, part] of Object.entries({ session, log, robot, scene, timeline, views })) {
   const root = document.getElementById(id === "robot" ? "robot-facts" : id);
   if (root) part(root);
 }
@@ -43,17 +44,28 @@ function tell(name, detail) {
 
 async function heard(event, data) {
   if (event === "run") return takeRun(data);
+  if (event === "eye" && document.hidden) return undefined;
   await ready;
   if (data.run !== state.id) return undefined; // of a run before this one
   if (event === "live") {
-    if (data.robot) lately = { t: data.t, robot: data.robot };
+    if (data.robot) takeRobot(data);
     tell("rrp:live", data);
+  } else if (event === "eye") {
+    tell("rrp:eye", data);
   } else if (event === "log") {
     const lines = data.lines.filter((line) => line.i > last);
     last = lines.at(-1)?.i ?? last;
     if (lines.length) tell("rrp:log", { lines });
   }
   return undefined;
+}
+
+/** Of the robot the server tells what has changed; the views hear all of it. */
+function takeRobot(data) {
+  const { robot, t } = lately ?? { robot: {}, t: 0 };
+  if (data.full) lately = { t: data.t, robot: data.robot };
+  else if (t <= data.t) lately = { t: data.t, robot: { ...robot, ...data.robot, joints: { ...robot.joints, ...data.robot.joints } } };
+  data.robot = lately.robot;
 }
 
 function takeRun(told) {
@@ -69,7 +81,7 @@ function takeRun(told) {
   tell("rrp:elsewhere", told.book !== book ? told : none);
 }
 
-for (const event of ["run", "live", "log"]) {
+for (const event of ["run", "live", "log", "eye"]) {
   listen.addEventListener(event, ({ detail }) => heard(event, JSON.parse(detail.data)));
 }
 

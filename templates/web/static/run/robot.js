@@ -82,6 +82,7 @@ export async function robot3d(root) {
     instead.className = "quiet";
     instead.textContent = EMPTY;
     root.replaceChildren(instead);
+    root.parentElement.classList.add("flat"); // the picture of its eye is large instead
     return;
   }
   front.addEventListener("click", () => stage.orbit.front());
@@ -117,7 +118,12 @@ function describe(canvas, { things = {}, saying = "" } = {}, { name = t("The rob
 
 // Facts about the robot beside its picture: which way it looks, what is around it.
 
-const degrees = (angle) => `${((angle * 180) / Math.PI).toFixed(1)}°`;
+const degrees = (angle) => Math.round(Math.abs((angle * 180) / Math.PI));
+/** Which way the head is turned: positive angles are to the left, and down. */
+const turned = (yaw, pitch) => t("{across}, {along}", {
+  across: yaw < 0 ? t("{n}° right", { n: degrees(yaw) }) : t("{n}° left", { n: degrees(yaw) }),
+  along: pitch < 0 ? t("{n}° up", { n: degrees(pitch) }) : t("{n}° down", { n: degrees(pitch) }),
+});
 
 const hues = [[15, t("red")], [45, t("orange")], [70, t("yellow")], [165, t("green")], [200, t("turquoise")], [255, t("blue")], [290, t("violet")], [340, t("magenta")], [361, t("red")]];
 
@@ -145,8 +151,7 @@ export function robot(root) {
     const seen = detail.robot;
     if (!seen) return;
     const { HeadYaw: yaw, HeadPitch: pitch } = seen.joints;
-    if (yaw !== undefined) fact(t("Head yaw"), degrees(yaw));
-    if (pitch !== undefined) fact(t("Head pitch"), degrees(pitch));
+    if (yaw !== undefined && pitch !== undefined) fact(t("Head"), turned(yaw, pitch));
     fact(t("Eyes"), colour(seen.eyes));
     dot(facts.get(t("Eyes")), seen.eyes);
     const names = Object.keys(seen.things);
@@ -163,10 +168,11 @@ export function robot(root) {
   function fact(name, text) {
     if (!facts.has(name)) {
       const value = make("dd");
-      root.append(make("dt", { textContent: name }), value);
+      root.append(make("div", {}, make("dt", { textContent: name }), value));
       facts.set(name, value);
     }
     put(facts.get(name), text);
+    facts.get(name).title = text; // only its beginning may have room
   }
 }
 

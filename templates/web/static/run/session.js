@@ -109,10 +109,6 @@ export function session() {
   }
 
   document.addEventListener("keydown", (event) => pressKey("operator", event, press));
-  const swap = document.getElementById("swap");
-  swap.addEventListener("click", () => {
-    swap.ariaPressed = String(document.getElementById("pictures").classList.toggle("swapped"));
-  });
   send.elements.stream.addEventListener("change", example);
   send.addEventListener("submit", (event) => {
     event.preventDefault();

@@ -9,8 +9,7 @@ import { STEADY } from "./drag3d.js";
 
 const BESIDE = 20; // px beside the robot that are still it
 const HOLDS = 250; // ms after which a touch lasts as long as it is held
-const AGAIN = 800; // ms between two tellings that it goes on
-const LASTS = "for 1 s"; // each time: a little longer than that
+const AGAIN = 800; // ms between two tellings that it goes on: without them it ends after a second
 const presses = ({ key }) => ["Enter", " "].includes(key);
 
 export class Touch {
@@ -39,7 +38,7 @@ export class Touch {
       });
       one.mark.addEventListener("keyup", (event) => presses(event) && this.end(true));
       one.mark.addEventListener("blur", () => this.end(false));
-      one.mark.addEventListener("click", () => this.touch(one.zone)); // by a screen reader
+      one.mark.addEventListener("click", () => touch(one.zone, "once")); // by a screen reader
     }
     this.allow(false);
   }
@@ -61,11 +60,11 @@ export class Touch {
   }
 
   hold() {
-    const { one } = this.press;
+    const { one, held } = this.press;
     this.press.held = true;
     this.show(one);
     one.mark.classList.add("held");
-    this.touch(`${one.zone} ${LASTS}`);
+    touch(one.zone, held ? "on" : "begin");
     this.press.timer = setTimeout(() => this.hold(), AGAIN);
   }
 
@@ -76,11 +75,8 @@ export class Touch {
     this.press = null;
     clearTimeout(press.timer);
     press.one.mark.classList.remove("held");
-    if (touches && !press.held) this.touch(press.one.zone);
-  }
-
-  touch(value) {
-    act("scene", { thing: t("Somebody"), verb: "touches", value });
+    if (press.held) touch(press.one.zone, "end");
+    else if (touches) touch(press.one.zone, "once");
   }
 
   /** Show this zone under the pointer. */
@@ -115,6 +111,12 @@ export class Touch {
       button.style.top = `${((1 - place.y) / 2 * canvas.clientHeight).toFixed(1)}px`;
     }
   }
+}
+
+/** Tell the run of a touch: `once`, or that one begins, goes `on`, and ends. One after the other, as they happened. */
+let told = Promise.resolve();
+function touch(zone, step) {
+  told = told.then(() => act("touch", { zone, step }));
 }
 
 function mark(zone) {

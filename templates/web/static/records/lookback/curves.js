@@ -21,10 +21,23 @@ export function curves(section, seconds, go) {
   return { show };
 }
 
+const shown = (section) => new Promise((done) => {
+  new IntersectionObserver((entries, observer) => {
+    if (!entries.at(-1).isIntersecting) return;
+    observer.disconnect();
+    done();
+  }).observe(section);
+});
+
 async function draw(section, seconds, go) {
   const { json: series } = await request(section.dataset.series);
-  if (!series?.length) return [];
-  section.hidden = false; // before it is drawn: a hidden place has no width
+  const waits = section.querySelector(".quiet");
+  waits.hidden = series?.length > 0;
+  if (!waits.hidden) {
+    waits.textContent = waits.dataset.none;
+    return [];
+  }
+  await shown(section); // a hidden place has no width
   plotRecord(section.querySelector("[data-plots]"), series.slice(0, FIRST), [0, seconds]);
   return [...section.querySelectorAll(".u-over")].map((over) => {
     const mine = document.createElement("div");

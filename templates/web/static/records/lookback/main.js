@@ -5,6 +5,7 @@ import { request, why } from "../../api.js";
 import { put } from "../../elements.js";
 import { robot, robot3d } from "../../run/robot.js";
 import { lastSaid, NOTHING, quoted, secondsAgo } from "../../run/speech.js";
+import { views } from "../../run/views.js";
 import { t } from "../../texts.js";
 import { curves } from "./curves.js";
 import { Eye } from "./eye.js";
@@ -22,6 +23,7 @@ const SAYS = 2; // s that a sentence is taken to last where the robot's pose doe
 const tell = (name, detail) => document.dispatchEvent(new CustomEvent(name, { detail }));
 
 async function begin() {
+  views(document.getElementById("views"), "lookback-view");
   const { ok, status, text, json: told } = await request(`${url}/overview.json`);
   if (!told) throw new Error(why({ status, text }));
   if (!ok) throw new Error(told.trouble);
@@ -37,7 +39,7 @@ class View {
     const came = () => this.again();
     this.pieces = new Pieces(told.pieces, `${url}/piece`, (piece) => piece, came);
     this.poses = new Pieces(told.poses, `${url}/poses`, poses, came);
-    this.sheets = new Sheets(document.querySelector(".ran"), told.edits);
+    this.sheets = new Sheets(document.getElementById("main"), told.edits);
     this.eye = new Eye(document.getElementById("eye"), `${url}/picture`, told.pictures);
     robot(document.getElementById("robot-facts"));
     this.sounds = new Sounds(told.moments, files, document.getElementById("sound"));
@@ -113,6 +115,8 @@ class View {
     const just = before && seconds - before.t < (saying === undefined ? SAYS : BEGINS) ? before.text : "";
     const now = saying || just;
     this.said.classList.toggle("now", Boolean(now));
+    this.said.classList.toggle("past", !now);
+    this.said.classList.toggle("none", !now && !before);
     const [words, age] = this.said.children;
     put(words, now ? quoted(now.replace(/^[“"]|[”"]$/g, "")) : before ? lastSaid(before.text) : NOTHING);
     put(age, now || !before ? "" : secondsAgo(Math.round(seconds - before.t)));

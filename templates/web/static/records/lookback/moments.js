@@ -13,6 +13,7 @@ const KINDS = {
   press: ["hand", "button", t("Button")], send: ["hand", "send", t("Sent by hand")], switch: ["hand", "subscribe", t("Switched")],
   say: ["say", "say", t("Robot")], command: ["say", "gesture", t("Command")], person: ["person", "say", t("Person")], sound: ["say", "sound", t("Sound")], scene: ["hand", "ball", t("Scene, by hand")],
   put: ["hand", "ball", t("Moved by hand")], clamp: ["warning", "warning", t("Cut to its limit")], note: ["note", "mark", t("Note")],
+  pause: ["note", "pause", t("Run")], resume: ["note", "run", t("Run")], step: ["note", "step", t("Run")], speed: ["note", "run", t("Run")],
 };
 const ORDER = ["error", "mark", "edit", "warning", "hand", "say", "person", "note"]; // which of several is shown
 const of = (kind) => KINDS[kind] ?? ["note", "mark", kind];

@@ -9,14 +9,15 @@ const editedWords = ({ when, was }) => t("since {time}, was {text}", { time: clo
 
 export class Sheets {
   constructor(root, edits) {
-    this.tabs = [...root.querySelectorAll("[role=tab]")];
+    this.tabs = [...root.querySelectorAll(".sheet-tabs [role=tab]")];
     this.panels = [...root.querySelectorAll(".ran-sheet")];
     this.edits = edits; // [t, place, was, now]
     this.places = new Map(); // formula cells that were edited → their text at the begin
-    this.lights = this.panels.map((panel) => {
+    this.diagrams = [...root.querySelectorAll(".ran-diagram")]; // of each panel one
+    this.lights = this.panels.map((panel, number) => {
       const table = panel.querySelector("table");
       values(table);
-      return lights(() => panel.querySelector(".diagram svg"), () => table);
+      return lights(() => this.diagrams[number].querySelector(".diagram svg"), () => table);
     });
     for (const tab of this.tabs) {
       tab.addEventListener("click", () => this.choose(tab));
@@ -29,7 +30,7 @@ export class Sheets {
 
   /** The diagram of the behaviour that is shown is wanted now. */
   want() {
-    this.panels.find((panel) => !panel.hidden)?.querySelector(".ran-diagram")?.dispatchEvent(new CustomEvent("wanted"));
+    this.diagrams.find((diagram) => !diagram.hidden)?.dispatchEvent(new CustomEvent("wanted"));
   }
 
   drawn() {
@@ -42,7 +43,8 @@ export class Sheets {
       const on = tab === chosen;
       tab.setAttribute("aria-selected", String(on));
       tab.tabIndex = on ? 0 : -1;
-      document.getElementById(tab.getAttribute("aria-controls")).hidden = !on;
+      const panel = document.getElementById(tab.getAttribute("aria-controls"));
+      panel.hidden = this.diagrams[this.panels.indexOf(panel)].hidden = !on;
     }
     this.want();
   }
@@ -61,7 +63,7 @@ export class Sheets {
   /** From a box of the diagram to its row. */
   goto(event) {
     const number = event.target.closest?.(".ran-diagram [data-row]")?.dataset.row;
-    const panel = event.target.closest?.(".ran-sheet");
+    const panel = this.panels[this.diagrams.indexOf(event.target.closest?.(".ran-diagram"))];
     const row = number && [...panel.querySelectorAll("tbody th")].find((head) => head.textContent === number);
     if (!row) return;
     event.preventDefault();
