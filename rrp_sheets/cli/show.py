@@ -154,17 +154,27 @@ def _time(text: str, option: str) -> int | None:
 @click.option("--against", metavar="APPROVED", type=WorkbookArgument(), help="mark what changed since then")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="the paper's size")
 @click.option("--language", type=click.Choice(list(LANGUAGES)), default=None, help="by default the Protocol's")
+@click.option(
+    "--for",
+    "reader",
+    type=click.Choice(["board", "participants"]),
+    default="board",
+    show_default=True,
+    help="the protocol for an ethics board, or one page for participants in plain language",
+)
 @click.option("--draft", is_flag=True, help="mark every page as a draft; the workbook may have errors then")
 @click.option("--date", "day", type=click.DateTime(["%Y-%m-%d"]), help="the day that is printed; by default today")
 def print_command(
-    file: Path, output: Path | None, against: Path | None, paper: str, language: str | None, draft: bool,
-    day: datetime | None,
+    file: Path, output: Path | None, against: Path | None, paper: str, language: str | None, reader: str,
+    draft: bool, day: datetime | None,
 ) -> None:  # fmt: skip
-    """Print FILE for an ethics board: an accessible PDF that says what the robot senses, keeps, says and does.
+    """Print FILE for an ethics board: an accessible PDF that says what the robot senses, stores, says and does.
 
-    It has the diagrams, the rows in words and as tables, what the operator drives by hand, how it stops, what is still
-    open, and what changed since the approved version. The SHA-256 of FILE stands on the first page,
-    its first 16 digits on every page.
+    It has the study, its risks, the diagrams, the rows in words and as tables, what the operator drives by hand, how it
+    stops, what is still open, and what changed since the approved version. The first page lists what is missing. The
+    SHA-256 of FILE stands on the first page, its first 16 digits on every page.
+
+    --for participants prints one page in large type and plain language, for people of 9 years and more.
 
     Exit code: 0, or 1 when the workbook has errors (nothing is printed, unless as a draft), 2 when it cannot be read.
     """
@@ -175,6 +185,10 @@ def print_command(
     home = home_of(click.get_current_context())
     beside = home / file.name if home else file
     target = output or (beside if beside.name else beside.resolve()).with_suffix(".pdf")
+    if reader == "participants":
+        if against is not None:
+            raise click.UsageError("--against belongs to the protocol for a board, not to --for participants.")
+        target = output or target.with_name(f"{target.stem}-participants.pdf")
     if target.suffix.casefold() != ".pdf":
         raise click.UsageError("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf")
     speak(language or "en")
@@ -187,6 +201,7 @@ def print_command(
         made = print_pack(
             file, target, against=against, paper="letter" if paper == "letter" else "a4", language=language or "",
             draft=draft, today=day.date() if day else None, gathered=gathered,
+            reader="participants" if reader == "participants" else "board",
         )  # fmt: skip
     except HasErrors as error:
         speak(language or error.checked.run.language)
