@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rrp_sheets.services.changes_drawn import Compared
     from rrp_sheets.services.edited_copies import CellSet, Renamed
     from rrp_sheets.services.posing import Posed
+    from rrp_sheets.services.printing import Reader
     from rrp_sheets.testing import TestReport
     from rrp_sheets.workbook import Reading
     from rrp_sheets.workbook.edits import Edit
@@ -232,7 +233,7 @@ def explain(path: Path | str, behaviour: str = "", language: str = "") -> tuple[
 
 def print_pack(
     path: Path | str, target: Path | str, *, against: Path | str | None = None, paper: Paper = "a4",
-    language: str = "", draft: bool = False, today: date | None = None,
+    language: str = "", draft: bool = False, today: date | None = None, reader: Reader = "board",
 ) -> list[str]:  # fmt: skip
     """Print a workbook for an ethics board, as an accessible PDF that is the same for the same workbook and day.
 
@@ -244,6 +245,7 @@ def print_pack(
         language: en or ja; by default what its Protocol says.
         draft: mark every page as a draft; the workbook may have errors then.
         today: the day that is printed; by default that of the clock.
+        reader: `board`, or `participants` for an information sheet of one page in plain language.
 
     Returns:
         What the PDF lacks (a font, say), in words.
@@ -256,8 +258,9 @@ def print_pack(
 
     approved = None if against is None else Path(against)
     made = print_file(
-        Path(path), Path(target), against=approved, paper=paper, language=language, draft=draft, today=today
-    )
+        Path(path), Path(target), against=approved, paper=paper, language=language, draft=draft, today=today,
+        reader=reader,
+    )  # fmt: skip
     return made.notes
 
 

@@ -137,6 +137,9 @@ DOES = {
     "two rows": lambda typed, mended: len(mended) > 3,
     "devices": lambda typed, mended: bool(mended[0]),
     "let the sensor give it": lambda typed, mended: typed[0] in mended[0],
+    "proposed rows": lambda typed, mended: bool(mended[0]),
+    "blank cell": lambda typed, mended: bool(mended[0]),
+    "these fields": lambda typed, mended: bool(mended[0]),  # or nobody takes part
     "ladder": lambda typed, mended: mended[0] == typed[0].replace(",", "."),
     "within the limits": lambda typed, mended: abs(float(mended[0])) < 2.09 < float(typed[0]),
     "without the others": lambda typed, mended: "praise(" not in mended[0],

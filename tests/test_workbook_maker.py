@@ -13,6 +13,7 @@ from rrp_sheets.model.workbook import FALSE_WORDS
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.files import make_workbook
 from rrp_sheets.workbook.maker import Offers, sheet_titles
+from rrp_sheets.workbook.schema import FIELDS
 from rrp_sheets.workbook.template import new_workbook, template_sheets
 
 OFFERS = Offers(
@@ -38,9 +39,7 @@ def test_the_template_is_read_without_a_finding(template: Path) -> None:
     assert [r.connector.text for r in workbook.behaviours[0].rows] == ["map", "filter", "subscribe"]
     assert [d.stream.text for d in workbook.devices] == ["Red ball", "Head tracker"]
     assert len(workbook.tests[0].rows) == 4
-    fields = "title authors version purpose participants ethicsreference contact datakept retention robot engine"
-    fields += " framerate run seed timelimit facememory camerapictures language"
-    assert set(workbook.protocol.fields) == set(fields.split())
+    assert set(workbook.protocol.fields) == set(FIELDS)
 
 
 def test_the_empty_template_has_the_same_sheets_without_rows(tmp_path: Path, template: Path) -> None:

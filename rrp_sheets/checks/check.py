@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from rrp_sheets.checks.ethics import Study, check_ethics
 from rrp_sheets.checks.facts import Fact
 from rrp_sheets.checks.formulas import Compiled, check_formulas
 from rrp_sheets.checks.lints import lint
@@ -60,6 +61,11 @@ class Checked:
     scope: MakeScope = make_scope
     cues: tuple[Stream, ...] = ()  # the streams that rows of the scene wait for
 
+    @property
+    def study(self) -> Study:
+        """The workbook as an ethics board asks about it."""
+        return Study(self.workbook, self.robot, self.graph, self.run, self.facts)
+
 
 def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) -> Checked:
     """Check a workbook, adding to the report that reading it began.
@@ -80,6 +86,7 @@ def check_workbook(workbook: Workbook, report: Report, *, lints: bool = True) ->
     if lints:
         lint(workbook, robot, graph, compiled, run.behaviours | switchable(graph), report)
         check_kept(workbook, robot, graph, run, report)
+        check_ethics(Study(workbook, robot, graph, run, compiled.facts), report)
     report.drop_followers()
     if lints:
         judge_proposals(graph, robot, compiled, report)

@@ -164,7 +164,7 @@ def _propose_total(problem: FormulaProblem, step: Step) -> None:
 
 def own_sheets(workbook: Workbook) -> list[str]:
     """Return the names of the user's own sheets: all but behaviours, tests and the sheets with a fixed name."""
-    ours = {"devices", "helpers", "scene", "gestures", "protocol"}
+    ours = {"devices", "helpers", "scene", "gestures", "protocol", "risks"}
     ours |= {key(b.name) for b in workbook.behaviours} | {key(t.name) for t in workbook.tests}
     return [name for name in workbook.sheets if key(name) not in ours]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,9 +17,8 @@ from rrp_sheets.robots import DeviceType, Robot
 from rrp_sheets.texts import N_, language_code, listed
 from rrp_sheets.workbook.schema import FIELDS
 
-ENGINES = FIELDS["engine"].words
-FACES_FORGOTTEN, FACES_KEPT = FIELDS["facememory"].words
-PICTURES, NO_PICTURES = FIELDS["camerapictures"].words
+FACES_KEPT = FIELDS["facememory"].words[1]
+NO_PICTURES = FIELDS["camerapictures"].words[1]
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 FIELD = "Data kept"
 _NAMES = {
@@ -67,7 +66,7 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
             rate = int(digits[1])
         else:
             report.add("PROT003", protocol.fields["framerate"].address, text=text)
-    engine = _meant(protocol, "Engine", "PROT002", lambda t: _one_of(ENGINES, t), report) or "frame"
+    engine = _meant(protocol, "Engine", "PROT002", FIELDS["engine"].meaning, report) or "frame"
     if text := protocol.text("Seed"):
         if re.fullmatch(r"\d{1,15}", text):
             seed = int(text)
@@ -78,8 +77,9 @@ def check_protocol(workbook: Workbook, report: Report) -> RunPlan:
         if not limit:
             likely = meant_duration(text, "s") or N_("10 min or 90 s")
             report.add("PROT006", protocol.fields["timelimit"].address, text=text, meant=likely)
-    memory = _meant(protocol, "Face memory", "PROT007", lambda t: _one_of((FACES_FORGOTTEN, FACES_KEPT), t), report)
-    pictures = _meant(protocol, "Camera pictures", "PROT009", lambda t: _one_of((PICTURES, NO_PICTURES), t), report)
+    memory = _meant(protocol, "Face memory", "PROT007", FIELDS["facememory"].meaning, report)
+    pictures = _meant(protocol, "Camera pictures", "PROT009", FIELDS["camerapictures"].meaning, report)
+    _meant(protocol, "Robot in sessions", "PROT011", FIELDS["robotinsessions"].meaning, report)
     language = _meant(protocol, "Language", "PROT008", language_code, report) or "en"
     return RunPlan(
         _behaviours(workbook, report), rate, seed, limit or None, engine, language=language,
@@ -94,10 +94,6 @@ def _meant(protocol: Protocol, field: str, code: str, meaning: Callable[[str], s
     if text and not found:
         report.add(code, protocol.fields[key(field)].address, text=text, name=text)
     return found
-
-
-def _one_of(words: Sequence[str], text: str) -> str:
-    return next((word for word in words if key(word) == key(text)), "")
 
 
 def _behaviours(workbook: Workbook, report: Report) -> frozenset[str]:

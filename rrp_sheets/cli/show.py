@@ -168,17 +168,27 @@ def _time(text: str, option: str) -> int | None:
 @click.option(
     "--language", type=click.Choice(list(LANGUAGES)), default=None, help="the language  [default: the Protocol's]"
 )
+@click.option(
+    "--for",
+    "reader",
+    type=click.Choice(["board", "participants"]),
+    default="board",
+    show_default=True,
+    help="the protocol for an ethics board, or one page for participants in plain language",
+)
 @click.option("--draft", is_flag=True, help="mark every page as a draft; the workbook may have errors")
 @click.option("--date", "day", type=click.DateTime(["%Y-%m-%d"]), help="the day that is printed; by default today")
 def print_command(
-    file: Path, output: Path | None, against: Path | None, paper: str, language: str | None, draft: bool,
-    day: datetime | None,
+    file: Path, output: Path | None, against: Path | None, paper: str, language: str | None, reader: str,
+    draft: bool, day: datetime | None,
 ) -> None:  # fmt: skip
     """Print FILE for an ethics board: an accessible PDF that says what the robot senses, saves, says and does.
 
-    It has the diagrams, the rows in words and as tables, what the operator controls by hand, how to stop, what is still
-    missing, and what changed since the approved version. The first page shows the SHA-256 of FILE, and every page its
-    first 16 digits.
+    It has the study, its risks, the diagrams, the rows in words and as tables, what the operator controls by hand, how
+    to stop, what is still open, and what changed since the approved version. The first page lists what is missing and
+    shows the SHA-256 of FILE; every page has its first 16 digits.
+
+    --for participants prints one page in large type and plain language, for people of 9 years and more.
 
     Exit code: 0 printed, 1 the workbook has errors (only a draft is printed), 2 it cannot be read.
     """
@@ -189,6 +199,10 @@ def print_command(
     home = home_of(click.get_current_context())
     beside = home / file.name if home else file
     target = output or (beside if beside.name else beside.resolve()).with_suffix(".pdf")
+    if reader == "participants":
+        if against is not None:
+            raise usage_error(N_("--against belongs to the protocol for a board, not to --for participants."))
+        target = output or target.with_name(f"{target.stem}-participants.pdf")
     if target.suffix.casefold() != ".pdf":
         raise usage_error(N_("The file ends with .pdf: rrp-sheets print FILE -o protocol.pdf"))
     speak(language or "en")
@@ -201,6 +215,7 @@ def print_command(
         made = print_pack(
             file, target, against=against, paper="letter" if paper == "letter" else "a4", language=language or "",
             draft=draft, today=day.date() if day else None, gathered=gathered,
+            reader="participants" if reader == "participants" else "board",
         )  # fmt: skip
     except HasErrors as error:
         speak(language or error.checked.run.language)

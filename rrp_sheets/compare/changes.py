@@ -26,7 +26,7 @@ class Change:
         kind: `added`, `removed`, `renamed`, `moved`, `changed`, `on`, `off`, `notes`, or `written` (the same, in
             another spelling or at another place).
         part: `behaviour`, `row`, `stream`, `device`, `helper`, `scene`, `gesture`, `protocol`, `test`, `table`,
-            `sheet`.
+            `sheet`, `risk`.
         sheet: the sheet's name, that of the second workbook where both have it.
         name: the stream, helper or field in question; empty for rows.
         rows: its row in the first and in the second workbook, 0 where there is none.

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 from rrp_sheets.checks import Checked
 from rrp_sheets.compare.changes import Change, ComparedWorkbook, Comparison, meanings, one_sided, pieces
-from rrp_sheets.compare.detail import detail, gesture_changes, scene_changes, table_changes, test_changes
+from rrp_sheets.compare.detail import detail, gesture_changes, risk_changes, scene_changes, table_changes, test_changes
 from rrp_sheets.compare.match import Match, helper_meaning, match
 from rrp_sheets.compare.rows import RENAMED, WRITTEN, row_changes
 from rrp_sheets.compare.side import DeviceView, Side, different
@@ -25,7 +25,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Helper
 from rrp_sheets.texts import N_, LazyMessage, listed
 from rrp_sheets.workbook import Reading
-from rrp_sheets.workbook.schema import recognise
+from rrp_sheets.workbook.schema import FIELDS, recognise
 from rrp_sheets.workbook.sheet_readers import words
 
 # Notes of changes without effect.
@@ -35,7 +35,7 @@ FOR_PEOPLE = N_("for people; the robot does not act on it")
 DEFAULT = N_("this is what a blank field means")
 UNUSED = N_("no row that is switched on uses it")
 _BY_NAME = N_("its name alone means the same device")
-_OURS = ("devices", "helpers", "gestures")
+_OURS = ("devices", "helpers", "gestures", "risks")
 _LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by the program, not by people
 
 
@@ -57,7 +57,7 @@ def _compare(old: Side, new: Side) -> tuple[Comparison, Match]:
     found = match(old, new)
     makers = (
         row_changes, device_changes, helper_changes, table_changes, gesture_changes, scene_changes, protocol_changes,
-        test_changes,
+        test_changes, risk_changes,
     )  # fmt: skip
     changes = [change for make in makers for change in make(old, new, found)]
     changes += [*sheet_changes(old, new), *_notes(old, new)]
@@ -115,9 +115,14 @@ _ACTED_ON: Mapping[str, Callable[[Side], Hashable]] = {
     "seed": lambda side: side.checked.run.seed,
     "timelimit": lambda side: side.checked.run.time_limit_us,
     "run": lambda side: side.checked.run.behaviours,
-    "facememory": lambda side: key(side.workbook.protocol.text("Face memory", "ends with the run")),
-    "camerapictures": lambda side: key(side.workbook.protocol.text("Camera pictures", "kept")),
+    "facememory": lambda side: _chosen(side, "Face memory", "ends with the run"),
+    "camerapictures": lambda side: _chosen(side, "Camera pictures", "kept"),
 }
+
+
+def _chosen(side: Side, name: str, usual: str) -> str:
+    text = side.workbook.protocol.text(name, usual)
+    return FIELDS[key(name)].meaning(text) or key(text)
 
 
 def protocol_changes(first: Side, second: Side, found: Match) -> list[Change]:

@@ -180,6 +180,7 @@ def _kind(side: Side, stream: str, driven: bool) -> str:
 
 
 _HALF = 0.5
+RISK = N_("for people; the robot does not act on it")
 TEST = N_("a test says what must come out; it changes nothing of it")
 
 
@@ -274,6 +275,23 @@ def gesture_changes(first: Side, second: Side, found: Match) -> list[Change]:
     """Return the changes of the user's own gestures."""
     kind = ListKind("gesture", (("name", "time"), ("name",)), names={"name": N_("name"), "time": N_("time")})
     return list_changes(_gestures(first), _gestures(second), kind, found.turned)[0]
+
+
+def risk_changes(first: Side, second: Side, found: Match) -> list[Change]:
+    """Return the changes of the sheet Risks, on which the robot does not act."""
+    names = {"risk": N_("risk"), "whom": N_("for whom"), "likely": N_("how likely"), "reduces": N_("what reduces it"),
+             "ends": N_("who ends the session when")}  # fmt: skip
+    kind = ListKind("risk", (("risk",),), effect=False, note=RISK, names=names)
+    return list_changes(_risks(first), _risks(second), kind, found.turned)[0]
+
+
+def _risks(side: Side) -> list[ListRow]:
+    lines = []
+    for row in side.workbook.risks.rows if side.workbook.risks else ():
+        place = row.risk.address
+        cells = {"risk": row.risk, "whom": row.whom, "likely": row.likely, "reduces": row.reduces, "ends": row.ends}
+        lines.append(_list_row(side, place.sheet, place.row, {n: key(c.text) for n, c in cells.items()}, cells))
+    return lines
 
 
 def _gestures(side: Side) -> list[ListRow]:

@@ -44,6 +44,7 @@ TOPICS = {
     "priority": "which command wins when two want the same joints",
     "total": "the value of accumulate so far",
     "protocol": "the Protocol sheet: title, engine, seed, time limit",
+    "risks": "the Risks sheet: what could go wrong for people",
     "engine": "how rows follow each other in time",
     "keys": "the keys of the grid",
     "sheets": "the sheets of a workbook, and the files it may be in",

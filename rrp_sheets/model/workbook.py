@@ -117,11 +117,34 @@ class TestSheet:
 
 
 @dataclass(frozen=True, slots=True)
+class RiskRow:
+    """A row of the Risks sheet; `remarks` are as in `Row`."""
+
+    risk: Cell
+    whom: Cell
+    likely: Cell
+    reduces: Cell
+    ends: Cell
+    remarks: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class RiskSheet:
+    """The Risks sheet: its rows, and where more can be added."""
+
+    address: Address  # of the header of the column Risk
+    rows: tuple[RiskRow, ...]
+    columns: Mapping[str, int]  # the number of each standard column, 0 where it is missing
+    last: int  # the number of the last row that holds anything
+
+
+@dataclass(frozen=True, slots=True)
 class Protocol:
     """The Protocol sheet: values by the field's key, with the fields' names as spelt, in their order."""
 
     fields: Mapping[str, Cell] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
+    end: Address | None = None  # where the next field's name would stand; None without such a sheet
 
     def text(self, name: str, default: str = "") -> str:
         """The value of a field, or the default when it is missing or blank."""
@@ -154,6 +177,7 @@ class Workbook:
     # cells of sheets that are the user's own, by the sheet's key (only those that formulas name)
     tables: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     sheets: tuple[str, ...] = ()  # the names of all sheets, ours or not, in order
+    risks: RiskSheet | None = None
 
 
 def column_letters(column: int) -> str:

@@ -33,7 +33,7 @@ _MOST_BYTES = 2_000_000  # of one file; ours have at most 40,000
 _MOST_TEXT = 2_000  # letters of one text in a table
 _LARGEST = 1e7  # of any number
 _DEEPEST = 12  # tables within tables
-_OPTIONAL = ("languages", "touch", "posture_leans", "posture_ways", "groups", "postures")
+_OPTIONAL = ("body", "languages", "touch", "posture_leans", "posture_ways", "groups", "postures")
 _NAMED = ("groups", "postures", "posture_leans", "posture_ways", "languages")  # their keys are names of their own
 
 

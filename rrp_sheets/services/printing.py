@@ -1,4 +1,4 @@
-"""Ethics pack of a workbook's file: the workbook is read, checked, tested and compared, and the PDF set and written."""
+"""Prints a workbook's file: read, checked, tested and compared, as ethics pack or as information sheet."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Literal
 
 from rrp_sheets import __version__
 from rrp_sheets.checks import Checked, check_workbook
@@ -17,6 +18,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.render.pack import Changes, Pack, Print, TestSheetResult, VersionDifference, make_pack
 from rrp_sheets.render.pack.make import Paper, Pictures, set_pack
+from rrp_sheets.render.pack.participants import ParticipantSheet, make_sheet, set_sheet
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.testing import CaseResult, run_tests
 from rrp_sheets.testing.case_output import failure_lines
@@ -28,6 +30,7 @@ MOST_ROWS = 1_000  # a hundred and fifty pages; no board reads more, and Typst t
 MOST_CHANGES = 500
 _MOST_LINES = 6  # about one failed test
 _LONGEST = 20.0  # s that all tests may take
+Reader = Literal["board", "participants"]
 _MARKS = {"added": "added", "changed": "changed", "on": "changed", "off": "changed", "moved": "moved"}
 
 
@@ -62,13 +65,17 @@ class Gathered:
 
 def print_pack(
     path: Path, target: Path, *, against: Path | None = None, paper: Paper = "a4", language: str = "",
-    draft: bool = False, today: date | None = None, gathered: Callable[[Checked], None] = lambda checked: None,
+    draft: bool = False, today: date | None = None, reader: Reader = "board",
+    gathered: Callable[[Checked], None] = lambda checked: None,
 ) -> Printed:  # fmt: skip
-    """Make the pack and write it; see `api.print_pack` and `make`."""
+    """Make the pack, or the sheet for participants, and write it; see `api.print_pack` and `make`."""
     refuse_workbook(target, path)
     if against is not None:
         refuse_workbook(target, against)
-    made = make(path, against=against, paper=paper, language=language, draft=draft, today=today, gathered=gathered)
+    if reader == "participants":
+        made = make_for_participants(path, paper=paper, language=language, draft=draft, today=today, gathered=gathered)
+    else:
+        made = make(path, against=against, paper=paper, language=language, draft=draft, today=today, gathered=gathered)
     write_atomically(target, made.data)
     return made
 
@@ -88,6 +95,17 @@ def make(
     return Printed(found.checked, data, notes)
 
 
+def make_for_participants(
+    path: Path, *, paper: Paper = "a4", language: str = "", draft: bool = False, today: date | None = None,
+    gathered: Callable[[Checked], None] = lambda checked: None,
+) -> Printed:  # fmt: skip
+    """Make the information sheet for participants as a PDF of one page; it raises what `make` raises."""
+    checked, sheet = gather_sheet(path, language=language, draft=draft, today=today)
+    gathered(checked)
+    data, notes = set_sheet(sheet, paper)
+    return Printed(checked, data, notes)
+
+
 def gather(
     path: Path, *, against: Path | None = None, language: str = "", draft: bool = False, today: date | None = None
 ) -> Gathered:
@@ -98,6 +116,32 @@ def gather(
         HasErrors: the workbook has errors and no draft is wanted.
         SheetsError: it has too many rows.
     """
+    reading, checked = _checked(path, draft)
+    words = texts(language or checked.run.language)
+    tests, note = _tested(checked, words)
+    changes = _changes((reading, checked), against, words) if against is not None else None
+    pack, pictures = make_pack(
+        reading, checked, _print(path, today), language=words.language, tests=tests, tests_note=note, changes=changes,
+        draft=draft,
+    )  # fmt: skip
+    return Gathered(checked, pack, pictures)
+
+
+def gather_sheet(
+    path: Path, *, language: str = "", draft: bool = False, today: date | None = None
+) -> tuple[Checked, ParticipantSheet]:
+    """Collect the contents of the information sheet of a workbook's file; it raises what `gather` raises."""
+    reading, checked = _checked(path, draft)
+    words = texts(language or checked.run.language)
+    return checked, make_sheet(reading, checked, _print(path, today), language=words.language, draft=draft)
+
+
+def _print(path: Path, today: date | None) -> Print:
+    return Print(path.name, (today or date.today()).isoformat(), __version__)
+
+
+def _checked(path: Path, draft: bool) -> tuple[Reading, Checked]:
+    """Read and check a workbook to be printed; refuse one with too many rows, or with errors unless as a draft."""
     reading = read(path)
     checked = check_workbook(reading.workbook, reading.report)
     if checked.report.errors and not draft:
@@ -106,14 +150,7 @@ def gather(
     if rows > MOST_ROWS:
         message = N_("The workbook has {n:,} rows; at most {most:,} can be printed.", n=rows, most=MOST_ROWS)
         raise SheetsError(message, N_("Split it into several workbooks."))
-    words = texts(language or checked.run.language)
-    tests, note = _tested(checked, words)
-    changes = _changes((reading, checked), against, words) if against is not None else None
-    this = Print(path.name, (today or date.today()).isoformat(), __version__)
-    pack, pictures = make_pack(
-        reading, checked, this, language=words.language, tests=tests, tests_note=note, changes=changes, draft=draft
-    )
-    return Gathered(checked, pack, pictures)
+    return reading, checked
 
 
 def _tested(checked: Checked, words: Texts) -> tuple[list[TestSheetResult], str]:

@@ -104,8 +104,10 @@ def _fixed() -> dict[str, Any]:
         "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
         "scenetimes": [{"text": text, "help": line} for text, line in TIMES[:-1]],
         "verbs": [{"text": name} for name in verb_names()],
-        "fields": [{"text": field.name} for field in FIELDS.values()],
-        "closed": [name for name, field in FIELDS.items() if field.closed],
+        "fields": [
+            {"text": field.name, "help": field.prompt, "words": " ".join(field.synonyms)} for field in FIELDS.values()
+        ],
+        "closed": [key(name) for field in FIELDS.values() if field.closed for name in (field.name, *field.synonyms)],
     }  # fmt: skip
 
 
@@ -250,7 +252,10 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
         "values": {
             "robot": [{"text": n} for n in robot_names()],
             "run": behaviours,
-            **{name: [asdict(choice) for choice in field.choices] for name, field in FIELDS.items() if field.choices},
+            **{
+                key(name): [asdict(choice) for choice in field.choices]
+                for field in FIELDS.values() if field.choices for name in (field.name, *field.synonyms)
+            },
         },
     }  # fmt: skip
 

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
+from rrp_sheets.render.pack.participants import ParticipantSheet
 from rrp_sheets.services.query_worker import QueryWorker
 from rrp_sheets.texts import N_
 from rrp_sheets.workers import codec
@@ -34,19 +35,23 @@ _MOST_BYTES = 60_000_000
 
 @dataclass(frozen=True)
 class Wanted:
-    """Parameters of a protocol to be printed; with `against` it is compared, an empty language is the Protocol's."""
+    """Parameters of a protocol to be printed; with `against` it is compared, an empty language is the Protocol's.
+
+    For `participants` it is the information sheet instead of the protocol.
+    """
 
     path: Path
     digest: str
     against: Path | None = None
     against_digest: str = ""
     language: str = ""
+    participants: bool = False
     day: str = field(default_factory=lambda: date.today().isoformat())
 
     @property
     def name(self) -> tuple[str, ...]:
         """Key of the protocol in the cache."""
-        return (str(self.path), self.digest, self.against_digest, self.language, self.day)
+        return (str(self.path), self.digest, self.against_digest, self.language, self.day, str(self.participants))
 
     @property
     def request(self) -> tuple[str, ...]:
@@ -62,6 +67,13 @@ class ProtocolPreview:
     pack: Pack
     pictures: dict[str, str]
     legend: str
+
+
+@dataclass(frozen=True)
+class SheetPreview:
+    """Information sheet to be shown as a page."""
+
+    sheet: ParticipantSheet
 
 
 class ProtocolPrinter(QueryWorker):
@@ -93,11 +105,21 @@ class ProtocolPrinter(QueryWorker):
 
         return self._kept(("preview", *wanted.name), make)
 
+    def sheet(self, wanted: Wanted) -> ParticipantSheet:
+        """Return the information sheet for participants as data; raises as `preview`."""
+
+        def make(target: Path) -> ParticipantSheet:
+            self.ask(wanted.path.name, "write_sheet_preview", *wanted.request, str(target))
+            return codec.unpack(SheetPreview, json.loads(_content(target))).sheet
+
+        return self._kept(("sheet", *wanted.name), make)
+
     def pdf(self, wanted: Wanted, paper: str) -> tuple[bytes, list[str]]:
         """Return the PDF for a paper size (`a4` or `letter`), and notes on what it lacks; raises as `preview`."""
 
         def make(target: Path) -> tuple[bytes, list[str]]:
-            notes = self.ask(wanted.path.name, "write_pdf", *wanted.request, paper, str(target))
+            write = "write_sheet_pdf" if wanted.participants else "write_pdf"
+            notes = self.ask(wanted.path.name, write, *wanted.request, paper, str(target))
             return _content(target), [str(note) for note in notes]
 
         return self._kept(("pdf", paper, *wanted.name), make)
@@ -133,6 +155,30 @@ def _gathered(path: str, digest: str, against: str, language: str) -> Gathered:
         return gather(Path(path), against=other, language=language)
     except HasErrors:
         return gather(Path(path), against=other, language=language, draft=True)
+
+
+def _sheet(path: str, language: str) -> ParticipantSheet:
+    """Make the information sheet; of a workbook with errors a draft."""
+    from rrp_sheets.services.printing import HasErrors, gather_sheet
+
+    try:
+        return gather_sheet(Path(path), language=language)[1]
+    except HasErrors:
+        return gather_sheet(Path(path), language=language, draft=True)[1]
+
+
+def write_sheet_preview(path: str, digest: str, against: str, language: str, target: str) -> None:
+    """Write the information sheet as JSON."""
+    Path(target).write_text(json.dumps(codec.pack(SheetPreview(_sheet(path, language)))), encoding="ascii")
+
+
+def write_sheet_pdf(path: str, digest: str, against: str, language: str, paper: str, target: str) -> list[str]:
+    """Write the information sheet as a PDF; return notes on what it lacks."""
+    from rrp_sheets.render.pack.participants import set_sheet
+
+    data, notes = set_sheet(_sheet(path, language), "letter" if paper == "letter" else "a4")
+    Path(target).write_bytes(data)
+    return notes
 
 
 def write_preview(path: str, digest: str, against: str, language: str, target: str) -> None:

@@ -143,7 +143,10 @@ def _is_text(path: Path) -> bool:
     except (SheetsError, OSError):
         return False
     book = reading.workbook
-    sheets = (book.behaviours, book.protocol.fields, book.scene, book.tests, book.devices, book.helpers, book.gestures)
+    sheets = (
+        book.behaviours, book.protocol.fields, book.scene, book.tests, book.devices, book.helpers, book.gestures,
+        book.risks,
+    )  # fmt: skip
     near = any(d.code.startswith("SHEET") and d.code != "SHEET001" for d in reading.report)  # nearly a known sheet
     return reading.format == "markdown" and not near and not any(sheets)
 

@@ -17,7 +17,17 @@ from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, Recognised, fixed_lists, list_name, recognise
+from rrp_sheets.workbook.schema import (
+    DEVICES,
+    FIELDS,
+    OWN,
+    PROTOCOL,
+    Recognised,
+    field_key,
+    fixed_lists,
+    list_name,
+    recognise,
+)
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
 from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
 
@@ -268,9 +278,9 @@ class SheetMaker:
         if kind is PROTOCOL:
             for number, fields in enumerate(self.rows[self.header :], row):
                 name = fields[self.what.columns["Field"] - 1] if fields else ""
-                found = FIELDS.get(key(name))
-                if found and found.closed and found.choices:
-                    words = f'"{",".join(found.words)}"'
+                found = FIELDS.get(field_key(name))
+                if found and found.prompt:
+                    words = f'"{",".join(found.words)}"' if found.closed else None
                     add_prompt(self.sheet, f"{letters['Value']}{number}", name, found.prompt, words)
         on = next((letters[c.name] for c in self.columns.values() if c.kind == "on"), "")
         last = column_letters(self.width)

@@ -64,6 +64,7 @@ class Reader:
         self._found: dict[str, list[Any]] = {}  # what the sheets say, by the name of their kind
         self._fields: dict[str, model.Cell] = {}
         self._names: dict[str, str] = {}
+        self._protocol_end: model.Address | None = None
         self._nearly = False  # whether a sheet is a behaviour but for a missing header, which is told
         self.sheets: list[RawSheet] = []
         own = [index for index in range(len(book.names)) if not self._read(index)]
@@ -76,11 +77,12 @@ class Reader:
         kinds = ("behaviour", "devices", "helpers", "gestures", "test")
         behaviours, devices, helpers, gestures, tests = (tuple(self._found.get(kind, ())) for kind in kinds)
         scene = tuple(self._found["scene"]) if "scene" in self._found else None
+        risks = next(iter(self._found.get("risks", ())), None)  # of several with that header the first one counts
         if not behaviours and not self._nearly:
             self.report.add("SHEET001", None)
-        protocol = model.Protocol(self._fields, self._names)
+        protocol = model.Protocol(self._fields, self._names, self._protocol_end)
         self.workbook = model.Workbook(
-            source, behaviours, devices, helpers, protocol, scene, gestures, tests, tables, tuple(book.names)
+            source, behaviours, devices, helpers, protocol, scene, gestures, tests, tables, tuple(book.names), risks
         )
 
     def _read(self, index: int) -> bool:
@@ -103,7 +105,7 @@ class Reader:
         self._report_findings(sheet.name)
         table.report_merged()
         if recognised.kind is PROTOCOL:
-            readers.read_protocol(table, self._fields, self._names)
+            self._protocol_end = readers.read_protocol(table, self._fields, self._names)
         else:
             kind = recognised.kind.name
             self._found.setdefault(kind, []).extend(readers.READERS[kind](table))

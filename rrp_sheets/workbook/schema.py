@@ -54,6 +54,7 @@ CELLS = {
         CellKind("tested", 136), CellKind("send", 192, clean_fields, code=True),
         CellKind("expect", 224, clean_fields, code=True),
         CellKind("fieldname", 160), CellKind("fieldvalue", 320, clean_prose, dates=True),
+        CellKind("prose", 240, clean_prose, dates=True),
     )
 }  # fmt: skip
 
@@ -238,10 +239,22 @@ PROTOCOL = SheetKind("protocol", "Protocol", N_("the protocol"), "E3E6E9", (
     Column("Value", "fieldvalue", 90, "", ("内容", "値"), "protocol"),
     replace(_NOTES, offered=False),
 ), called=("プロトコル", "計画書", "実施計画書"))  # fmt: skip
+RISKS = SheetKind("risks", "Risks", N_("the list of risks"), "F6DCE0", (
+    Column("Risk", "prose", 30, N_("What could go wrong for a person, in a few words."), ("リスク", "危険"), "risks"),
+    Column("For whom", "prose", 20, N_("Who could come to harm: the child, a parent, the operator."),
+           ("対象者", "誰に"), "risks", required=False),
+    Column("How likely", "prose", 18, N_("Unlikely, possible or likely, and when."), ("起こりやすさ", "可能性"),
+           "risks", choices=(CellChoice("Unlikely"), CellChoice("Possible"), CellChoice("Likely")), required=False),
+    Column("What reduces it", "prose", 44, N_("What you do, or what the rows do, so that it does not happen."),
+           ("対策", "減らす方法"), "risks"),
+    Column("Who ends the session when", "prose", 40, N_("Who ends the session, and at which sign."),
+           ("中止の判断", "中止する人と時"), "risks", required=False),
+    _NOTES,
+))  # fmt: skip
 
 OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", ())
 """A sheet of the user's own, which formulas may name as a table."""
-SHEETS = {kind.name: kind for kind in (BEHAVIOUR, DEVICES, HELPERS, SCENE, GESTURES, TEST, PROTOCOL)}
+SHEETS = {kind.name: kind for kind in (BEHAVIOUR, DEVICES, HELPERS, SCENE, GESTURES, TEST, PROTOCOL, RISKS)}
 """The kinds of sheets by name, in the order of a new workbook."""
 TITLES = {kind.name: kind.title for kind in (*SHEETS.values(), OWN)}
 """Name of a new sheet of each kind."""
@@ -255,7 +268,7 @@ def is_single(kind: str) -> bool:
 def fixed_lists() -> dict[str, tuple[str, ...]]:
     """Return the lists for drop-downs that are the same in all workbooks, by title."""
     columns = chain.from_iterable(kind.columns for kind in SHEETS.values())
-    return {c.offers: tuple(choice.text for choice in c.choices) for c in columns if c.choices}
+    return {c.offers: tuple(choice.text for choice in c.choices) for c in columns if c.offers and c.choices}
 
 
 def list_name(title: str) -> str:
@@ -273,51 +286,164 @@ def list_titles() -> set[str]:
 class ProtocolField:
     """A field of the Protocol sheet; where it is `closed`, values that are not among its choices are mistakes.
 
-    The prompt is shown by spreadsheet programs, beside the drop-down of a closed field.
+    Attributes:
+        prompt: shown beside the cell by spreadsheet programs.
+        synonyms: other accepted names, Japanese ones.
+        also: other spellings of the choices of a closed field, each with the choice.
+        asked: when an ethics board asks for it: `always`, or of studies with `children`, an `operator` who drives the
+            robot by hand, `faces` that it looks for, `data` that tell of a person; empty when it does not.
     """
 
     name: str
     choices: tuple[CellChoice, ...] = ()
     closed: bool = False
     prompt: str = ""
+    synonyms: tuple[str, ...] = ()
+    also: Mapping[str, str] = field(default_factory=dict)
+    asked: str = ""
 
     @property
     def words(self) -> tuple[str, ...]:
         """The choices without their help."""
         return tuple(choice.text for choice in self.choices)
 
+    def meaning(self, text: str) -> str:
+        """Return the choice that a text means in any spelling; empty when it means none."""
+        spellings = {key(word): word for word in self.words} | {key(word): meant for word, meant in self.also.items()}
+        return spellings.get(key(text), "")
 
-FIELDS = {
-    key(field.name): field
-    for field in (
-        *map(ProtocolField, ("Title", "Authors", "Version", "Purpose", "Participants", "Ethics reference", "Contact",
-                     "What happens", "Data kept", "Retention", "Consent", "Withdrawal", "Deletion",
-                     "Participants are told")),
-        ProtocolField("Robot", closed=True),
-        ProtocolField("Engine", (
-            CellChoice("frame", N_("every frame takes all that has come: the same run every time")),
-            CellChoice("event loop", N_("each value at once, as it comes")),
-        ), closed=True, prompt=N_("frame: every frame takes all that has come. event loop: each value at once.")),
-        ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15"))),
-        ProtocolField("Run"),
-        ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),)),
-        ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min")))),
-        ProtocolField("Face memory", (
-            CellChoice("ends with the run", N_("what blank means")),
-            CellChoice("kept", N_("for the next runs too, in runs/faces.json")),
-        ), closed=True, prompt=N_("How long the robot remembers faces.")),
-        ProtocolField("Camera pictures", (
-            CellChoice("kept", N_("with the record of a run; what blank means")),
-            CellChoice("not kept", N_("no picture of the robot's camera is stored")),
-        ), closed=True, prompt=N_("Whether pictures of the robot's camera are kept with a run's record.")),
-        ProtocolField("Language", tuple(
-            CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
-                       N_("of explanations, diagrams and the printed protocol"))
-            for code, names in LANGUAGE_NAMES.items()
-        ), closed=True, prompt=N_("In which the workbook is explained, drawn and printed. Blank: English.")),
-    )
-}  # fmt: skip
+
+_FIELDS = (
+    # what the session is about
+    ProtocolField("Title", prompt=N_("The name of the study or session."), synonyms=("題名", "タイトル")),
+    ProtocolField("Authors", prompt=N_("Who has written this workbook."), synonyms=("作成者",)),
+    ProtocolField("Version", prompt=N_("The version of this workbook, such as 1.0."), synonyms=("版",), asked="always"),
+    ProtocolField("Purpose", prompt=N_("What you want to find out or reach, in one or two sentences."),
+                  synonyms=("目的",), asked="always"),
+    ProtocolField("What happens", prompt=N_("The session in a few sentences, as a participant sees it."),
+                  synonyms=("実施内容",)),
+    ProtocolField("Robot in sessions", (
+        CellChoice("simulated", N_("participants see the robot on a screen")),
+        CellChoice("real", N_("a real robot is in the room")),
+    ), True, N_("Which robot participants meet: simulated or real."), ("参加者が会うロボット",),
+        {"シミュレーション": "simulated", "実機": "real"}, "always"),
+    ProtocolField("Ethics reference", prompt=N_("The number that the ethics board has given to the study."),
+                  synonyms=("倫理審査番号",), asked="always"),
+    ProtocolField("Contact", prompt=N_("Whom participants can ask: name, telephone or e-mail."), synonyms=("連絡先",),
+                  asked="always"),
+    # the study
+    ProtocolField("Investigators", prompt=N_("The researchers, each with role and institution."),
+                  synonyms=("研究者",), asked="always"),
+    ProtocolField("Training", prompt=N_("The training of everybody who runs sessions: research ethics, child "
+                                        "protection, this robot."), synonyms=("研修",), asked="always"),
+    ProtocolField("Place", prompt=N_("Where sessions take place."), synonyms=("実施場所",), asked="always"),
+    ProtocolField("Period", prompt=N_("When the study begins and ends."), synonyms=("実施期間",), asked="always"),
+    ProtocolField("Design", prompt=N_("How you compare, what you measure, and how you analyse it."),
+                  synonyms=("研究デザイン",), asked="always"),
+    ProtocolField("Sessions", prompt=N_("How many sessions each participant has, how long each is, and breaks."),
+                  synonyms=("回数と時間",), asked="always"),
+    ProtocolField("Present", prompt=N_("Who is in the room, and who can reach the robot and the Stop button."),
+                  synonyms=("立ち会う人",), asked="always"),
+    ProtocolField("Distance kept", prompt=N_("How far participants stay from the robot, and how this is kept."),
+                  synonyms=("ロボットとの距離",), asked="always"),
+    ProtocolField("Funding", prompt=N_("Who pays for the study, and whether anybody has another interest in it."),
+                  synonyms=("資金と利益相反",), asked="always"),
+    ProtocolField("Insurance", prompt=N_("Which insurance covers participants."), synonyms=("保険",), asked="always"),
+    # participants
+    ProtocolField("Participants", prompt=N_("Who takes part: age, diagnosis, where they come from. Nobody: write "
+                                            "Nobody."),
+                  synonyms=("参加者",), asked="always"),
+    ProtocolField("Number of participants", prompt=N_("How many people take part, and why so many."),
+                  synonyms=("参加人数",), asked="always"),
+    ProtocolField("Inclusion and exclusion", prompt=N_("Who can take part and who cannot, such as people with "
+                                                       "epilepsy."),
+                  synonyms=("選択基準と除外基準",), asked="always"),
+    ProtocolField("Recruitment", prompt=N_("How and by whom people are asked, and why they can refuse freely."),
+                  synonyms=("募集方法",), asked="always"),
+    ProtocolField("Compensation", prompt=N_("What participants get: money, travel costs, a present, or nothing."),
+                  synonyms=("謝礼",), asked="always"),
+    ProtocolField("Benefits", prompt=N_("What participants and others gain; write None if there is no direct benefit."),
+                  synonyms=("期待される利益",), asked="always"),
+    ProtocolField("Adverse events", prompt=N_("What you do when something goes wrong, and whom you tell."),
+                  synonyms=("有害事象への対応",), asked="always"),
+    ProtocolField("Incidental findings", prompt=N_("What you do when you notice something about a person's health or "
+                  "safety that you did not look for."), synonyms=("偶発的所見",), asked="always"),
+    ProtocolField("Feedback", prompt=N_("Whether and how participants learn the results."), synonyms=("結果の報告",),
+                  asked="always"),
+    # data
+    ProtocolField("Data kept", prompt=N_("What is stored about a session."), synonyms=("保存するデータ",),
+                  asked="always"),
+    ProtocolField("Retention", prompt=N_("How long data are kept, and who deletes them."), synonyms=("保存期間",),
+                  asked="always"),
+    ProtocolField("Lawful basis", prompt=N_("Why you may process personal data: consent, or another basis of your "
+                                            "law."),
+                  synonyms=("法的根拠",), asked="always"),
+    ProtocolField("Face data", prompt=N_("The lawful basis for recognising faces, and how long faces are kept."),
+                  synonyms=("顔データ",), asked="faces"),
+    ProtocolField("Access", prompt=N_("Who can see the data, and who has the list of names and codes."),
+                  synonyms=("アクセスできる人",), asked="always"),
+    ProtocolField("Encryption", prompt=N_("Where the data are stored, and how they are encrypted and backed up."),
+                  synonyms=("暗号化",), asked="always"),
+    ProtocolField("Sharing", prompt=N_("Who gets the data outside the team, and what is published."),
+                  synonyms=("共有と公表",), asked="always"),
+    # consent
+    ProtocolField("Consent", prompt=N_("Who agrees to taking part, and how: on paper, when, by whom it is explained."),
+                  synonyms=("同意",), asked="always"),
+    ProtocolField("Assent", prompt=N_("How each child is asked, in words that it understands."),
+                  synonyms=("子どもへの説明と同意",), asked="children"),
+    ProtocolField("Dissent", prompt=N_("The signs by which a child says no without words, and what happens then."),
+                  synonyms=("子どもが嫌がるときのサイン",), asked="children"),
+    ProtocolField("Withdrawal", prompt=N_("How people stop taking part, without a reason and without a disadvantage."),
+                  synonyms=("同意の撤回",), asked="always"),
+    ProtocolField("Deletion", prompt=N_("Until when people can have their data deleted, and how they ask for it."),
+                  synonyms=("データの削除",), asked="always"),
+    ProtocolField("Complaints", prompt=N_("Whom participants can complain to who is not part of the study."),
+                  synonyms=("苦情の窓口",), asked="always"),
+    ProtocolField("Participants are told", prompt=N_("What participants learn about what a person does by hand, and "
+                                                     "when."),
+                  synonyms=("参加者への説明",), asked="operator"),
+    ProtocolField("Reason for concealment", prompt=N_("Why participants do not learn at once that a person drives the "
+                  "robot; write Nothing is concealed if they do."), synonyms=("隠す理由",), asked="operator"),
+    ProtocolField("Debriefing", prompt=N_("When and how participants learn the truth, and how they can take back their "
+                  "data then."), synonyms=("事後説明",), asked="operator"),
+    # how it runs
+    ProtocolField("Robot", closed=True, synonyms=("ロボット",)),
+    ProtocolField("Engine", (
+        CellChoice("frame", N_("every frame takes all that has come: the same run every time")),
+        CellChoice("event loop", N_("each value at once, as it comes")),
+    ), closed=True, prompt=N_("frame: every frame takes all that has come. event loop: each value at once.")),
+    ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15")),
+                  synonyms=("フレームレート",)),
+    ProtocolField("Run", synonyms=("実行する動作",)),
+    ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),),
+                  synonyms=("乱数の種",)),
+    ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min"))), synonyms=("制限時間",)),
+    ProtocolField("Face memory", (
+        CellChoice("ends with the run", N_("what blank means")),
+        CellChoice("kept", N_("for the next runs too, in runs/faces.json")),
+    ), True, N_("How long the robot remembers faces."), ("顔の記憶",),
+        {"実行の終わりまで": "ends with the run", "残す": "kept"}),
+    ProtocolField("Camera pictures", (
+        CellChoice("kept", N_("with the record of a run; what blank means")),
+        CellChoice("not kept", N_("no picture of the robot's camera is stored")),
+    ), True, N_("Whether pictures of the robot's camera are kept with a run's record."), ("カメラの画像",),
+        {"残す": "kept", "残さない": "not kept"}),
+    ProtocolField("Language", tuple(
+        CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
+                   N_("of explanations, diagrams and the printed protocol"))
+        for code, names in LANGUAGE_NAMES.items()
+    ), True, N_("In which the workbook is explained, drawn and printed. Blank: English."), ("言語",)),
+)  # fmt: skip
+FIELDS = {key(field.name): field for field in _FIELDS}
 """The fields of the Protocol sheet by key, in the order in which they are suggested."""
+_SPELLINGS = {key(name): k for k, field in FIELDS.items() for name in (field.name, *field.synonyms)}
+
+
+def field_key(name: str) -> str:
+    """Return the key of the field that a name means in any spelling; of a field of the user's own, that of its name."""
+    return _SPELLINGS.get(key(name), key(name))
+
+
 _COMMON = frozenset(("入力", "出力", "式", "数式", "名前", "ストリーム", "送信", "期待", "対象", "動作", "値",
                      "項目", "内容", "時刻（秒）"))  # fmt: skip
 """Synonyms that tables of the user's own have too: these alone make no sheet of ours."""

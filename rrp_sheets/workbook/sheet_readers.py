@@ -18,7 +18,7 @@ from rrp_sheets.texts import N_
 from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.raw import Kind, RawCell, RawSheet
-from rrp_sheets.workbook.schema import PLAIN, Recognised, SheetKind
+from rrp_sheets.workbook.schema import PLAIN, Recognised, SheetKind, field_key
 
 _SEPARATORS = re.compile(r"[,、，\n]")
 _BLANK = RawCell("")
@@ -325,22 +325,41 @@ def read_gestures(table: OwnTable) -> tuple[model.GestureRow, ...]:
     return tuple(rows)
 
 
-def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str]) -> None:
-    """Add the fields of a Protocol sheet to `fields` (cells by key) and `names` (as spelt); dates may be values."""
+def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str]) -> Address:
+    """Add the fields of a Protocol sheet to `fields` (cells by key) and `names` (as spelt); dates may be values.
+
+    Returns where the next field's name would stand.
+    """
     for line in table.shown_lines():
         name = table.needed(line, "Field", N_("field name"))
         value = table.cell(line, "Value")
-        k = key(japanese.standard(japanese.FIELDS, name.text))
+        k = field_key(japanese.standard(japanese.FIELDS, name.text))
         value = _in(value, partial(japanese.standard, japanese.FIELD_VALUES.get(k, {})))
         if name and k in fields:
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         elif name:
             fields[k], names[k] = value, name.text
+    return table.address(max(table.sheet.rows(), default=table.header_row) + 1, table.columns["Field"])
+
+
+def read_risks(table: OwnTable) -> model.RiskSheet:
+    """The rows of a Risks sheet."""
+    headers = ("Risk", "For whom", "How likely", "What reduces it", "Who ends the session when")
+    columns = {header: table.columns.get(header, 0) for header in headers}
+    rows = [
+        model.RiskRow(table.cell(line, "Risk"), table.cell(line, "For whom"), table.cell(line, "How likely"),
+                      table.cell(line, "What reduces it"), table.cell(line, "Who ends the session when"),
+                      table.remarks(line))
+        for line in table.shown_lines()
+    ]  # fmt: skip
+    last = max(table.sheet.rows(), default=table.header_row)
+    return model.RiskSheet(table.address(table.header_row, columns["Risk"]), tuple(rows), columns, last)
 
 
 READERS: Mapping[str, Callable[[OwnTable], Iterable[object]]] = {
     "behaviour": lambda table: [read_behaviour(table)], "devices": read_devices, "helpers": read_helpers,
     "scene": read_scene, "gestures": read_gestures, "test": lambda table: [read_test(table)],
+    "risks": lambda table: [read_risks(table)],
 }  # fmt: skip
 """Readers of what the sheets of a kind say, by its name; a Protocol sheet adds to what another one says."""
 

@@ -9,7 +9,18 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook.files import already_there, make_workbook
 from rrp_sheets.workbook.maker import Offers
-from rrp_sheets.workbook.schema import BEHAVIOUR, DEVICES, HELPERS, PROTOCOL, SCENE, SHEETS, TEST, TITLES, SheetKind
+from rrp_sheets.workbook.schema import (
+    BEHAVIOUR,
+    DEVICES,
+    FIELDS,
+    HELPERS,
+    PROTOCOL,
+    SCENE,
+    SHEETS,
+    TEST,
+    TITLES,
+    SheetKind,
+)
 
 _READ_ME = (
     "Your robot's protocol",
@@ -29,7 +40,8 @@ _READ_ME = (
     "•  Helpers keeps calculations and numbers that you use in several places.",
     "•  Scene is what happens in the simulator: when a ball appears, when somebody comes in.",
     "•  Check holds a test: values to send and what should come out; rrp-sheets test runs it.",
-    "•  Protocol says what the session is for, who takes part and which data are kept.",
+    "•  Protocol says what the session is for, who takes part and what is kept. Ethics boards ask for most fields.",
+    "•  Risks is a sheet that you can add for an ethics board: what could go wrong. The program proposes rows for it.",
     "•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one.",
     "",
     "Good to know",
@@ -62,25 +74,37 @@ _CHECK = (
     ("1000", "Red ball", "distance=0.3", "", ""),
     ("1000", "Near", "", "0.3", ""),
 )
-_PROTOCOL = (
-    ("Title", "My first protocol"), ("Authors", ""), ("Version", "0.1"),
-    ("Purpose", "The robot's head follows a red ball that is near."),
-    ("Participants", ""), ("Ethics reference", ""), ("Contact", ""),
-    ("Data kept",
-     "Every value with its time, pictures of the robot's camera, a film of the robot, and the sound of what it says"),
-    ("Retention", ""), ("Robot", "nao"), ("Engine", "frame"), ("Frame rate", "30"), ("Run", "Tracking"), ("Seed", "1"),
-    ("Time limit", "10 min"), ("Face memory", "ends with the run"), ("Camera pictures", "kept"),
-    ("Language", "English"),
-)  # fmt: skip
+_FIRST_VALUES = {
+    "Title": "My first protocol", "Version": "0.1", "Purpose": "The robot's head follows a red ball that is near.",
+    "Data kept":
+        "Every value with its time, pictures of the robot's camera, a film of the robot, and the sound of what it says",
+    "Robot": "nao", "Engine": "frame", "Frame rate": "30", "Run": "Tracking", "Seed": "1", "Time limit": "10 min",
+    "Face memory": "ends with the run", "Camera pictures": "kept", "Language": "English",
+}  # fmt: skip
+_HEADINGS = {
+    "Investigators": "# The study", "Participants": "# The participants", "Data kept": "# Data",
+    "Consent": "# Consent", "Participants are told": "# What a person does by hand", "Robot": "# How it runs",
+}  # fmt: skip
+"""The comments that stand above some fields of a new Protocol sheet."""
+
+
+def _protocol(robot: str) -> list[tuple[str, str]]:
+    """Every field in the order of the schema, with its first value, and the comments that group them."""
+    rows = []
+    for name in (field.name for field in FIELDS.values()):
+        if name in _HEADINGS:
+            rows.append((_HEADINGS[name], ""))
+        rows.append((name, robot if name == "Robot" else _FIRST_VALUES.get(name, "")))
+    return rows
 
 
 def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
     """The rows of the guided template by sheet name."""
-    protocol = [(f, robot if f == "Robot" else v) for f, v in _PROTOCOL]
     return {
         "Read me": [[line] for line in _READ_ME], "Tracking": _filled(BEHAVIOUR, _TRACKING),
         "Devices": _filled(DEVICES, _DEVICES, _SETTINGS), "Helpers": _filled(HELPERS, _HELPERS),
-        "Scene": _filled(SCENE, _SCENE), "Check": _filled(TEST, _CHECK), "Protocol": _filled(PROTOCOL, protocol),
+        "Scene": _filled(SCENE, _SCENE), "Check": _filled(TEST, _CHECK),
+        "Protocol": _filled(PROTOCOL, _protocol(robot)),
     }  # fmt: skip
 
 

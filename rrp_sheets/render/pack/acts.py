@@ -77,18 +77,23 @@ def all_texts(said: Iterable[Said]) -> list[str]:
 
 def acts(source: Source) -> tuple[Act, ...]:
     """Return a line for every actuator stream that rows drive and that does not speak."""
-    by_stream: dict[str, list[Driver]] = {}
-    for driver in source.drivers:
-        if not speaks(driver.stream):
-            by_stream.setdefault(driver.stream.id, []).append(driver)
     lines = []
-    for drivers in by_stream.values():
+    for drivers in by_stream(source).values():
         starting = next((d for d in drivers if not d.stops), drivers[0])
         does = capital(source.words.get("does.whole", does=source.rows.does(starting.step)))
         parts = source.words.listed([source.get(f"part.{r}") for r in parts_of(source, drivers)])
         name, used = clean(drivers[0].stream.name), driver_refs(drivers)
         lines.append(Act(name, does, parts, top_speed(source, drivers), used))
     return tuple(lines)
+
+
+def by_stream(source: Source) -> dict[str, list[Driver]]:
+    """Return the rows that drive each actuator stream, without those that let the robot speak."""
+    found: dict[str, list[Driver]] = {}
+    for driver in source.drivers:
+        if not speaks(driver.stream):
+            found.setdefault(driver.stream.id, []).append(driver)
+    return found
 
 
 def makes(source: Source) -> tuple[Said, ...]:
@@ -169,23 +174,35 @@ def parts_of(source: Source, drivers: Sequence[Driver]) -> list[str]:
 
 def top_speed(source: Source, drivers: Sequence[Driver]) -> str:
     """Return the top speed at which an actuator stream moves the robot, in words; empty when it moves nothing."""
-    stream, robot = drivers[0].stream, source.checked.robot
-    if stream.device is None:
-        return ""
-    settings = stream.device.type.settings
-    if "forward" in settings:
+    stream = drivers[0].stream
+    if stream.device is not None and "forward" in stream.device.type.settings:
         return _way(source, stream)
-    gestures = _gestures(source, drivers)
-    if gestures:
-        return source.get("acts.speed", degrees=round(math.degrees(max(_fastest(robot, stream, g) for g in gestures))))
-    fastest = max((robot.joints[key(j)].max_velocity for j in _joints(source, drivers)), default=0.0)
+    fastest = top_velocity(source, drivers)
     if not fastest:
         return ""
-    setting, share = settings.get("speed"), stream.settings.get("speed")
-    if setting is not None and setting.unit == _SHARE and isinstance(share, (int, float)) and share < 1:
-        degrees = round(math.degrees(fastest * share))
-        return source.get("acts.share", degrees=degrees, percent=round(share * 100))
-    return source.get("acts.speed", degrees=round(math.degrees(fastest)))
+    share = 1.0 if _gestures(source, drivers) else _share(stream)
+    entry = "acts.share" if share < 1 else "acts.speed"
+    return source.get(entry, degrees=round(math.degrees(fastest)), percent=round(share * 100))
+
+
+def top_velocity(source: Source, drivers: Sequence[Driver]) -> float:
+    """Return the top speed (rad/s) of the joints that an actuator stream moves, walking aside."""
+    stream, robot = drivers[0].stream, source.checked.robot
+    if stream.device is None or "forward" in stream.device.type.settings:
+        return 0.0
+    gestures = _gestures(source, drivers)
+    if gestures:
+        return max(_fastest(robot, stream, g) for g in gestures)
+    return max((robot.joints[key(j)].max_velocity for j in _joints(source, drivers)), default=0.0) * _share(stream)
+
+
+def _share(stream: Stream) -> float:
+    """Return the share of the top speed that a stream's setting allows."""
+    setting = stream.device.type.settings.get("speed") if stream.device else None
+    share = stream.settings.get("speed")
+    if setting is None or setting.unit != _SHARE or not isinstance(share, (int, float)):
+        return 1.0
+    return min(float(share), 1.0)
 
 
 def _way(source: Source, stream: Stream) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rrp_sheets.render.pack import acts as doing
-from rrp_sheets.render.pack import people
+from rrp_sheets.render.pack import people, study
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
 from rrp_sheets.render.pack.source import Source
 from rrp_sheets.render.sentences import device_says
@@ -113,7 +113,7 @@ def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResul
     lines = [Labelled(get(f"number.{name}"), f"{n:,}") for name, n in counted.items()]
     result = get("number.tests_of", passed=passed, n=len(tests)) if tests else get("no_tests")
     lines.append(Labelled(get("number.tests"), result))
-    return (*lines, Labelled(get("number.open"), f"{len(source.findings) + len(people.unstated(source)):,}"))
+    return (*lines, Labelled(get("number.open"), f"{len(source.findings) + len(study.missing(source)):,}"))
 
 
 def title_of(source: Source, name: str) -> str:

@@ -16,7 +16,7 @@ from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value, show
 from rrp_sheets.model.workbook import Behaviour
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
-from rrp_sheets.render.pack import acts, front, model, people
+from rrp_sheets.render.pack import acts, body, front, model, people, study
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.model import BehaviourPart, Changes, Figure, Pack, Sheet, TestSheetResult
 from rrp_sheets.render.pack.source import Source
@@ -56,12 +56,13 @@ def make_pack(
     left = len(source.findings) - MOST_FINDINGS
     errors = checked.report.errors
     status = source.count("draft_errors", len(errors)) if errors else get("draft") if draft else ""
+    lacks = study.missing(source)
     authors = _AUTHORS.split(source.protocol("Authors"))
     return (
         Pack(
             language=language, title=front.title_of(source, this.name), status=status,
             version=clean(source.protocol("Version")), reference=clean(source.protocol("Ethics reference")),
-            mode=get("mode"), digest=reading.digest, purpose=source.protocol("Purpose"),
+            mode=study.mode(source), digest=reading.digest, purpose=source.protocol("Purpose"),
             authors=tuple(clean(name) for name in authors if name.strip()),
             facts=front.facts(source, this), happens=source.protocol(people.HAPPENS),
             summary=front.summary(source, said), glance=front.glance(source, said),
@@ -73,10 +74,15 @@ def make_pack(
             rivals=acts.rivals(source), hand=people.hand(source),
             hand_title=get("hand.title" if source.buttons else "hand.title_none"),
             hand_note=get("hand.note" if source.buttons else "hand.note_none"), always=people.always(source),
-            told=source.protocol(people.TOLD), stops=people.stops(source), tests=tuple(tests),
+            stops=people.stops(source), tests=tuple(tests),
             tests_note=tests_note,
             behaviours=behaviours, sheets=sheets(source), changes=changes, consent=people.consent(source),
-            statements=people.statements(source), missing=people.missing(source),
+            statements=people.statements(source), meets=study.meets(source), missing=lacks,
+            missing_note=study.missing_note(source, len(lacks)),
+            missing_where=study.missing_where(source), study=study.stated(source, study.STUDY),
+            benefits=study.stated(source, study.BENEFITS), risks=study.risks(source),
+            risks_note=study.risks_note(source), body=body.body(source), body_note=body.note(source),
+            operator=people.operator(source),
             signatures=tuple(get(f"signatures.{who}") for who in ("researcher", "board", "operator")),
         ),
         pictures,

@@ -15,6 +15,26 @@ class Labelled:
 
 
 @dataclass(frozen=True)
+class MissingField:
+    """A thing that boards ask for and the workbook does not say: its name in words, and where to fill it in."""
+
+    name: str
+    where: str
+
+
+@dataclass(frozen=True)
+class RiskLine:
+    """A risk, as the sheet Risks has it; `proposed` by the program and not confirmed when the sheet does not."""
+
+    risk: str
+    whom: str
+    likely: str
+    reduces: str
+    ends: str
+    proposed: bool
+
+
+@dataclass(frozen=True)
 class Ref:
     """Rows of one behaviour."""
 
@@ -211,6 +231,9 @@ class Pack:
         digest: SHA-256 of the workbook.
         facts: of the title block; `glance`: the boxes of the first page.
         kept: what is stored; `consent`: consent, withdrawal and deletion.
+        meets: which robot participants meet; `body`: the robot's size, weight, forces and speeds.
+        missing: what a board asks for and the workbook lacks; `missing_note` and `missing_where` stand above.
+        study: the statements on the study and its participants; `benefits` those that are weighed with the risks.
     """
 
     language: str
@@ -241,7 +264,6 @@ class Pack:
     hand_title: str
     hand_note: str
     always: tuple[str, ...]
-    told: str
     stops: tuple[Stopping, ...]
     tests: tuple[TestSheetResult, ...]
     tests_note: str
@@ -250,5 +272,15 @@ class Pack:
     changes: Changes | None
     consent: tuple[Labelled, ...]
     statements: tuple[Labelled, ...]
-    missing: str
+    meets: Labelled
+    missing: tuple[MissingField, ...]
+    missing_note: str
+    missing_where: str
+    study: tuple[Labelled, ...]
+    benefits: tuple[Labelled, ...]
+    risks: tuple[RiskLine, ...]
+    risks_note: str
+    body: tuple[Labelled, ...]
+    body_note: str
+    operator: tuple[Labelled, ...]
     signatures: tuple[str, ...]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from rrp_sheets.checks.protocol import FIELD, kept_kinds, names_of, unnamed
 from rrp_sheets.graph import StreamKind
-from rrp_sheets.model.names import key
 from rrp_sheets.render.pack.model import Hand, Labelled, Ref, Sensed, Stopping
 from rrp_sheets.render.pack.source import Source, driver_refs
+from rrp_sheets.render.pack.study import CONSENT, DATA, OPERATOR, elsewhere, stated
 from rrp_sheets.render.sentences import device_says
 from rrp_sheets.render.style import clean
 from rrp_sheets.texts import capital, translate
-
-TOLD = "Participants are told"
 
 
 def hand(source: Source) -> tuple[Hand, ...]:
@@ -64,25 +62,14 @@ def stops(source: Source) -> tuple[Stopping, ...]:
 
 
 HAPPENS = "What happens"
-_WANTED = ("Version", "Purpose", "Participants", "Contact", "Ethics reference", "Data kept", "Retention")
-_ELSEWHERE = (
-    "Title", "Authors", *_WANTED, HAPPENS, TOLD, "Consent", "Withdrawal", "Deletion", "Time limit", "Robot", "Language",
-    "Face memory", "Camera pictures",
-)  # fmt: skip
 
 
 def consent(source: Source) -> tuple[Labelled, ...]:
     """Return consent, withdrawal and deletion: the authors' statements, and what the program does."""
     get = source.get
-    lines = []
-    for entry in ("consent", "withdrawal", "deletion"):
-        label, field = get(f"consent.{entry}"), entry.capitalize()
-        if text := source.protocol(field):
-            lines.append(Labelled(label, text, stated=True))
-        elif entry == "consent":
-            lines.append(Labelled(label, get("consent.not_stated", field=field)))
-        if entry != "consent":
-            lines.append(Labelled(label, get(f"consent.{entry}_text")))
+    lines = list(stated(source, CONSENT))
+    lines.append(Labelled(get("consent.withdrawal"), get("consent.withdrawal_text")))
+    lines.append(Labelled(get("consent.deletion"), get("consent.deletion_text")))
     if remembers_faces(source) and source.checked.run.keeps_faces:
         lines.append(Labelled(get("consent.deletion"), get("consent.deletion_faces")))
     return tuple(lines)
@@ -90,25 +77,17 @@ def consent(source: Source) -> tuple[Labelled, ...]:
 
 def statements(source: Source) -> tuple[Labelled, ...]:
     """Return the fields of the Protocol sheet that stand nowhere else in the pack."""
-    protocol = source.checked.workbook.protocol
-    elsewhere = {key(name) for name in _ELSEWHERE}
+    protocol, known = source.checked.workbook.protocol, elsewhere()
     return tuple(
         Labelled(clean(protocol.names.get(name, name)), cell.text)
         for name, cell in protocol.fields.items()
-        if cell.text and name not in elsewhere
+        if cell.text and name not in known
     )
 
 
-def unstated(source: Source) -> list[str]:
-    """Return the fields that a board asks for and the Protocol sheet lacks."""
-    wanted = [*_WANTED, "Consent", *([TOLD] if source.buttons else [])]
-    return [name for name in wanted if not source.protocol(name)]
-
-
-def missing(source: Source) -> str:
-    """Return the lacking fields in words; empty when there are none."""
-    lacks = unstated(source)
-    return source.get("consent.missing", list=source.words.listed(lacks)) if lacks else ""
+def operator(source: Source) -> tuple[Labelled, ...]:
+    """Return what participants learn about what a person drives by hand; empty when nobody does."""
+    return stated(source, OPERATOR) if source.buttons else ()
 
 
 def sensed(source: Source) -> tuple[Sensed, ...]:
@@ -185,11 +164,9 @@ def kept(source: Source) -> tuple[Labelled, ...]:
         Labelled(get("kept.sound"), get(f"kept.sound_{sound}")),
         Labelled(get("kept.faces"), get(f"kept.faces_{faces}")),
     ]
-    for entry, name in (("kept.data", FIELD), ("kept.retention", "Retention")):
-        if text := source.protocol(name):
-            lines.append(Labelled(get(entry), text, stated=True))
-            lacking = unnamed(text, kinds) if name == FIELD else []
-            if lacking:
-                less = get("kept.less_text", list=translate(names_of(lacking), source.words.language))
-                lines.append(Labelled(get("kept.less"), less))
-    return tuple(lines)
+    said = stated(source, DATA)
+    lacking = unnamed(text, kinds) if (text := source.protocol(FIELD)) else []
+    if lacking:
+        less = get("kept.less_text", list=translate(names_of(lacking), source.words.language))
+        said = (said[0], Labelled(get("kept.less"), less), *said[1:])
+    return (*lines, *said)

@@ -18,8 +18,9 @@ from markupsafe import Markup
 from rrp_sheets.documents.document import Version
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.render.pack.model import Pack
+from rrp_sheets.render.pack.participants import ParticipantSheet
 from rrp_sheets.render.texts import texts
-from rrp_sheets.texts import LANGUAGES, language_code
+from rrp_sheets.texts import LANGUAGES, N_, language_code
 from rrp_sheets.web.models import date_and_time, error_text, show
 from rrp_sheets.web.protocol_printer import Wanted
 from rrp_sheets.web.requests import confirm_download
@@ -31,6 +32,7 @@ blueprint = Blueprint("printing", __name__)
 blueprint.after_request(confirm_download)
 
 PAPERS = {"a4": "A4", "letter": "Letter"}
+_READERS = {"board": N_("the ethics board"), "participants": N_("participants (one page)")}
 _APPROVED = re.compile(r"approved|承認", re.IGNORECASE)
 _NOTHING = "none"  # chosen by hand, where an approved version would be proposed
 
@@ -50,6 +52,7 @@ class PrintPage:
     own: str
     languages: tuple[tuple[str, str], ...]
     papers: tuple[tuple[str, str], ...]
+    readers: tuple[tuple[str, str], ...]
     groups: tuple[Group, ...]
     choice: Mapping[str, str]
     has_approved: bool
@@ -68,6 +71,15 @@ class ProtocolPart:
     trouble: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class ParticipantPart:
+    """Information sheet for participants on the page; its picture is a drawing of the program's own."""
+
+    template: ClassVar[str] = "participants.html"
+    sheet: ParticipantSheet
+    picture: Markup
+
+
 @blueprint.get("/book/<name>/print")
 def page(name: str) -> str:
     """Show the page with the options; it requests the protocol itself when it is shown."""
@@ -77,12 +89,13 @@ def page(name: str) -> str:
     groups = choices([name], [against])
     mine = [(title, tuple(c for c in group if c[0] != f"book/{name}")) for title, group in groups]
     choice = {"language": _one_of(asked.get("language", ""), LANGUAGES), "against": against,
-              "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4"}  # fmt: skip
+              "paper": _one_of(asked.get("paper", ""), PAPERS) or "a4",
+              "reader": _one_of(asked.get("reader", ""), _READERS) or "board"}  # fmt: skip
     own = language_code(book.analysis.workbook.protocol.text("Language")) or "en"
     return show(PrintPage(
         name=name, title=book.title, own=LANGUAGES[own], languages=tuple(LANGUAGES.items()),
-        papers=tuple(PAPERS.items()), groups=tuple(g for g in mine if g[1]), choice=choice,
-        has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
+        papers=tuple(PAPERS.items()), readers=tuple(_READERS.items()), groups=tuple(g for g in mine if g[1]),
+        choice=choice, has_approved=bool(_approved(name, kept)), errors=bool(book.analysis.errors),
     ))  # fmt: skip
 
 
@@ -90,8 +103,12 @@ def page(name: str) -> str:
 def protocol(name: str) -> str:
     """Show the protocol as a fragment of the page, or the reason why there is none."""
     name = _workbook(name)
+    wanted = _wanted(name, request.args)
     try:
-        preview = services().printer.preview(_wanted(name, request.args))
+        if wanted.participants:
+            sheet = services().printer.sheet(wanted)
+            return show(ParticipantPart(sheet, Markup(sheet.picture)))
+        preview = services().printer.preview(wanted)
     except SheetsError as error:
         return show(ProtocolPart(None, {}, {}, Markup(""), error_text(error)))
     words = texts(preview.pack.language).entries
@@ -114,7 +131,8 @@ def pdf_ready(name: str) -> Response:
 def protocol_pdf(name: str) -> Response:
     """Send the PDF."""
     data, _ = _pdf(_workbook(name), request.args)
-    file = f"{printable(Path(name).stem)}-protocol.pdf"
+    what = "participants" if request.args.get("reader") == "participants" else "protocol"
+    file = f"{printable(Path(name).stem)}-{what}.pdf"
     return send_file(BytesIO(data), mimetype="application/pdf", as_attachment=True, download_name=file)
 
 
@@ -142,9 +160,9 @@ def _pdf(name: str, asked: Mapping[str, str]) -> tuple[bytes, list[str]]:
 def _wanted(name: str, asked: Mapping[str, str]) -> Wanted:
     path, digest = services().repository.path(name).absolute(), services().repository.open(name).reading.digest
     language = _one_of(asked.get("language", ""), LANGUAGES)
-    ref = asked.get("against", "")[:400]
-    if not ref or ref == _NOTHING:
-        return Wanted(path, digest, language=language)
+    ref, participants = asked.get("against", "")[:400], asked.get("reader") == "participants"
+    if not ref or ref == _NOTHING or participants:
+        return Wanted(path, digest, language=language, participants=participants)
     return Wanted(path, digest, *_other(ref), language)
 
 

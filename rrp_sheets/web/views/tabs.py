@@ -30,6 +30,7 @@ _HELP = {
     "gestures": N_("movements of your own, as keyframes"),
     "test": N_("values to send, and what must come out"),
     "protocol": N_("what the session is for, and how it runs"),
+    "risks": N_("what could go wrong for people, and what reduces it"),
     "table": N_("a table of your own, for formulas"),
 }
 

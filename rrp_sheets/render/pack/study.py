@@ -1,0 +1,113 @@
+"""The study as the Protocol sheet describes it: participants, risks and benefits, and what a board asks for in vain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rrp_sheets.checks.ethics import REAL, SIMULATED
+from rrp_sheets.model.names import key
+from rrp_sheets.render.pack.model import Labelled, MissingField, RiskLine
+from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.style import clean
+from rrp_sheets.texts import translate
+from rrp_sheets.workbook.schema import FIELDS, PROTOCOL, RISKS
+
+STUDY = (
+    "Participants", "Number of participants", "Inclusion and exclusion", "Recruitment", "Compensation", "Sessions",
+    "Place", "Period", "Present", "Distance kept", "Design", "Feedback", "Investigators", "Training", "Funding",
+    "Insurance",
+)  # fmt: skip
+BENEFITS = ("Benefits", "Adverse events", "Incidental findings")
+DATA = ("Data kept", "Retention", "Lawful basis", "Face data", "Access", "Encryption", "Sharing")
+CONSENT = ("Consent", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
+OPERATOR = ("Participants are told", "Reason for concealment", "Debriefing")
+FRONT = ("Title", "Authors", "Version", "Ethics reference", "Contact", "Purpose", "What happens", "Robot in sessions")
+MOST_RISKS = 100
+
+
+def field_label(source: Source, name: str) -> str:
+    """Return what a field of the Protocol sheet is called in the pack's language."""
+    return source.get(f"field.{key(name)}")
+
+
+def stated(source: Source, names: Iterable[str]) -> tuple[Labelled, ...]:
+    """Return what the Protocol sheet says in some fields, and in one line what it leaves open."""
+    names = list(names)
+    lines = [Labelled(field_label(source, n), text, stated=True) for n in names if (text := source.protocol(n))]
+    wanted = set(source.checked.study.missing_fields())
+    if lacks := [field_label(source, n) for n in names if n in wanted]:
+        lines.append(Labelled(source.get("study.open"), source.words.listed(lacks)))
+    return tuple(lines)
+
+
+def meets(source: Source) -> Labelled:
+    """Return which robot participants meet."""
+    study = source.checked.study
+    entry = "nobody" if study.is_demonstration else {SIMULATED: "simulated", REAL: "real"}.get(study.meets, "open")
+    return Labelled(source.get("meets.label"), source.get(f"meets.{entry}", robot=clean(source.checked.robot.title)))
+
+
+def mode(source: Source) -> str:
+    """Return what stands at the foot of every page: which robot it is about."""
+    return source.get("mode_real" if source.checked.study.meets == REAL else "mode")
+
+
+def missing(source: Source) -> tuple[MissingField, ...]:
+    """Return what a board asks for and the workbook does not say, with the place where it belongs."""
+    study, get = source.checked.study, source.get
+    cells = source.checked.workbook.protocol.fields
+    found = []
+    for name in study.missing_fields():
+        cell = cells.get(key(name))
+        where = get("missing.row_is", row=cell.address.row) if cell is not None else get("missing.new")
+        found.append(MissingField(field_label(source, name), where))
+    if not study.is_demonstration and (left := len(study.unnamed_risks())):
+        own = study.workbook.risks
+        where = get("missing.risks", sheet=clean(own.address.sheet)) if own else ""
+        where = where or get("missing.risks_sheet", sheet=RISKS.title)
+        found.append(MissingField(source.count("missing.risk", left), where))
+    return tuple(found)
+
+
+def missing_where(source: Source) -> str:
+    """Return in which sheet the missing fields belong."""
+    end = source.checked.workbook.protocol.end
+    return source.get("missing.where", sheet=clean(end.sheet) if end else PROTOCOL.title)
+
+
+def missing_note(source: Source, lacks: int) -> str:
+    """Return the sentence above the list of what is missing; without such a list, the reason why there is none."""
+    if source.checked.study.is_demonstration:
+        return source.get("missing.nobody")
+    return source.count("missing.note", lacks) if lacks else source.get("missing.none")
+
+
+def risks(source: Source) -> tuple[RiskLine, ...]:
+    """Return the rows of the sheet Risks, then what the program proposes for it."""
+    study = source.checked.study
+    rows = study.workbook.risks.rows if study.workbook.risks else ()
+    lines = [
+        RiskLine(clean(r.risk.text), clean(r.whom.text), clean(r.likely.text), clean(r.reduces.text),
+                 clean(r.ends.text), proposed=False)
+        for r in rows
+    ]  # fmt: skip
+    for risk in study.unnamed_risks():
+        name, whom, likely, reduces, ends = (translate(text, source.words.language) for text in risk.texts)
+        lines.append(RiskLine(name, whom, likely, reduces, ends, proposed=True))
+    return tuple(lines[:MOST_RISKS])
+
+
+def risks_note(source: Source) -> str:
+    """Return how the table of risks came about."""
+    study = source.checked.study
+    own, left = bool(study.workbook.risks and study.workbook.risks.rows), bool(study.unnamed_risks())
+    if not own and not left:
+        return source.get("risks.nothing")
+    return source.get("risks.both" if own and left else "risks.own" if own else "risks.proposed")
+
+
+def elsewhere() -> set[str]:
+    """Return the keys of the fields that stand at a place of their own in the pack."""
+    names = (*FRONT, *STUDY, *BENEFITS, *DATA, *CONSENT, *OPERATOR)
+    run = ("Time limit", "Robot", "Language", "Face memory", "Camera pictures")
+    return {key(name) for name in (*names, *run)} & FIELDS.keys()

@@ -1,0 +1,299 @@
+"""Questions of ethics boards: fields that are asked for, the sheet Risks, and what the printed protocol says of both."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from packs import DAY, workbook
+from pdftree import read_pdf, texts_of
+from test_print import pack_of
+from typed import run
+
+from rrp_sheets import api
+from rrp_sheets.compare.as_text import say
+from rrp_sheets.render.pack import Pack
+from rrp_sheets.render.texts import texts
+from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
+from rrp_sheets.services.printing import make
+from rrp_sheets.sim.gait import STEP_TIME, STRIDE
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.schema import FIELDS
+from rrp_sheets.workbook.template import beginning
+
+RISKS = (
+    "## Risks\n| Risk | For whom | How likely | What reduces it | Who ends the session when |\n|---|---|---|---|---|\n"
+)
+DEVICES = "## Devices\n| Stream | Device | Label | Name | Forward | Volume |\n|---|---|---|---|---|---|\n"
+LOOKS = "| Red ball | subscribe | | Head tracker | |\n"
+NOT_KEPT = "| Camera pictures | not kept |"
+
+
+def risks_of(folder: Path, rows: str, *, devices: str = "", protocol: str = NOT_KEPT) -> list[str]:
+    """Kinds of the risks that are proposed for some rows."""
+    path = workbook(folder, rows, rest=DEVICES + devices if devices else "", protocol=protocol)
+    return [risk.kind for risk in api.check(path).study.proposed_risks()]
+
+
+def lacks(pack: Pack) -> dict[str, str]:
+    return {field.name: field.where for field in pack.missing}
+
+
+# ---- risks
+@pytest.mark.parametrize(
+    ("rows", "devices", "kinds"),
+    [
+        (LOOKS, "", ["pinching", "distress"]),
+        ("| Red ball | map | 'Hi' | | |\n|  | subscribe | | Say | |\n", "", ["startle", "attachment", "distress"]),
+        ("| Touch | subscribe | | Bell | |\n", "| Bell | Play sound | | | | |\n", ["startle", "attachment", "distress"]),
+        ("| Red ball | subscribe | | Wave | |\n", "| Wave | Gesture | | Wave | | |\n",
+         ["pinching", "attachment", "distress"]),
+        ("| Red ball | subscribe | | Go | |\n", "| Go | Walk | | | 0.2 | |\n", ["falling", "walking", "distress"]),
+        ("| Red ball | subscribe | | Eye color | |\n", "", ["lights", "distress"]),
+        ("| Go | subscribe | | Eye color | |\n", "| Go | Operator button | | | | |\n",
+         ["lights", "deception", "distress"]),
+        ("| Red ball | map | redBall.x | Side | |\n", "", []),
+        ("| Red ball | map | BLANK | | |\n|  | subscribe | | Say | |\n", "", []),
+    ],
+)  # fmt: skip
+def test_risks_are_proposed_from_what_rows_do(tmp_path, rows, devices, kinds):
+    assert risks_of(tmp_path, rows, devices=devices) == kinds
+
+
+def test_recordings_of_people_are_a_risk_of_their_own(tmp_path):
+    assert "privacy" in risks_of(tmp_path, LOOKS, protocol="")
+    assert "privacy" not in risks_of(tmp_path, LOOKS, protocol=NOT_KEPT)
+
+
+def test_proposals_name_volume_buttons_and_children(tmp_path):
+    devices = "| Loud | Say | | | | 60 |\n| Go | Operator button | Praise it | | | |\n"
+    rows = "| Go | map | 'Good' | | |\n|  | subscribe | | Loud | |\n"
+    path = workbook(tmp_path, rows, rest=DEVICES + devices, protocol="| Participants | Ten pupils of 8 years |")
+    found = {risk.kind: risk.texts for risk in api.check(path).study.proposed_risks()}
+    assert "60 % at most" in found["startle"][3]
+    assert "“Praise it”" in found["deception"][0]
+    assert found["distress"][1] == "The child"
+
+
+@pytest.mark.parametrize("language", ["English", "日本語"])
+@pytest.mark.parametrize("suffix", [".md", ".xlsx", ""])
+def test_fix_adds_the_proposed_rows_in_every_format(tmp_path, suffix, language):
+    made = workbook(tmp_path, LOOKS, rest=RISKS, protocol=f"| Language | {language} |")
+    path = made if suffix == ".md" else api.convert(made, tmp_path / f"book{suffix}")
+    (finding,) = [d for d in api.check(path).report if d.code == "PROT012"]
+    assert len(finding.fixes[0].edits) == 3
+    fixed = tmp_path / f"fixed{suffix or '.xlsx'}"
+    assert run("check", path, "--fix", fixed, "--apply", "PROT012:add-proposed")[0] == 0
+    risks = read(fixed).workbook.risks
+    assert risks is not None and len(risks.rows) == 3
+    assert all(row.reduces and row.ends and row.whom and row.likely for row in risks.rows)
+    assert ("驚" in risks.rows[0].risk.text or "指" in risks.rows[0].risk.text) == (language == "日本語")
+    assert not [d for d in api.check(fixed).report if d.code.startswith("PROT01")]
+
+
+def test_rows_in_japanese_and_below_other_headers_count(tmp_path):
+    rows = "| リスク | 対策 | 中止の判断 |\n|---|---|---|\n| 腕に指をはさむ | 離れる | 保護者 |\n| 子どもの不安 | そばにいる | 保護者 |\n"
+    path = workbook(tmp_path, LOOKS, rest=f"## リスク表\n{rows}", protocol=NOT_KEPT)
+    checked = api.check(path)
+    assert checked.workbook.risks is not None and checked.study.unnamed_risks() == []
+    assert not list(checked.report)
+
+
+def test_incomplete_row_is_told_and_a_sheet_of_ones_own_is_left_alone(tmp_path):
+    path = workbook(tmp_path, LOOKS, rest=RISKS + "| Pinching | | | | |\n| Fear | | | Care | |\n", protocol=NOT_KEPT)
+    said = [str(d.message) for d in api.check(path).report if d.code == "PROT013"]
+    assert said == [
+        "The risk “Pinching” does not say what reduces it and who ends the session when.",
+        "The risk “Fear” does not say who ends the session when.",
+    ]
+    own = workbook(tmp_path, LOOKS, "own.md", rest="## Register\n| Risk | Score |\n|---|---|\n| Rain | 3 |\n")
+    assert api.check(own).workbook.risks is None and not list(api.check(own).report)
+
+
+def test_changed_risk_leaves_the_behaviour_the_same(tmp_path):
+    first = workbook(tmp_path, LOOKS, "a.md", rest=RISKS + "| Fear | Child | Possible | A parent | The parent |\n")
+    second = workbook(tmp_path, LOOKS, "b.md", rest=RISKS + "| Fear | Child | Likely | A parent | The parent |\n")
+    found = api.diff(first, second)
+    assert found.same
+    assert [say(change) for change in found.changes] == ["Risks row 2: how likely Possible → Likely"]
+
+
+# ---- fields
+def test_every_field_is_known_by_its_japanese_name(tmp_path):
+    names = [field.synonyms[0] for field in FIELDS.values() if field.synonyms and not field.closed]
+    path = workbook(tmp_path, LOOKS, protocol="".join(f"| {name} | 30 |\n" for name in names if name != "題名"))
+    fields = read(path).workbook.protocol.fields
+    known = {k for k, field in FIELDS.items() if field.synonyms and not field.closed}
+    assert known <= set(fields)
+    shown = texts("ja").entries
+    assert {k: shown[f"pack.field.{k}"] for k in FIELDS if f"pack.field.{k}" in shown} == {
+        k: field.synonyms[0] for k, field in FIELDS.items() if f"pack.field.{k}" in shown
+    }
+
+
+def test_closed_fields_take_japanese_words(tmp_path):
+    fields = "| 参加者が会うロボット | 実機 |\n| カメラの画像 | 残さない |\n| 顔の記憶 | 残す |\n"
+    checked = api.check(workbook(tmp_path, LOOKS, protocol=fields))
+    assert not checked.report.errors
+    assert (checked.study.meets, checked.run.keeps_pictures, checked.run.keeps_faces) == ("real", False, True)
+
+
+@pytest.mark.parametrize(
+    ("participants", "rows", "asked"),
+    [
+        ("Ten adults", LOOKS, set()),
+        ("Children of 9 years", LOOKS, {"Assent", "Dissent"}),
+        ("小学生10人", LOOKS, {"Assent", "Dissent"}),
+        ("Ten adults", "| Go | subscribe | | Print | |\n",
+         {"Participants are told", "Reason for concealment", "Debriefing"}),
+        ("Ten adults", "| Face | subscribe | | Head tracker | |\n", {"Face data"}),
+    ],
+)  # fmt: skip
+def test_boards_ask_for_more_when_there_is_more_to_ask(tmp_path, participants, rows, asked):
+    rest = DEVICES + "| Go | Operator button | | | | |\n"
+    path = workbook(tmp_path, rows, rest=rest, protocol=f"| Participants | {participants} |")
+    always = {field.name for field in FIELDS.values() if field.asked == "always"}
+    assert set(api.check(path).study.asked_fields()) - always == asked
+
+
+@pytest.mark.parametrize("nobody", ["Nobody: a demonstration", "なし（デモ）", "No participants"])
+def test_nothing_is_missing_when_nobody_takes_part(tmp_path, nobody):
+    pack = pack_of(workbook(tmp_path, LOOKS, protocol=f"| Participants | {nobody} |"))
+    assert pack.missing == () and "nobody takes part" in pack.missing_note
+    assert pack.meets.text.startswith("Nobody takes part")
+
+
+def test_fix_adds_the_fields_that_boards_ask_for(tmp_path):
+    path = workbook(tmp_path, LOOKS, protocol="| Participants | Children |\n| Ethics reference | |")
+    (finding,) = [d for d in api.check(path).report if d.code == "PROT014"]
+    code, _ = run("check", path, "--fix", tmp_path / "more.md", "--apply", "PROT014:add-fields")
+    assert code == 0
+    fields = read(tmp_path / "more.md").workbook.protocol.fields
+    assert {"assent", "benefits", "recruitment", "encryption", "lawfulbasis"} <= set(fields)
+    assert "debriefing" not in fields
+    assert not [d for d in api.check(tmp_path / "more.md").report if d.code == "PROT014"]
+    assert finding.severity.value == "info"
+    assert not list(api.check(workbook(tmp_path, LOOKS, "none.md", protocol="| Participants | Children |")).report)
+
+
+def test_new_protocol_sheet_has_every_field_and_lacks_none_that_is_asked(tmp_path):
+    names = [row[0] for row in beginning("protocol")[1:]]
+    assert [name for name in names if not name.startswith("#")] == [field.name for field in FIELDS.values()]
+
+
+# ---- the printed protocol
+def test_first_page_lists_what_is_missing_with_its_place(tmp_path):
+    path = workbook(tmp_path, LOOKS, protocol="| Participants | Children |\n| Benefits | |")
+    pack = pack_of(path)
+    assert lacks(pack)["Benefits"] == "row 4" and lacks(pack)["Assent"] == "new"
+    assert lacks(pack)["3 risks that the rows bring"] == "new sheet Risks"
+    assert [n.text for n in pack.numbers if n.label == "points open"] == [str(len(pack.missing))]
+    filled = "".join(f"| {field.name} | Said |\n" for field in FIELDS.values() if field.asked and not field.closed)
+    whole = workbook(tmp_path, LOOKS, "whole.md", protocol=filled + "| Robot in sessions | real |\n")
+    assert list(lacks(pack_of(whole))) == ["3 risks that the rows bring"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("paper", ["a4", "letter"])
+@pytest.mark.parametrize("language", ["en", "ja"])
+@pytest.mark.parametrize("name", ["mixed-control", "greeter-with-memory", "sing-and-dance", "attention-training"])
+def test_list_of_what_is_missing_and_who_is_met_stand_on_the_first_page(name, language, paper):
+    path = bundled("workbooks", f"{name}.xlsx")
+    first = "".join(texts_of(read_pdf(make(path, language=language, paper=paper, today=DAY).data))[0].split())
+    pack = pack_of(path, language=language)
+    assert "".join(pack.meets.text.split()) in first
+    assert "".join(pack.missing_note.split()) in first
+    assert [lack.name for lack in pack.missing if "".join(lack.name.split()) not in first] == []
+
+
+@pytest.mark.parametrize(
+    ("field", "said", "mode"),
+    [
+        ("", "Not stated yet", "SIMULATED ROBOT"),
+        ("simulated", "Participants see it on a screen", "SIMULATED ROBOT"),
+        (
+            "real",
+            "A real NAO in the room. This version of the program runs the simulated robot only.",
+            "REAL ROBOT PLANNED",
+        ),
+    ],
+)
+def test_what_participants_meet_is_said_first(tmp_path, field, said, mode):
+    pack = pack_of(workbook(tmp_path, LOOKS, protocol=f"| Robot in sessions | {field} |"))
+    assert said in pack.meets.text and pack.mode == mode
+
+
+def test_proposed_risks_are_marked_as_not_confirmed(tmp_path):
+    rest = RISKS + "| Pinching | Child | Unlikely | Distance | The operator |\n"
+    pack = pack_of(workbook(tmp_path, LOOKS, rest=rest, protocol=NOT_KEPT))
+    assert [(risk.risk.split()[0], risk.proposed) for risk in pack.risks] == [("Pinching", False), ("Distress:", True)]
+    assert lacks(pack)["1 risk that the rows bring"] == "sheet Risks"
+    assert "nobody has confirmed those yet" in pack.risks_note
+    none = pack_of(workbook(tmp_path, "| Red ball | map | redBall.x | Side | |\n", "none.md", protocol=NOT_KEPT))
+    assert none.risks == () and "proposes none" in none.risks_note
+
+
+def test_hostile_texts_in_risks_and_fields_are_printed_as_texts(tmp_path):
+    hostile = "#import <b>&amp; $x$ \\u{0} " + "x" * 300
+    rest = RISKS + f"| {hostile} | {hostile} | {hostile} | {hostile} | {hostile} |\n"
+    path = workbook(tmp_path, LOOKS, rest=rest, protocol=f"| Benefits | {hostile} |\n| Participants | {hostile} |")
+    pages = "".join("".join(texts_of(read_pdf(make(path, today=DAY).data))).split())
+    assert pages.count("#import<b>&amp;$x$") >= 3
+
+
+# ---- the robot as a body
+def facts(pack: Pack) -> dict[str, str]:
+    return {fact.label: fact.text for fact in pack.body}
+
+
+def test_facts_about_the_robot_follow_from_its_model():
+    body = load_robot().data["body"]
+    tree = ET.parse(load_robot().folder / "nao.urdf").getroot()
+    assert body["weight"] == round(sum(float(mass.get("value", 0)) for mass in tree.iter("mass")), 1)
+    efforts = {
+        j.get("name", ""): float(j.find("limit").get("effort"))
+        for j in tree.iter("joint")
+        if j.find("limit") is not None
+    }
+    hand = load_robot().data["arm"]["hand"][0]
+    at_the_hand = max(efforts["LElbowRoll"] / (hand - 0.105), efforts["LShoulderRoll"] / hand)
+    assert body["hand_force"] - 1 < at_the_hand <= body["hand_force"]
+    arm = max(efforts[name] for name in ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"))
+    assert body["joint_force"] - 2 < arm / 0.03 <= body["joint_force"]
+    assert STRIDE / STEP_TIME <= body["walking_speed"] < STRIDE / STEP_TIME + 0.001
+    assert hand < body["reach"] < load_robot().data["robot"]["height"]
+
+
+def test_facts_are_said_in_words_that_people_can_judge(tmp_path):
+    devices = "| Go | Walk | | | 0.2 | |\n| Wave | Gesture | | Wave | | |\n"
+    rows = "| Red ball | subscribe | | Go | |\n| Red ball | subscribe | | Wave | |\n"
+    found = facts(pack_of(workbook(tmp_path, rows, rest=DEVICES + devices)))
+    assert found["Size and weight"] == (
+        "57 cm high: a little higher than an adult's knee. 5.4 kg: as heavy as 5 one-litre bottles of water."
+    )
+    assert found["Walking"] == "At most 10 cm a second: slower than a crawling baby."
+    assert "14 N, the weight of 1.4 kg" in found["Force of the arms"]
+    assert "31 cm" in found["Distance"] and "Esc pressed twice" in found["Emergency stop"]
+    assert "the hand then moves at most" in found["Fastest movement"]
+
+
+def test_facts_say_what_rows_do_not_move(tmp_path):
+    quiet = facts(pack_of(workbook(tmp_path, "| Red ball | map | 'Hi' | | |\n|  | subscribe | | Say | |\n")))
+    assert quiet["Fastest movement"] == "No row moves a joint." and "Walking" not in quiet
+    assert quiet["Force of the arms"] == "No row moves the arms."
+    head = facts(pack_of(workbook(tmp_path, LOOKS, "head.md")))
+    assert head["Fastest movement"] == "A joint turns by at most 480° a second."
+
+
+def test_robot_of_ones_own_without_facts_is_printed_without_them(tmp_path):
+    path = workbook(tmp_path, LOOKS, protocol="| Robot | mine |")
+    copy = tmp_path / "robots" / "mine"
+    copy.mkdir(parents=True)
+    for part in load_robot().folder.iterdir():
+        (copy / part.name).write_bytes(part.read_bytes())
+    text = (copy / "robot.toml").read_text(encoding="utf-8")
+    (copy / "robot.toml").write_text(text.replace("[body]", "[elsewhere]"), encoding="utf-8")
+    pack = pack_of(path)
+    assert pack.body == () and "does not state its weight" in pack.body_note

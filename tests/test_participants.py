@@ -1,0 +1,241 @@
+"""The information sheet for participants: one page in plain words and large type, from what the rows do."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from packs import DAY, workbook
+from pdftree import read_pdf, texts_of
+from typed import run
+
+from rrp_sheets import api
+from rrp_sheets.checks import check_workbook
+from rrp_sheets.render.pack import Print
+from rrp_sheets.render.pack.participants import ParticipantSheet, make_sheet
+from rrp_sheets.render.texts import texts
+from rrp_sheets.resources import bundled
+from rrp_sheets.services.printing import make_for_participants
+
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+HEADS = "| Stream | Device | Label | Words | Name | Forward | Sound | Text |\n|---|---|---|---|---|---|---|---|\n"
+EVERYTHING = """| Red ball | subscribe | | Head tracker | |
+| Colours | subscribe | | Eye color | |
+| Face | subscribe | | Remember face | |
+| Touch | subscribe | | Waving | |
+| Bumper | subscribe | | Ringing | |
+| Chest button | subscribe | | Steps | |
+| Sonar | subscribe | | Talk | |
+| Heard | subscribe | | Waving | |
+| Go | subscribe | | Waving | |
+"""
+ITS_DEVICES = f"""## Devices
+{HEADS}| Go | Operator button | Go | | | | | |
+| Colours | Blob | | | | | | |
+| Heard | Word recognized | | yes, no | | | | |
+| Waving | Gesture | | | Wave | | | |
+| Steps | Walk | | | | 0.2 | | |
+| Ringing | Play sound | | | | | Bell | |
+| Talk | Say parameter | | | | | | Hi |
+"""
+FIELDS = """| Version | 1.0 |
+| Participants | Children of 9 to 12 years |
+| Robot in sessions | real |
+| Face memory | kept |
+| Contact | Dr Aiko Tanaka, University Hospital, Department of Rehabilitation, +81 29 000 0000, aiko@example.org, 9 to 5 |
+"""
+PROGRAM_WORDS = "stream|row|connector|formula|sensor|actuator|workbook|sheet|event|device|operator|protocol|run|trace"
+
+
+def sheet_of(path: Path, language: str = "en", **options: bool) -> ParticipantSheet:
+    reading = api.read(path)
+    checked = check_workbook(reading.workbook, reading.report)
+    return make_sheet(reading, checked, Print(path.name, DAY.isoformat(), "1.0"), language=language, **options)
+
+
+def part(sheet: ParticipantSheet, title: str) -> tuple[str, ...]:
+    return next((p.sentences for p in sheet.parts if p.title == title), ())
+
+
+@pytest.fixture
+def everything(tmp_path: Path) -> Path:
+    return workbook(tmp_path, EVERYTHING, rest=ITS_DEVICES, protocol=FIELDS)
+
+
+# ---- plain words
+def syllables(word: str) -> int:
+    """Groups of vowels, without a silent e at the end; at least one."""
+    found = len(re.findall(r"[aeiouy]+", word))
+    return max(1, found - (word.endswith("e") and not word.endswith("le")))
+
+
+def grade(text: str) -> float:
+    """Reading grade of an English text by Flesch and Kincaid."""
+    words = re.findall(r"[a-z']+", text.casefold())
+    sentences = len(re.findall(r"[.!?](?:\s|$)", text))
+    return 0.39 * len(words) / sentences + 11.8 * sum(map(syllables, words)) / len(words) - 15.59
+
+
+def test_reading_grade_is_measured_as_known_texts_have_it():
+    assert grade("The cat sat on the mat.") < 0
+    assert grade("The Australian platypus is seemingly a hybrid of a mammal and reptilian creature.") == pytest.approx(
+        11.3, abs=1.5
+    )
+
+
+def test_every_sentence_can_be_read_at_nine_years():
+    entries = {n: t for n, t in texts("en").entries.items() if n.startswith("participants.") and t.endswith((".", "?"))}
+    whole = " ".join(text.format_map({"robot": "NAO", "cm": "57"}) for text in entries.values())
+    assert grade(whole) <= 3
+    hard = {n: text for n, text in entries.items() if grade(text) > 6}
+    assert hard == {}
+
+
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_sheet_of_every_workbook_reads_as_grade_six_at_most(name):
+    sheet = sheet_of(bundled("workbooks", f"{name}.xlsx"))
+    lines = [line for p in (sheet.intro, *sheet.parts) for line in p.sentences if "You can also ask" not in line]
+    assert grade(" ".join(lines)) <= 6
+    assert re.findall(rf"\b(?:{PROGRAM_WORDS})s?\b", " ".join(lines), re.IGNORECASE) == []
+
+
+# ---- what it says
+def test_everything_that_rows_do_is_said(everything):
+    sheet = sheet_of(everything)
+    assert part(sheet, "What does it do?") == (
+        "It talks to you.", "It plays sounds or music.", "It moves its head.", "It moves its arms and hands.",
+        "It walks a few steps.", "Its eyes light up.",
+    )  # fmt: skip
+    assert part(sheet, "What does it see and hear?") == (
+        "It looks for balls.", "It looks for colours.", "It looks for faces.", "It feels when you touch it.",
+        "It feels a bump at its feet.", "It feels when you push the button on its chest.",
+        "It feels how far away you are.", "It listens for some words.",
+        "It learns your face. It will still know your face next time.",
+    )  # fmt: skip
+    assert part(sheet, "What do we keep?") == (
+        "We write down what the robot does, and when.", "We write down which words the robot hears.",
+        "We keep pictures from its camera. You may be in them.", "We keep your face as a list of numbers.",
+        "We keep a film of the robot.", "We use a code, not your name.",
+    )  # fmt: skip
+    assert part(sheet, "Does it get help?") and "It is in the room with you." in sheet.intro.sentences
+    assert "57 cm" in sheet.intro.sentences[-1]
+
+
+def test_a_quiet_robot_is_said_to_be_quiet(tmp_path):
+    sheet = sheet_of(workbook(tmp_path, "| Touch | map | touch.zone | Zone | |\n"))
+    assert part(sheet, "What does it do?") == ("It does not move or talk.",)
+    assert part(sheet, "What does it see and hear?") == (
+        "It feels when you touch it.", "It does not look at you.", "It does not listen to you.",
+    )  # fmt: skip
+    assert part(sheet, "Does it get help?") == ()
+
+
+def test_how_to_stop_and_that_one_may_say_no_is_always_said(tmp_path):
+    sheet = sheet_of(workbook(tmp_path, "| Touch | map | touch.zone | Zone | |\n"))
+    assert "walk away" in part(sheet, "How can you stop?")[0]
+    assert part(sheet, "You choose")[0] == "You can say yes or no."
+
+
+def test_simulated_robot_is_on_a_screen_and_nobody_is_in_its_film(tmp_path):
+    sheet = sheet_of(
+        workbook(tmp_path, "| Touch | subscribe | | Print | |\n", protocol="| Robot in sessions | simulated |")
+    )
+    assert "You see it on a screen." in sheet.intro.sentences
+    assert "We keep a film of the robot. You are not in it." in part(sheet, "What do we keep?")
+
+
+@pytest.mark.parametrize(
+    ("reason", "hidden"), [("", False), ("Nothing is concealed", False), ("To see natural talk", True)]
+)
+def test_helping_person_is_left_out_only_for_a_reason_that_is_given(tmp_path, reason, hidden):
+    rest = f"## Devices\n{HEADS}| Go | Operator button | | | | | | |\n"
+    protocol = f"| Reason for concealment | {reason} |"
+    sheet = sheet_of(workbook(tmp_path, "| Go | subscribe | | Print | |\n", rest=rest, protocol=protocol))
+    assert (part(sheet, "Does it get help?") == ()) == hidden
+    assert any("a person drives the robot" in note for note in sheet.notes) == hidden
+
+
+def test_who_prints_is_told_what_the_sheet_lacks(tmp_path):
+    notes = sheet_of(workbook(tmp_path, "| Touch | subscribe | | Print | |\n")).notes
+    assert any("Robot in sessions" in note for note in notes) and any("Contact" in note for note in notes)
+
+
+# ---- one page
+def measured(data: bytes) -> tuple[int, float, str]:
+    """Pages of a PDF, the size of its smallest type, and its text."""
+    pdf = read_pdf(data)
+    sizes: list[float] = []
+
+    def visit(text: str, matrix: list[float], at: list[float], _font: object, size: float) -> None:
+        if text.strip():
+            sizes.append(size * abs(at[3]) * abs(matrix[3]))
+
+    pdf.pages[0].extract_text(visitor_text=visit)
+    return len(pdf.pages), min(sizes), " ".join(texts_of(pdf))
+
+
+@pytest.mark.parametrize("paper", ["a4", "letter"])
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_the_fullest_sheet_is_one_page_of_large_type(everything, language, paper):
+    printed = make_for_participants(everything, language=language, paper=paper, today=DAY)
+    pages, smallest, text = measured(printed.data)
+    assert pages == 1 and smallest >= 13.99
+    assert "aiko@example.org" in text.replace(" ", "")
+    assert "1.0 · 2026-11-21" in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WORKBOOKS)
+def test_sheet_of_every_workbook_is_one_page(name):
+    for language, paper in (("en", "letter"), ("ja", "a4")):
+        printed = make_for_participants(bundled("workbooks", f"{name}.xlsx"), language=language, paper=paper, today=DAY)
+        pages, smallest, _ = measured(printed.data)
+        assert pages == 1 and smallest >= 13.99
+
+
+def test_long_and_hostile_contacts_keep_it_on_one_page(tmp_path):
+    contact = "#import " + "<b>x</b>" * 40 + "w" * 300
+    path = workbook(tmp_path, EVERYTHING, rest=ITS_DEVICES, protocol=FIELDS.replace("Dr Aiko Tanaka", contact))
+    printed = make_for_participants(path, paper="letter", today=DAY)
+    assert measured(printed.data)[0] == 1
+    assert any("too long for the sheet" in note for note in printed.notes)
+
+
+def test_it_is_accessible_and_shows_the_robot(everything):
+    pdf = read_pdf(make_for_participants(everything, today=DAY).data)
+    root = pdf.trailer["/Root"]
+    assert root["/MarkInfo"]["/Marked"] and b"pdfuaid" in root["/Metadata"].get_object().get_data()
+    assert pdf.metadata.title == "Meet NAO" and sheet_of(everything).picture.startswith("<svg")
+
+
+def test_picture_is_left_out_for_a_robot_beside_the_workbook(tmp_path):
+    folder = bundled("robots", "nao")
+    copy = tmp_path / "robots" / "nao"
+    copy.mkdir(parents=True)
+    for file in folder.iterdir():
+        (copy / file.name).write_bytes(file.read_bytes())
+    path = workbook(tmp_path, EVERYTHING, rest=ITS_DEVICES, protocol=FIELDS)
+    assert sheet_of(path).picture == ""
+    assert measured(make_for_participants(path, today=DAY).data)[0] == 1
+
+
+# ---- the command
+def test_command_prints_it_beside_the_workbook(everything, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    code, said = run("print", "w.md", "--for", "participants", "--date", "2026-01-02")
+    assert code == 0 and said.endswith("Printed: w-participants.pdf\n")
+    assert "Meet NAO" in texts_of(read_pdf((tmp_path / "w-participants.pdf").read_bytes()))[0]
+    code, said = run("print", "w.md", "--for", "participants", "--against", "w.md")
+    assert code == 2 and "belongs to the protocol for a board" in said
+
+
+def test_workbook_with_errors_gives_a_draft_only(tmp_path, monkeypatch):
+    workbook(tmp_path, "| Red ball | mapp | redBall.distance | Near | |\n")
+    monkeypatch.chdir(tmp_path)
+    assert run("print", "w.md", "--for", "participants")[0] == 1
+    assert not (tmp_path / "w-participants.pdf").exists()
+    run("print", "w.md", "--for", "participants", "--draft")
+    assert "DRAFT" in texts_of(read_pdf((tmp_path / "w-participants.pdf").read_bytes()))[0]
+    assert api.print_pack("w.md", "p.pdf", draft=True, reader="participants")
+    assert (tmp_path / "p.pdf").stat().st_size > 1_000
