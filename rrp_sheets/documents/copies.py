@@ -41,12 +41,12 @@ def offers(robot: Robot) -> Offers:
     return Offers(names, tuple(robot.device_names("sensor")), tuple(robot.device_names("actuator")), choices)
 
 
-def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
+def make_new(path: Path, robot: Robot, template: str = "guided", language: str = "en") -> Path:
     """Make a workbook from a template; raise SheetsError when the file exists or there is no such template."""
     from rrp_sheets.workbook.template import new_workbook, refuse_name
 
     if key(template) in MADE:
-        return new_workbook(path, offers(robot), robot=robot.name, empty=key(template) == "empty")
+        return new_workbook(path, offers(robot), robot=robot.name, language=language, empty=key(template) == "empty")
     books = {key(p.stem): p for p in sorted(bundled("workbooks").glob("*.xlsx"))}
     if key(template) not in books:
         names = [*MADE, *(p.stem for p in books.values())]

@@ -332,7 +332,7 @@ def _lock(handle: int, wait: bool = True) -> bool | None:
 
 def make_workbook(
     sheets: Mapping[str, Rows], path: Path | str, offers: Offers | None = None, *,
-    language: str = "en", replace: bool = True,
+    language: str = "", replace: bool = True,
 ) -> Path:  # fmt: skip
     """Write rows of texts as a workbook, see `workbook_bytes`; raises SheetsError also when it cannot be written."""
     path = Path(path)

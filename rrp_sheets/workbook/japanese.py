@@ -29,7 +29,7 @@ DEVICES = {
 SETTINGS = {
     "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "表示": "Label", "場所": "Zone",
     "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed", "音量": "Volume",
-    "話しながらの身ぶり": "Gestures", "文": "Text", "せりふ": "Text", "名前": "Name", "動かし方": "Mode",
+    "話しながらの身ぶり": "Gestures", "せりふ": "Text", "文": "Text", "名前": "Name", "動かし方": "Mode",
     "使う腕": "Effector",
     "テンポ": "Tempo", "回数": "Times", "時間": "Time", "前へ": "Forward", "左へ": "Left", "回転": "Turn",
     "音": "Sound",
@@ -113,6 +113,11 @@ FIELDS = {
     "時間の上限": "Time limit", "顔の記憶": "Face memory", "カメラの画像": "Camera pictures", "言語": "Language",
 }  # fmt: skip
 """Fields of the Protocol sheet."""
+LISTS = {
+    "コネクター": "Connectors", "センサー": "Sensors", "アクチュエーター": "Actuators",
+    "すべてのデバイス": "All devices", "有効": "On or off", "対象": "Thing", "動作": "Does", **SETTINGS,
+}  # fmt: skip
+"""Titles of the lists for drop-downs."""
 FIELD_VALUES: Mapping[str, Mapping[str, str]] = {
     "engine": {"フレーム": "frame", "イベントループ": "event loop"},
     "facememory": {"実行の終わりまで": "ends with the run", "保存する": "kept"},
@@ -160,6 +165,19 @@ def standard_value(text: str) -> str:
     ('at 1, 0.2, 0.4 size 10 cm', 'Head for 2 s', 'name さくら')
     """
     return " ".join(_PIECES.sub(lambda match: f" {VALUE[match[0]]} ", text).split()) if _PIECES.search(text) else text
+
+
+def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the entries of a drop-down's list in Japanese, by the list's title.
+
+    Devices come in English too: a drop-down's names are also those that are not marked as unknown.
+
+    >>> offered("Mode", ["Head"]), offered("Connectors", ["map"]), offered("All devices", ["Red ball"])
+    (('頭',), ('map',), ('赤いボール', 'Red ball'))
+    """
+    tables = {"All devices": DEVICES, "Thing": THINGS, "Does": VERBS}
+    own = japanese(tables.get(title) or CHOICES.get(key(title), {}), names)
+    return tuple(dict.fromkeys((*own, *names))) if title == "All devices" else own
 
 
 def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, ...]:

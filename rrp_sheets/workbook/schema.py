@@ -10,7 +10,7 @@ from itertools import chain
 
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.texts import LANGUAGE_NAMES, N_
-from rrp_sheets.workbook import limits
+from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 
@@ -103,6 +103,11 @@ class Column:
         """The kind of its cells."""
         return CELLS[self.kind]
 
+    def header(self, language: str) -> str:
+        """Return the header of a new sheet in a language."""
+        own = () if language == "en" else (s for s in self.synonyms if not s.isascii())
+        return next(iter(own), self.name)
+
 
 PLAIN = Column("", required=False)
 """A column of the user's own."""
@@ -157,14 +162,19 @@ class SheetKind:
     def column(self, header: str) -> Column:
         """Return the column of a standard header, or of a header of its own."""
         known = next((c for c in (*self.columns, *self.usual) if c.name == header), None)
+        usual = next((c for c in self.usual if c.name == japanese.standard(japanese.SETTINGS, header)), None)
+        if usual is not None and known is None:
+            return replace(usual, name=header)
         if known is not None or self.other is None or not header:
             return known or replace(PLAIN, name=header)
-        prompt, offers = N_(self.other.prompt, header=header), self.other.offers.format(header=header)
+        setting = japanese.standard(japanese.SETTINGS, header)
+        prompt, offers = N_(self.other.prompt, header=header), self.other.offers.format(header=setting)
         return replace(self.other, name=header, prompt=prompt, offers=offers)
 
-    def header(self, others: Sequence[str] = ()) -> list[str]:
+    def header(self, others: Sequence[str] = (), language: str = "en") -> list[str]:
         """Return the header row of a new sheet with some headers of its own."""
-        return [*(c.name for c in self.required), *others, *(c.name for c in self.optional if c.offered)]
+        optional = (c.header(language) for c in self.optional if c.offered)
+        return [*(c.header(language) for c in self.required), *others, *optional]
 
 
 _NOTES = Column(
@@ -239,12 +249,18 @@ PROTOCOL = SheetKind("protocol", "Protocol", N_("the protocol"), "E3E6E9", (
     replace(_NOTES, offered=False),
 ), called=("プロトコル", "計画書", "実施計画書"))  # fmt: skip
 
-OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", ())
+OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", (), called=("表",))
 """A sheet of the user's own, which formulas may name as a table."""
 SHEETS = {kind.name: kind for kind in (BEHAVIOUR, DEVICES, HELPERS, SCENE, GESTURES, TEST, PROTOCOL)}
 """The kinds of sheets by name, in the order of a new workbook."""
 TITLES = {kind.name: kind.title for kind in (*SHEETS.values(), OWN)}
 """Name of a new sheet of each kind."""
+
+
+def title_of(kind: str, language: str) -> str:
+    """Return the name of a new sheet of a kind, by its name, in a language."""
+    own = () if language == "en" else (SHEETS.get(kind) or OWN).called
+    return next(iter(own), TITLES[kind])
 
 
 def is_single(kind: str) -> bool:
