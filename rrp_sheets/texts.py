@@ -150,6 +150,25 @@ def language_code(text: str) -> str:
     return next((code for code, names in LANGUAGE_NAMES.items() if key(text) in map(key, (code, *names))), "")
 
 
+_REASONS = (
+    N_("No such file or directory"), N_("Permission denied"), N_("Operation not permitted"), N_("File exists"),
+    N_("Not a directory"), N_("Is a directory"), N_("Directory not empty"), N_("File name too long"),
+    N_("No space left on device"), N_("Disk quota exceeded"), N_("Read-only file system"), N_("Input/output error"),
+    N_("Too many open files"), N_("Too many levels of symbolic links"), N_("Address already in use"),
+    N_("Text file busy"), N_("Invalid argument"), N_("Device or resource busy"),
+)  # fmt: skip
+"""Reasons of the operating system that people meet."""
+
+
+def os_reason(error: OSError) -> str:
+    """Return the reason of the operating system, as a text of the program if it is one of those people meet.
+
+    >>> os_reason(FileNotFoundError(2, "No such file or directory")), os_reason(OSError())
+    ('No such file or directory', 'the system refuses it')
+    """
+    return LazyMessage(error.strerror) if error.strerror else N_("the system refuses it")
+
+
 # ---- several in one
 _JOINED = {
     "": N_("{before}, {after}"), "and": N_("{before} and {after}"), "and of": N_("{before} and of {after}"),

@@ -19,6 +19,7 @@ from rrp_sheets.model.workbook import Cell, Device, Protocol
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook import japanese, read, schema
 from rrp_sheets.workbook.files import read_sheets, write_sheets
 from rrp_sheets.workbook.raw import text_sheet
@@ -274,3 +275,16 @@ def test_new_sheets_have_japanese_headers(kind: str) -> None:
         assert len(recognise(text_sheet(schema.title_of(kind, "ja"), rows)).columns) >= len(beginning(kind)[0]) - len(
             joints
         )
+
+
+def test_remedies_show_words_that_the_sheets_take() -> None:
+    for kind in KINDS.values():
+        for verb in kind.verbs:
+            assert japanese.standard(japanese.VERBS, translate(N_(verb.name, msgctxt="scene"), "ja")) == verb.name
+            if verb.name not in ("says", "presses", "is seen") and verb.example:
+                assert japanese.standard_value(translate(N_(verb.example, msgctxt="scene"), "ja")) == verb.example
+    settings = [s for d in load_robot().devices.values() for s in d.settings.values()]
+    for setting in settings:
+        for choice in setting.choices:
+            shown = translate(N_(choice, msgctxt="value"), "ja")
+            assert japanese.standard(japanese.CHOICES[key(setting.name)], shown) == choice

@@ -13,7 +13,7 @@ from rrp_sheets.model.names import key, nearest
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_words import thing_names, verb_names
-from rrp_sheets.texts import N_, listed
+from rrp_sheets.texts import N_, listed, os_reason
 from rrp_sheets.workbook.files import write_atomically
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def latest_tutorial(folder: Path) -> Path | None:
     try:
         found = [(path.stat().st_mtime_ns, path) for path in folder.iterdir() if _COPY.fullmatch(path.name)]
     except OSError as error:
-        message = N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=str(error.strerror))
+        message = N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=os_reason(error))
         raise SheetsError(message, N_("Take another folder.")) from error
     return max(found)[1] if found else None
 
