@@ -30,7 +30,7 @@ from rrp_sheets.workbook.template import beginning
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 TABLES = [
     japanese.DEVICES, japanese.SETTINGS, japanese.COLOURS, japanese.ZONES, japanese.THINGS, japanese.VERBS,
-    japanese.VALUE, japanese.EXPECTED, japanese.FIELDS, *japanese.CHOICES.values(), *japanese.FIELD_VALUES.values(),
+    japanese.VALUE, japanese.EXPECTED, japanese.FIELDS, japanese.MOVES, *japanese.CHOICES.values(), *japanese.FIELD_VALUES.values(),
 ]  # fmt: skip
 
 
@@ -167,6 +167,7 @@ def test_the_words_are_those_of_the_robot() -> None:
         if setting.choices:
             assert set(setting.choices) == set(japanese.CHOICES[key(name)].values()), name
     assert set(japanese.ZONES.values()) == set(robot.touch_zones)
+    assert set(japanese.MOVES.values()) == {*robot.postures, *robot.gestures}
 
 
 def test_the_words_are_those_of_the_scene() -> None:

@@ -59,6 +59,19 @@ CHOICES: Mapping[str, Mapping[str, str]] = {
               "ブザー": "Buzzer", "笛": "Whistle", "ダンス音楽": "Dance music", "静かな音楽": "Calm music"},
 }  # fmt: skip
 """Of settings that have choices, by the key of the setting."""
+MOVES = {
+    "立位": "Stand", "標準の立位": "StandInit", "全関節0度の立位": "StandZero", "しゃがむ姿勢": "Crouch",
+    "座位": "Sit", "楽な座位": "SitRelax", "うつ伏せ": "LyingBelly", "仰向け": "LyingBack", "手を振る": "Wave",
+    "うなずく": "Nod", "首を横に振る": "Shake head", "おじぎ": "Bow", "左を指す": "Point left",
+    "右を指す": "Point right", "前を指す": "Point ahead", "両腕を上げる": "Arms up", "両腕を広げる": "Arms wide",
+    "頭に触れる": "Touch head", "おなかに触れる": "Touch tummy", "拍手": "Clap", "肩をすくめる": "Shrug",
+    "わからない": "I don't know", "考える": "Thinking", "ダンス": "Dance", "ハイタッチ": "High five",
+    "歓声を上げる身ぶり": "Cheer", "手招き": "Come here", "待って": "Halt", "抱きしめる身ぶり": "Hug",
+    "いないいないばあ": "Peekaboo", "投げキス": "Blow a kiss", "腰に手を当てる": "Hands on hips",
+    "力こぶ": "Strong", "羽ばたき": "Fly", "見回す": "Look around", "左を見る": "Look left",
+    "右を見る": "Look right", "しょんぼり": "Sad",
+}  # fmt: skip
+"""Postures and gestures of the robot, as the setting Name of these devices has them."""
 _THINGS = {
     "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
     "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",
