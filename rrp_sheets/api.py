@@ -70,12 +70,16 @@ def check(path: Path | str) -> Checked:
     return check_workbook(reading.workbook, reading.report)
 
 
-def new(path: Path | str, robot: str = "nao", template: str = "guided") -> Path:
-    """Make a workbook to start from; raises SheetsError when the file exists already, or the template does not."""
+def new(path: Path | str, robot: str = "nao", template: str = "guided", language: str = "en") -> Path:
+    """Make a workbook to start from, “guided” and “empty” in a language (`en`, `ja`).
+
+    Raises:
+        SheetsError: when the file exists already, or there is no such template.
+    """
     from rrp_sheets.documents.copies import make_new
     from rrp_sheets.robots import load_robot
 
-    return make_new(Path(path), load_robot(robot), template)
+    return make_new(Path(path), load_robot(robot), template, language)
 
 
 def convert(path: Path | str, target: Path | str, *, replace: bool = True) -> Path:

@@ -143,14 +143,6 @@ def message_from(template: str, context: str, places: Mapping[str, Any]) -> str:
         return template
 
 
-def plural_from(forms: Sequence[str], places: Mapping[str, Any]) -> str:
-    """Return the message for a number that another process sent, as `message_from` does."""
-    one, many = forms
-    found = message_from(one if places.get("n") == 1 else many, "", places)
-    is_whole = isinstance(found, LazyMessage) and isinstance(places.get("n"), (int, float))
-    return plural(one, many, **places) if is_whole else found
-
-
 def known_language(code: object) -> str:
     """The code of a language as a record has it; English when there is none, or none that is known."""
     return code if isinstance(code, str) and code in LANGUAGES else "en"
@@ -163,6 +155,25 @@ def language_code(text: str) -> str:
     ('ja', 'ja', 'en', '')
     """
     return next((code for code, names in LANGUAGE_NAMES.items() if key(text) in map(key, (code, *names))), "")
+
+
+_REASONS = (
+    N_("No such file or directory"), N_("Permission denied"), N_("Operation not permitted"), N_("File exists"),
+    N_("Not a directory"), N_("Is a directory"), N_("Directory not empty"), N_("File name too long"),
+    N_("No space left on device"), N_("Disk quota exceeded"), N_("Read-only file system"), N_("Input/output error"),
+    N_("Too many open files"), N_("Too many levels of symbolic links"), N_("Address already in use"),
+    N_("Text file busy"), N_("Invalid argument"), N_("Device or resource busy"),
+)  # fmt: skip
+"""Reasons of the operating system that people meet."""
+
+
+def os_reason(error: OSError) -> str:
+    """Return the reason of the operating system, as a text of the program if it is one of those people meet.
+
+    >>> os_reason(FileNotFoundError(2, "No such file or directory")), os_reason(OSError())
+    ('No such file or directory', 'the system refuses it')
+    """
+    return LazyMessage(error.strerror) if error.strerror else N_("the system refuses it")
 
 
 # ---- several in one

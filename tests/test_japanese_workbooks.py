@@ -9,6 +9,7 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
+import openpyxl
 import pytest
 from typed import run
 
@@ -18,15 +19,18 @@ from rrp_sheets.model.workbook import Cell, Device, Protocol
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook import japanese, read, schema
 from rrp_sheets.workbook.files import read_sheets, write_sheets
+from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.schema import SHEETS, recognise
+from rrp_sheets.workbook.template import beginning
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 TABLES = [
     japanese.DEVICES, japanese.SETTINGS, japanese.COLOURS, japanese.ZONES, japanese.THINGS, japanese.VERBS,
-    japanese.VALUE, japanese.EXPECTED, japanese.FIELDS, *japanese.CHOICES.values(), *japanese.FIELD_VALUES.values(),
+    japanese.VALUE, japanese.EXPECTED, japanese.FIELDS, japanese.MOVES, *japanese.CHOICES.values(), *japanese.FIELD_VALUES.values(),
 ]  # fmt: skip
 
 
@@ -163,6 +167,7 @@ def test_the_words_are_those_of_the_robot() -> None:
         if setting.choices:
             assert set(setting.choices) == set(japanese.CHOICES[key(name)].values()), name
     assert set(japanese.ZONES.values()) == set(robot.touch_zones)
+    assert set(japanese.MOVES.values()) == {*robot.postures, *robot.gestures}
 
 
 def test_the_words_are_those_of_the_scene() -> None:
@@ -202,3 +207,85 @@ def test_every_header_of_ours_has_a_japanese_one(kind: schema.SheetKind) -> None
 )  # fmt: skip
 def test_values_of_the_scene(own: str, meant: str) -> None:
     assert japanese.standard_value(own) == meant
+
+
+# ---- new workbooks
+@pytest.mark.parametrize("template", ["guided", "empty"])
+def test_a_new_workbook_in_japanese_checks_and_explains_itself(tmp_path: Path, template: str) -> None:
+    path = tmp_path / "実験.xlsx"
+    code, said = run("new", path, "--language", "ja", "--template", template)
+    assert code == 0 and "作りました" in said
+    checked = api.check(path)
+    assert checked.run.language == "ja"
+    assert template == "empty" or [f.code for f in checked.report] == []
+    book = openpyxl.load_workbook(path)
+    assert not [name for name in book.sheetnames if name.isascii()]
+    heads = [c.value for name in book.sheetnames for c in book[name][1] if c.value]
+    assert [head for head in heads if head.isascii()] == []
+    rules = [rule for sheet in book for rule in sheet.data_validations.dataValidation]
+    assert len(rules) > 20 and not [r.prompt for r in rules if r.prompt and r.prompt.isascii()]
+    assert [r.promptTitle for r in rules if r.promptTitle and r.promptTitle.isascii()] == []
+    assert "赤いボール" in [cell.value for column in book["リスト"].columns for cell in column]
+
+
+def test_a_new_workbook_in_japanese_says_what_the_english_one_does(tmp_path: Path) -> None:
+    own, other = api.new(tmp_path / "own.xlsx", language="ja"), api.new(tmp_path / "other.xlsx")
+    assert [c.passed for c in api.test(own)[1].cases] == [True]
+    first, second = api.check(own), api.check(other)
+    assert first.scene == second.scene and first.run.time_limit_us == second.run.time_limit_us
+    assert [len(b.rows) for b in first.workbook.behaviours] == [len(b.rows) for b in second.workbook.behaviours]
+    assert set(first.workbook.protocol.fields) == set(second.workbook.protocol.fields)
+    assert "頭で追う" in run("explain", own)[1]
+
+
+def test_the_language_of_the_computer_is_that_of_a_new_workbook(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LC_ALL", "ja_JP.UTF-8")
+    run("new", tmp_path / "a.xlsx")
+    run("new", tmp_path / "b.xlsx", "--language", "en")
+    assert [read(tmp_path / f"{name}.xlsx").workbook.behaviours[0].name for name in "ab"] == ["頭で追う", "Tracking"]
+
+
+def test_conversion_keeps_the_headers_and_the_drop_downs_in_japanese(tmp_path: Path) -> None:
+    path = api.new(tmp_path / "a.xlsx", language="ja")
+    there = api.convert(path, tmp_path / "a.md")
+    assert "リスト" not in there.read_text(encoding="utf-8").replace("「リスト」", "").replace(
+        "ドロップダウンリスト", ""
+    )
+    back = api.convert(there, tmp_path / "b.xlsx")
+    assert to_rows(read_sheets(back)) == to_rows(read_sheets(path))
+
+
+def test_findings_name_headers_and_words_as_the_workbook_has_them(tmp_path: Path) -> None:
+    path = api.new(tmp_path / "a.xlsx", language="ja")
+    run("set", path, "デバイス!C3", "首")
+    run("set", path, "シーン!C2", "飛ぶ")
+    said = run("check", path)[1]
+    assert "首" in said and "飛ぶ" in said
+    assert not re.search(r"\bMode\b", said)
+
+
+@pytest.mark.parametrize("kind", [*SHEETS, "table"])
+def test_new_sheets_have_japanese_headers(kind: str) -> None:
+    rows = beginning(kind, language="ja")
+    joints = {j.name for j in load_robot().joints.values()}
+    assert [head for head in rows[0] if head.isascii() and head not in joints] == []
+    assert not schema.title_of(kind, "ja").isascii() and schema.title_of(kind, "en").isascii()
+    if kind != "table":
+        assert len(recognise(text_sheet(schema.title_of(kind, "ja"), rows)).columns) >= len(beginning(kind)[0]) - len(
+            joints
+        )
+
+
+def test_remedies_show_words_that_the_sheets_take() -> None:
+    for kind in KINDS.values():
+        for verb in kind.verbs:
+            assert japanese.standard(japanese.VERBS, translate(N_(verb.name, msgctxt="scene"), "ja")) == verb.name
+            if verb.name not in ("says", "presses", "is seen") and verb.example:
+                assert japanese.standard_value(translate(N_(verb.example, msgctxt="scene"), "ja")) == verb.example
+    settings = [s for d in load_robot().devices.values() for s in d.settings.values()]
+    for setting in settings:
+        for choice in setting.choices:
+            shown = translate(N_(choice, msgctxt="value"), "ja")
+            assert japanese.standard(japanese.CHOICES[key(setting.name)], shown) == choice

@@ -17,7 +17,7 @@ from translations import MARKS, PLURAL, extract, extract_pages, update
 import rrp_sheets
 from rrp_sheets import texts
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, capital, small, translate
+from rrp_sheets.texts import LANGUAGES, LOCALE, N_, LazyMessage, capital, plural, small, translate
 from rrp_sheets.workers.codec import pack, unpack
 
 ROOT = Path(rrp_sheets.__file__).parents[1]
@@ -296,6 +296,15 @@ def test_messages_from_other_processes_are_filled():
 )
 def test_a_template_that_is_none_of_ours_is_shown_as_it_is(template):
     assert sent(template) == template
+
+
+def test_a_plural_keeps_its_forms_on_the_way_from_another_process() -> None:
+    packed = json.loads(json.dumps(pack(Report().add("GRAPH001", None, name="x", remedy=plural("{n} a", "{n} b", 2)))))
+    assert unpack(Diagnostic, packed).details["remedy"].forms == ("{n} a", "{n} b")
+    for forms in (["{n:>999999999}", "{n} b"], ["{n} a"], "{n} a", [1, 2], [None, "{m}"]):
+        packed[3]["remedy"]["forms"] = forms
+        packed[3]["remedy"]["places"]["n"] = 1
+        assert len(unpack(Diagnostic, packed).details["remedy"]) < 10
 
 
 def test_messages_from_other_processes_do_not_grow_without_end():

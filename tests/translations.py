@@ -23,6 +23,7 @@ from rrp_sheets.diagnostics import CODES
 from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
+from rrp_sheets.scene.scene_words import KINDS
 from rrp_sheets.texts import LANGUAGES
 
 ROOT = Path(__file__).parents[1]
@@ -61,7 +62,9 @@ def extract() -> Catalog:
     for connector in dict.fromkeys(connectors()):
         for message in (connector.legend_message(), *map(connector.sentence_for, ("", *connector.variants))):
             found.add(message.template, context=message.context)
-    for text, context in chain.from_iterable(_robot_texts(load_robot(name)) for name in robot_names()):
+    of_robots = chain.from_iterable(_robot_texts(load_robot(name)) for name in robot_names())
+    verbs = [verb for kind in KINDS.values() for verb in kind.verbs]
+    for text, context in chain(of_robots, ((text, "scene") for verb in verbs for text in (verb.name, verb.example))):
         if text:
             found.add(text, context=context)
     return found

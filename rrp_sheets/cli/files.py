@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from rrp_sheets.cli.language import speak
+from rrp_sheets.cli.language import readers_language, speak
 from rrp_sheets.cli.terminal import print_notes, quoted, say, seconds_of, usage_error
-from rrp_sheets.texts import N_, listed, plural
+from rrp_sheets.texts import LANGUAGES, N_, listed, plural
 
 _SHOWN = 3  # findings
 
@@ -19,7 +19,9 @@ _SHOWN = 3  # findings
     "--template", default="guided", show_default=True, help="guided, empty, or an example workbook: greeter, …"
 )
 @click.option("--robot", default="nao", show_default=True, help="the robot it is for")
-def new_command(file: Path, template: str, robot: str) -> None:
+@click.option("--language", type=click.Choice(list(LANGUAGES)), default=None,
+              help="the language of the workbook  [default: your computer's]")  # fmt: skip
+def new_command(file: Path, template: str, robot: str, language: str | None) -> None:
     """Create FILE: a workbook with a small working behaviour, drop-down lists and explanations.
 
     The template “guided” explains itself. “empty” has the sheets without rows. The others are the example workbooks of
@@ -27,7 +29,7 @@ def new_command(file: Path, template: str, robot: str) -> None:
     """
     from rrp_sheets import api
 
-    made = api.new(file, robot, template)
+    made = api.new(file, robot, template, language or readers_language() or "en")
     say(N_("Created {path}. Open it in Excel or LibreOffice, and try it with:", path=made))
     click.echo(f'  rrp-sheets run "{made}"')
 

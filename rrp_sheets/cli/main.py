@@ -20,7 +20,7 @@ from rrp_sheets import __version__
 from rrp_sheets.cli.language import in_readers_language, readers_words, translated
 from rrp_sheets.cli.terminal import fail, plain_output, say, usage_error
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.texts import N_, LazyMessage, listed, sentences
+from rrp_sheets.texts import N_, LazyMessage, listed, os_reason, sentences
 
 COMMANDS = {
     "new": ("files", "Create a workbook to start from."),
@@ -143,7 +143,7 @@ def _run() -> None:
     except OSError as error:  # a full disk, say, under our own output
         mute()
         remedy = N_("Choose a shorter name.") if error.errno == errno.ENAMETOOLONG else N_("Is the disk full?")
-        fail(SheetsError(N_("Writing failed: {reason}.", reason=error.strerror or error), remedy), UNREADABLE)
+        fail(SheetsError(N_("Writing failed: {reason}.", reason=os_reason(error)), remedy), UNREADABLE)
 
 
 def mute() -> None:

@@ -36,7 +36,7 @@ DEFAULT = N_("this is what a blank field means")
 UNUSED = N_("no row that is switched on uses it")
 _BY_NAME = N_("its name alone means the same device")
 _OURS = ("devices", "helpers", "gestures", "risks")
-_LISTS = ("lists", "listsfordropdowns")  # with what drop-downs offer: made by the program, not by people
+_LISTS = ("lists", "listsfordropdowns", "リスト")  # with what drop-downs offer: made by the program, not by people
 
 
 def compare(first: tuple[Reading, Checked], second: tuple[Reading, Checked]) -> Comparison:

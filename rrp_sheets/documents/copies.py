@@ -14,7 +14,7 @@ from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_words import thing_names, verb_names
-from rrp_sheets.texts import N_, listed
+from rrp_sheets.texts import N_, listed, os_reason
 from rrp_sheets.workbook.files import write_atomically
 
 if TYPE_CHECKING:
@@ -43,12 +43,12 @@ def offers(robot: Robot) -> Offers:
     return Offers(names, tuple(robot.device_names("sensor")), tuple(robot.device_names("actuator")), choices)
 
 
-def make_new(path: Path, robot: Robot, template: str = "guided") -> Path:
+def make_new(path: Path, robot: Robot, template: str = "guided", language: str = "en") -> Path:
     """Make a workbook from a template; raise SheetsError when the file exists or there is no such template."""
     from rrp_sheets.workbook.template import new_workbook, refuse_name
 
     if key(template) in MADE:
-        return new_workbook(path, offers(robot), robot=robot.name, empty=key(template) == "empty")
+        return new_workbook(path, offers(robot), robot=robot.name, language=language, empty=key(template) == "empty")
     books = {key(p.stem): p for p in sorted(bundled("workbooks").glob("*.xlsx"))}
     if key(template) not in books:
         names = [*MADE, *(p.stem for p in books.values())]
@@ -155,7 +155,7 @@ def latest_tutorial(folder: Path) -> Path | None:
     try:
         found = [(path.stat().st_mtime_ns, path) for path in folder.iterdir() if _COPY.fullmatch(path.name)]
     except OSError as error:
-        message = N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=str(error.strerror))
+        message = N_("The folder {folder} cannot be read: {why}.", folder=str(folder), why=os_reason(error))
         raise SheetsError(message, N_("Take another folder.")) from error
     return max(found)[1] if found else None
 

@@ -33,7 +33,7 @@ from rrp_sheets.workbook.edits import (
 )
 from rrp_sheets.workbook.looks import PLAIN_LOOK
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import TITLES, is_single, recognise
+from rrp_sheets.workbook.schema import TITLES, is_single, recognise, title_of
 from rrp_sheets.workbook.sheet_names import free_name, sheet_name
 from rrp_sheets.workbook.sheet_readers import words
 from rrp_sheets.workbook.template import beginning, place_of
@@ -114,9 +114,11 @@ def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[s
         _refuse_columns(rows[0])
     if not rows and alike is not None and kind in ("behaviour", "test"):  # so that all of this kind look the same
         rows = [[c.header for c in alike.columns if c.name]]
-    rows = rows or beginning(kind, book.protocol.robot or "nao")
+    headers = (c.header for grid in sheets.grids.values() if grid.kind for c in grid.columns if c.name)
+    language = "en" if all(header.isascii() for header in headers) else "ja"  # as the workbook's other sheets
+    rows = rows or beginning(kind, book.protocol.robot or "nao", language)
     kinds = {n: sheets.grids[n].kind if n in sheets.grids else "" for n in book.sheets}
-    name = _named(name or proposed_name(kind, kinds), book.sheets, kind)
+    name = _named(name or proposed_name(kind, kinds, language), book.sheets, kind)
     cells: SheetCells = ()
     run = _run_cell(book) if kind == "behaviour" else None
     if run is not None and run.address.sheet in sheets.grids:
@@ -124,14 +126,14 @@ def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[s
     return AddSheetStep(name, AddSheet(name, tuple(map(tuple, rows)), place_of(kind, kinds)), cells)
 
 
-def proposed_name(kind: str, kinds: Mapping[str, str]) -> str:
+def proposed_name(kind: str, kinds: Mapping[str, str], language: str = "en") -> str:
     """A name for a new sheet of a kind; the second behaviour is “Behaviour 2”, whatever the first is called.
 
     >>> proposed_name("behaviour", {"Tracking": "behaviour", "Lists": ""}), proposed_name("table", {"Table": ""})
     ('Behaviour 2', 'Table 2')
     """
     count = list(kinds.values()).count(kind) if kind in ("behaviour", "test") else 0
-    return free_name(TITLES[kind], kinds, count + 1)
+    return free_name(title_of(kind, language), kinds, count + 1)
 
 
 def _copied_marks(grid: Grid, sheet: str) -> Iterator[SetComments | SetLook]:

@@ -18,7 +18,7 @@ from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.private import private_folder
 from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.sim.process import LOOK_EVERY, REMEDY_DIED, REQUESTS, OpenFailure, Picture, Simulator, Spec, require
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 from rrp_sheets.workers.codec import pack, unpack
 from rrp_sheets.workers.transport import MessageReader, encode, ready
 
@@ -54,7 +54,7 @@ class SimulatedWorld(World):
             try:
                 private_folder(out)
             except OSError as error:
-                message = N_("The folder “{out}” cannot be made ({reason}).", out=str(out), reason=error.strerror)
+                message = N_("The folder “{out}” cannot be made ({reason}).", out=str(out), reason=os_reason(error))
                 raise SheetsError(message, N_("Name another folder with --out.")) from None
         self._records: dict[str, RecordType] = {}
         for use in sensors:

@@ -20,7 +20,7 @@ from rrp_sheets.model.exchange import Notice, OperatorAction
 from rrp_sheets.model.run_files import RecordedAction, RecordedEvent, RecordedFailure, RecordedNotice, RecordedValue
 from rrp_sheets.model.values import Failure, Value, to_json
 from rrp_sheets.private import private_text
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 
 if TYPE_CHECKING:
     from rrp_sheets.engine.plan import Plan
@@ -119,5 +119,5 @@ class TraceWriter:
 
 
 def _unwritten(error: OSError) -> RunBroken:
-    why = N_("The trace cannot be written ({reason}).", reason=error.strerror)
+    why = N_("The trace cannot be written ({reason}).", reason=os_reason(error))
     return RunBroken(why, N_("Make room, and run again."))

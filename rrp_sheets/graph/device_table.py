@@ -15,7 +15,7 @@ from rrp_sheets.model.values import Value
 from rrp_sheets.model.workbook import Address, Cell, Device, Workbook, truth_of
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting
 from rrp_sheets.robots.media_files import is_plain
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.workbook.schema import DEVICES
 
 _DONE = re.compile(r"(.*\S)[\s_\-]*done", re.IGNORECASE)
@@ -122,7 +122,8 @@ class DeviceTable:
             if wants and setting.kind == "behaviour":
                 self.report.add("DEV010", cell.address, name=cell.text, wants=wants)
             elif wants:
-                self.report.add("DEV004", cell.address, text=cell.text, setting=setting.name, wants=wants)
+                name = N_(setting.name, msgctxt="setting")
+                self.report.add("DEV004", cell.address, text=cell.text, setting=name, wants=wants)
             values[k] = setting.default if wants else value
         for k, setting in found.type.settings.items():
             blank = k not in cells or not cells[k]
@@ -216,7 +217,9 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
     names = _names_for(setting, robot, mine)
     if names is not None:
         by_key = {key(n): n for n in reversed(names)}
-        return by_key.get(key(text)), "" if key(text) in by_key else _one_of(text, names)
+        ours = setting.kind in ("choice", "zone")
+        shown = [N_(name, msgctxt="value") for name in names] if ours else names
+        return by_key.get(key(text)), "" if key(text) in by_key else _one_of(text, shown)
     if setting.kind == "joint":
         k = key(text)
         if k in robot.joints:
@@ -322,12 +325,12 @@ def _names_for(setting: Setting, robot: Robot, mine: Sequence[str]) -> tuple[str
 
 def _one_of(text: str, names: Sequence[str]) -> str:
     guess = nearest(text, names)
-    listed = ", ".join(names)
+    every = listed(names)
     if not names:
         return N_("the name of a sheet with rows")
     if guess and len(names) > 3:
-        return N_("{guess} (it can be {listed})", guess=guess, listed=listed)
-    return N_("one of {listed}", listed=listed) if len(names) > 1 else listed
+        return N_("{guess} (it can be {listed})", guess=guess, listed=every)
+    return N_("one of {listed}", listed=every) if len(names) > 1 else every
 
 
 def _number(setting: Setting, text: str) -> tuple[Value, str]:

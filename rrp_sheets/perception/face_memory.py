@@ -15,7 +15,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import faces_file
 from rrp_sheets.private import close_to_others, folder_above, opener
-from rrp_sheets.texts import N_, plural
+from rrp_sheets.texts import N_, os_reason, plural
 
 if TYPE_CHECKING:
     from rrp_sheets.perception.faces import Features
@@ -117,7 +117,7 @@ def write_memory(path: Path, memory: FaceMemory) -> None:
         half.replace(path)
     except OSError as error:
         why = N_("The remembered faces cannot be written to “{path}” ({reason}).", path=str(path),
-                 reason=error.strerror)  # fmt: skip
+                 reason=os_reason(error))  # fmt: skip
         raise SheetsError(why, N_("Free some space.")) from None
 
 

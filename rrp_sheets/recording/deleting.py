@@ -32,7 +32,7 @@ from rrp_sheets.model.run_files import CAMERA, RUNS, TRACE, RecordedNotice, Reco
 from rrp_sheets.perception import face_memory
 from rrp_sheets.recording.metadata import RunMetadata, as_dict, chosen, metadata_of, runs_in, runs_place
 from rrp_sheets.recording.trace_reader import TraceReader, text_of
-from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.texts import N_, listed, os_reason, sentences
 from rrp_sheets.workbook.xlsx import BROKEN_ZIP
 
 _CHUNK = 1 << 20  # bytes that are read at once
@@ -532,7 +532,7 @@ def _delete_folder(place: Path) -> None:
     except FileNotFoundError:  # somebody else deletes it as well
         return
     except OSError as error:
-        message = N_("“{path}” cannot be deleted ({reason}).", path=error.filename or place, reason=error.strerror)
+        message = N_("“{path}” cannot be deleted ({reason}).", path=error.filename or place, reason=os_reason(error))
         remedy = N_("See that you may write there, and that no other program has it open; then delete again.")
         raise SheetsError(message, remedy) from None
 

@@ -22,7 +22,7 @@ from rrp_sheets.render.output import draw, gif_with, png_with, svg_with, words_o
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots.media_files import BadSoundError, check_sound
 from rrp_sheets.robots.own_robot import FOLDER, files_of
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, os_reason, sentences
 
 if TYPE_CHECKING:
     from rrp_sheets.workbook import Reading
@@ -68,7 +68,7 @@ class RunFolder:
             private_folder(self.path)
             self._held = lock_folder(self.path)
         except OSError as error:
-            message = N_("The folder “{path}” cannot be made ({reason}).", path=self.path, reason=error.strerror)
+            message = N_("The folder “{path}” cannot be made ({reason}).", path=self.path, reason=os_reason(error))
             raise SheetsError(message, N_("Name another folder with --out.")) from None
 
     def _default(self) -> Path:
@@ -111,7 +111,7 @@ class RunFolder:
                     (self.path / name).parent.mkdir(parents=True, exist_ok=True)
                     shutil.copyfile(source, self.path / name)
         except OSError as error:
-            message = N_("Nothing can be written into “{path}” ({reason}).", path=self.path, reason=error.strerror)
+            message = N_("Nothing can be written into “{path}” ({reason}).", path=self.path, reason=os_reason(error))
             raise SheetsError(message, N_("Make room, or name another folder with --out.")) from None
 
     def finish(self, checked: Checked) -> tuple[dict[str, str], tuple[str, ...]]:
@@ -151,7 +151,7 @@ def finish_folder(path: Path, checked: Checked) -> tuple[dict[str, str], tuple[s
         try:
             stamp_pictures(path)
         except OSError as error:
-            problems.append(N_("The pictures do not say which run they are of ({reason}).", reason=error.strerror))
+            problems.append(N_("The pictures do not say which run they are of ({reason}).", reason=os_reason(error)))
     return files_in(path), tuple(problems)
 
 

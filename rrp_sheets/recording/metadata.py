@@ -22,7 +22,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import RUNS, TRACE, Stamp, kind_of_end
 from rrp_sheets.recording.messages import as_message
 from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
-from rrp_sheets.texts import N_, known_language
+from rrp_sheets.texts import N_, known_language, os_reason
 
 T = TypeVar("T")
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
@@ -93,7 +93,7 @@ def metadata_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
         header, summary, seconds = read_ends(trace)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
-        cannot = N_("Its {file} cannot be read: {reason}.", file=TRACE, reason=error.strerror)
+        cannot = N_("Its {file} cannot be read: {reason}.", file=TRACE, reason=os_reason(error))
         why = N_("There is no {file} in it.", file=TRACE) if missing else cannot
         remedy = N_("The folder of a run holds everything that was recorded; copy it whole.")
         return RunMetadata(run, why=why, remedy=remedy)

@@ -24,7 +24,7 @@ from rrp_sheets.model.run_files import (
     RecordedNotice,
     RecordedValue,
 )
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 
 LONGEST_US = 366 * 24 * 3_600_000_000  # a year: longer is no run
 _LONGEST_SECONDS = LONGEST_US / 1e6
@@ -220,7 +220,7 @@ class TraceReader:
             with self.path.open("rb") as file:
                 yield file
         except OSError as error:
-            words = N_("“{path}” cannot be read ({reason}).", path=self.path, reason=error.strerror)
+            words = N_("“{path}” cannot be read ({reason}).", path=self.path, reason=os_reason(error))
             raise UnreadableFile("FILE001", words, N_("Name a run's folder.")) from None
         except _FAULTS:
             raise self.damaged() from None

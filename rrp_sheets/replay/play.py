@@ -30,7 +30,7 @@ from rrp_sheets.model.values import Failure, Record, RecordType, Value, record_f
 from rrp_sheets.replay.edits import Editions
 from rrp_sheets.replay.record import Recorded, content, moments, same_json
 from rrp_sheets.replay.workbooks import Matching, ReplaySource
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, os_reason, sentences
 
 
 class ValueDecoder:
@@ -97,7 +97,8 @@ class Spool:
             self._file.write(_ENCODE(parts) + "\n")
         except OSError as error:
             raise SheetsError(
-                N_("The replay cannot be stored ({reason}).", reason=error.strerror), N_("Free space on the disk.")
+                N_("The replay cannot be stored ({reason}).", reason=os_reason(error)),
+                N_("Free space on the disk."),
             ) from None
         self._count += 1
 

@@ -13,7 +13,7 @@ from rrp_sheets.diagnostics.report import Report, meant
 from rrp_sheets.model.exchange import SceneAction
 from rrp_sheets.model.names import nearest
 from rrp_sheets.model.workbook import SceneRow
-from rrp_sheets.texts import N_, MessageError
+from rrp_sheets.texts import N_, MessageError, os_reason
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_BYTES = 5_000_000
@@ -153,7 +153,7 @@ def _opened(folder: Path, name: str) -> Iterator[wave.Wave_read]:
     except (wave.Error, EOFError):
         raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:
-        raise BadSoundError("cannot be read ({strerror})", strerror=error.strerror) from None
+        raise BadSoundError("cannot be read ({strerror})", strerror=os_reason(error)) from None
 
 
 def _beside(folder: Path, name: str) -> Path:
@@ -167,7 +167,7 @@ def _beside(folder: Path, name: str) -> Path:
             raise BadSoundError("is a link that leaves the folder of the workbook")
         size = path.stat().st_size
     except OSError as error:
-        raise BadSoundError("cannot be read ({strerror})", strerror=error.strerror) from None
+        raise BadSoundError("cannot be read ({strerror})", strerror=os_reason(error)) from None
     if size > LARGEST:
         raise BadSoundError("has {n:.0f} MB; {most:.0f} MB are possible", n=size / 1e6, most=LARGEST / 1e6)
     return path

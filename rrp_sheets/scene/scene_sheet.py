@@ -20,7 +20,7 @@ from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.media_files import check_pictures
 from rrp_sheets.scene import scene_words
 from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, normalize_signs
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, listed, sentences
 
 _ANY = N_(
     "Write a thing such as Red ball, Blue cup, Table or Wall; Person, Child or a name; Light, Noise, or Operator."
@@ -63,6 +63,11 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
     )
 
 
+def _typed(cell: Cell) -> str:
+    """Return the words of a cell as they were typed, if they were Japanese."""
+    return cell.text if cell.original.isascii() or not cell.text.isascii() else cell.original
+
+
 def _check_time(time: Cell, report: Report) -> None:
     duration = meant_duration(time.text, "s")
     remedy: str = N_("Write seconds from the start of the run, for example {value}.", value=duration or "2.5")
@@ -78,8 +83,9 @@ def _values(kind: ThingKind, colour: str, verb: Verb, row: SceneRow, report: Rep
         return read_value(kind, verb, row.value.text, colour)
     except BadValueError as error:
         example = verb.example
-        remedy = N_("Write it like this: {example}.", example=example) if example else N_("Leave the cell blank.")
-        report.add("SCENE004", row.value.address, text=row.value.text or N_("blank"), does=row.does.text,
+        written = N_("Write it like this: {example}.", example=N_(example, msgctxt="scene"))
+        remedy = written if example else N_("Leave the cell blank.")
+        report.add("SCENE004", row.value.address, text=_typed(row.value) or N_("blank"), does=_typed(row.does),
                    remedy=sentences(*error.args, remedy))  # fmt: skip
         return None
 
@@ -111,7 +117,7 @@ def _kind(thing: Cell, does: Cell, report: Report) -> tuple[ThingKind, str] | No
     # Any other word is a person's name, when it does what persons do and is not a misspelt known thing.
     if not misspelt and text and text[0].isalpha() and not _is_thing(text) and find_verb(person, does.text) is not None:
         return person, ""
-    report.add("SCENE002", thing.address, text=text or N_("blank"), **meant(near, _ANY, quoted=True))
+    report.add("SCENE002", thing.address, text=_typed(thing) or N_("blank"), **meant(near, _ANY, quoted=True))
     return None
 
 
@@ -125,8 +131,9 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     if key(said) in map(key, robot.touch_zones):
         return True
     near = nearest(said, robot.touch_zones)
-    otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=", ".join(robot.touch_zones))
-    report.add("SCENE004", value.address, text=value.text, does=does.text, **meant(near, otherwise, quoted=True))
+    names = listed([N_(zone, msgctxt="value") for zone in robot.touch_zones])
+    otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=names)
+    report.add("SCENE004", value.address, text=_typed(value), does=_typed(does), **meant(near, otherwise, quoted=True))
     return False
 
 
@@ -139,9 +146,10 @@ def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     verb = find_verb(kind, does.text)
     if verb is None:
         near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
-        otherwise = N_("It can do this: {names}.", names=", ".join(v.name for v in kind.verbs))
+        names = listed([N_(v.name, msgctxt="scene") for v in kind.verbs])
+        otherwise = N_("It can do this: {names}.", names=names)
         remedy = meant(near, otherwise, quoted=True)
-        report.add("SCENE003", does.address, text=does.text or N_("blank"), kind=kind.name, **remedy)
+        report.add("SCENE003", does.address, text=_typed(does) or N_("blank"), kind=kind.name, **remedy)
     return verb
 
 

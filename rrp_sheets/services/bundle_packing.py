@@ -24,7 +24,7 @@ from rrp_sheets.services import bundles
 from rrp_sheets.services.bundles import is_safe, manifest
 from rrp_sheets.services.printing import HasErrors, make
 from rrp_sheets.services.query_worker import QueryWorker
-from rrp_sheets.texts import N_, sentences
+from rrp_sheets.texts import N_, os_reason, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.files import refuse_open_file
 from rrp_sheets.workbook.text_books import ORDER, SUFFIXES
@@ -248,7 +248,7 @@ def _unwritable(target: Path, error: OSError) -> SheetsError:
     words = N_("“{path}” cannot be written: {reason}.")
     if error.filename and Path(str(error.filename)).name != target.name:
         words = N_("“{path}” cannot be written: {reason} ({file}).")
-    message = N_(words, path=target, reason=error.strerror, file=error.filename)
+    message = N_(words, path=target, reason=os_reason(error), file=error.filename)
     return SheetsError(message, N_("Make room, or name another file with -o."))
 
 

@@ -17,7 +17,7 @@ from rrp_sheets.model.workbook import Address, GestureRow
 from rrp_sheets.robots import Joint, Robot
 from rrp_sheets.robots.catalogue import SIDES, parse_angle
 from rrp_sheets.runs.check_worker import read_and_check
-from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.texts import N_, listed, os_reason, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.files import edit
@@ -168,7 +168,7 @@ def _take(
             Image.fromarray(world.watch()).save(picture)
         return world.state().joints, tuple(notes)
     except OSError as error:
-        words = N_("The picture cannot be written ({reason}).", reason=error.strerror or error)
+        words = N_("The picture cannot be written ({reason}).", reason=os_reason(error))
         raise SheetsError(words, N_("Name another file.")) from None
     finally:
         world.stop()

@@ -19,7 +19,7 @@ from rrp_sheets.model.exchange import Command, Notice
 from rrp_sheets.model.values import Value
 from rrp_sheets.robots.media_files import Wave
 from rrp_sheets.sim.arbitration import Tell
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 
 RATE = 22_050  # samples a second
 PEAK = 0.8  # of the loudest that a file can hold
@@ -400,5 +400,5 @@ def keep(path: Path, audio: Audio, rate: int, tell: Tell) -> None:
         write_wave(path, audio, rate)
     except OSError as error:
         path.unlink(missing_ok=True)
-        told = N_("{file} could not be written ({reason}).", file=path.name, reason=error.strerror)
+        told = N_("{file} could not be written ({reason}).", file=path.name, reason=os_reason(error))
         tell(Notice("error", told))

@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.edits import Edit, SetCell, SetComments, SetLook, SheetEdit
 from rrp_sheets.workbook.maker import Offers, workbook_bytes
@@ -349,7 +349,7 @@ def _lock(handle: int, wait: bool = True) -> bool | None:
 
 def make_workbook(
     sheets: Mapping[str, Rows], path: Path | str, offers: Offers | None = None, *,
-    language: str = "en", replace: bool = True,
+    language: str = "", replace: bool = True,
 ) -> Path:  # fmt: skip
     """Write rows of texts as a workbook, see `workbook_bytes`; raises SheetsError also when it cannot be written."""
     path = Path(path)
@@ -393,7 +393,7 @@ def write_csv(sheets: Mapping[str, Rows], folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        why = error.strerror or N_("the system refuses it")
+        why = os_reason(error)
         message = N_("“{folder}” cannot be made: {why}.", folder=str(folder), why=why)
         raise SheetsError(message, N_("Name another folder.")) from error
     if list(sheets) != sorted(sheets, key=natural):
@@ -439,7 +439,7 @@ def already_there(path: Path) -> SheetsError:
 
 def unwritable(path: Path, error: OSError, remedy: str = N_("Name another file.")) -> SheetsError:
     """The error for a file that the system does not let us write."""
-    reason = error.strerror or N_("the system refuses it")
+    reason = os_reason(error)
     if error.errno == errno.ENAMETOOLONG:
         remedy = N_("Choose a shorter name.")
     return SheetsError(N_("“{file}” cannot be written: {reason}.", file=str(path), reason=reason), remedy)

@@ -29,7 +29,7 @@ DEVICES = {
 SETTINGS = {
     "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "表示": "Label", "場所": "Zone",
     "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed", "音量": "Volume",
-    "話しながらの身ぶり": "Gestures", "文": "Text", "せりふ": "Text", "名前": "Name", "動かし方": "Mode",
+    "話しながらの身ぶり": "Gestures", "せりふ": "Text", "文": "Text", "名前": "Name", "動かし方": "Mode",
     "使う腕": "Effector",
     "テンポ": "Tempo", "回数": "Times", "時間": "Time", "前へ": "Forward", "左へ": "Left", "回転": "Turn",
     "音": "Sound",
@@ -59,6 +59,19 @@ CHOICES: Mapping[str, Mapping[str, str]] = {
               "ブザー": "Buzzer", "笛": "Whistle", "ダンス音楽": "Dance music", "静かな音楽": "Calm music"},
 }  # fmt: skip
 """Of settings that have choices, by the key of the setting."""
+MOVES = {
+    "立位": "Stand", "標準の立位": "StandInit", "全関節0度の立位": "StandZero", "しゃがむ姿勢": "Crouch",
+    "座位": "Sit", "楽な座位": "SitRelax", "うつ伏せ": "LyingBelly", "仰向け": "LyingBack", "手を振る": "Wave",
+    "うなずく": "Nod", "首を横に振る": "Shake head", "おじぎ": "Bow", "左を指す": "Point left",
+    "右を指す": "Point right", "前を指す": "Point ahead", "両腕を上げる": "Arms up", "両腕を広げる": "Arms wide",
+    "頭に触れる": "Touch head", "おなかに触れる": "Touch tummy", "拍手": "Clap", "肩をすくめる": "Shrug",
+    "わからない": "I don't know", "考える": "Thinking", "ダンス": "Dance", "ハイタッチ": "High five",
+    "歓声を上げる身ぶり": "Cheer", "手招き": "Come here", "待って": "Halt", "抱きしめる身ぶり": "Hug",
+    "いないいないばあ": "Peekaboo", "投げキス": "Blow a kiss", "腰に手を当てる": "Hands on hips",
+    "力こぶ": "Strong", "羽ばたき": "Fly", "見回す": "Look around", "左を見る": "Look left",
+    "右を見る": "Look right", "しょんぼり": "Sad",
+}  # fmt: skip
+"""Postures and gestures of the robot, as the setting Name of these devices has them."""
 _THINGS = {
     "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
     "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",
@@ -102,23 +115,11 @@ EXPECTED = {
     "何もなし": "nothing",
     "なしまたは空": "nothing or blank",
 }
-FIELDS = {
-    "題名": "Title", "タイトル": "Title", "作成者": "Authors", "著者": "Authors", "版": "Version",
-    "バージョン": "Version",
-    "目的": "Purpose", "参加者": "Participants", "倫理審査番号": "Ethics reference", "連絡先": "Contact",
-    "内容": "What happens", "保存するデータ": "Data kept", "保存期間": "Retention", "同意": "Consent",
-    "同意の撤回": "Withdrawal", "データの削除": "Deletion", "参加者への説明": "Participants are told",
-    "ロボット": "Robot",
-    "エンジン": "Engine", "フレームレート": "Frame rate", "実行": "Run", "実行する動作": "Run", "乱数の種": "Seed",
-    "時間の上限": "Time limit", "顔の記憶": "Face memory", "カメラの画像": "Camera pictures", "言語": "Language",
+LISTS = {
+    "コネクター": "Connectors", "センサー": "Sensors", "アクチュエーター": "Actuators",
+    "すべてのデバイス": "All devices", "有効": "On or off", "対象": "Thing", "動作": "Does", **SETTINGS,
 }  # fmt: skip
-"""Fields of the Protocol sheet."""
-FIELD_VALUES: Mapping[str, Mapping[str, str]] = {
-    "engine": {"フレーム": "frame", "イベントループ": "event loop"},
-    "facememory": {"実行の終わりまで": "ends with the run", "保存する": "kept"},
-    "camerapictures": {"保存する": "kept", "保存しない": "not kept"},
-    "run": {"すべて": "all"},
-}  # fmt: skip
+"""Titles of the lists for drop-downs."""
 _PIECES = re.compile(
     r"(?<![^\s,、;；0-9０-９.．%°a-z])(?:"
     + "|".join(sorted(VALUE, key=len, reverse=True))
@@ -160,6 +161,19 @@ def standard_value(text: str) -> str:
     ('at 1, 0.2, 0.4 size 10 cm', 'Head for 2 s', 'name さくら')
     """
     return " ".join(_PIECES.sub(lambda match: f" {VALUE[match[0]]} ", text).split()) if _PIECES.search(text) else text
+
+
+def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the entries of a drop-down's list in Japanese, by the list's title.
+
+    Devices come in English too: a drop-down's names are also those that are not marked as unknown.
+
+    >>> offered("Mode", ["Head"]), offered("Connectors", ["map"]), offered("All devices", ["Red ball"])
+    (('頭',), ('map',), ('赤いボール', 'Red ball'))
+    """
+    tables = {"All devices": DEVICES, "Thing": THINGS, "Does": VERBS}
+    own = japanese(tables.get(title) or CHOICES.get(key(title), {}), names)
+    return tuple(dict.fromkeys((*own, *names))) if title == "All devices" else own
 
 
 def japanese(words: Mapping[str, str], standards: Iterable[str]) -> tuple[str, ...]:

@@ -14,8 +14,8 @@ from typing import Any
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
-from rrp_sheets.texts import N_
-from rrp_sheets.workbook import limits
+from rrp_sheets.texts import N_, translate
+from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import (
     DEVICES,
@@ -36,19 +36,19 @@ SIZE = 10
 INK, PALE_INK, RULE = "1F2D3A", "5F6B76", "C9D3DB"
 MARK, OFF_INK = "FFE9B8", "8A949C"
 ROWS = 200
-_LISTS = re.compile(r"Lists(?: for drop-downs(?: \d+)?)?")
+_LISTS = re.compile(r"リスト|Lists(?: for drop-downs(?: \d+)?)?")
 """Name of the sheet with the entries of the drop-downs."""
 _LETTER = 0.75  # the mean width of a letter, in widths of a digit, with room to spare
 _PROMPT_TITLE_LENGTH, _PROMPT_LENGTH = 32, 255  # Excel's limits
 
 
 def workbook_bytes(
-    sheets: Mapping[str, Sequence[Sequence[str]]], offers: Offers | None = None, language: str = "en"
+    sheets: Mapping[str, Sequence[Sequence[str]]], offers: Offers | None = None, language: str = ""
 ) -> bytes:
     """Make a workbook of rows of texts that opens, looks right and prints well; the same rows give the same bytes.
 
-    Which row is the header is found as in reading. A Lists sheet that the program has made is made again. The language
-    of the texts is for the file's properties. Raises SheetsError when a text is too long for a cell.
+    Which row is the header is found as in reading. A Lists sheet that the program has made is made again. Prompts and
+    drop-downs are in the language, or that of the headers. Raises SheetsError when a text is too long for a cell.
     """
     from openpyxl import Workbook
 
@@ -57,16 +57,19 @@ def workbook_bytes(
     book = Workbook()
     book.remove(book.worksheets[0])
     taken = {name.casefold() for name in sheets}
-    lists_name = "Lists" if "lists" not in taken else "Lists for drop-downs"
-    titles = sheet_titles([*sheets, lists_name])
     recognised = {name: recognise(text_sheet(name, rows)) for name, rows in sheets.items()}
-    lists = _name_lists(book, titles[lists_name], offers, _streams(sheets, recognised, titles))
+    language = language or _language(sheets, recognised)
+    lists_name = "リスト" if language == "ja" else "Lists"
+    lists_name = lists_name if lists_name.casefold() not in taken else "Lists for drop-downs"
+    titles = sheet_titles([*sheets, lists_name])
+    entries = offers.lists(language) if offers else {}
+    lists = _name_lists(book, titles[lists_name], entries, _streams(sheets, recognised, titles))
     for name, rows in sheets.items():
-        SheetMaker(book.create_sheet(titles[name]), rows, recognised[name], lists).make()
+        SheetMaker(book.create_sheet(titles[name]), rows, recognised[name], lists, language).make()
     if offers is not None:
-        entries = offers.lists()
         sheet = book.create_sheet(titles[lists_name])
-        maker = SheetMaker(sheet, [list(entries), *zip_longest(*entries.values(), fillvalue="")], Recognised(), {})
+        head = [*(japanese.japanese(japanese.LISTS, entries) if language == "ja" else entries)]
+        maker = SheetMaker(sheet, [head, *zip_longest(*entries.values(), fillvalue="")], Recognised(), {})
         maker.last = len(maker.rows)
         maker.make()
     book.properties.language = language
@@ -105,12 +108,18 @@ def _streams(
     return ""
 
 
-def _name_lists(book: Any, title: str, offers: Offers | None, streams: str) -> dict[str, str]:
+def _language(sheets: Mapping[str, Sequence[Sequence[str]]], recognised: Mapping[str, Recognised]) -> str:
+    """Return the language of the headers of ours."""
+    heads = ((sheets[name][what.row - 1], what) for name, what in recognised.items() if what.kind)
+    return "en" if all(head[at - 1].isascii() for head, what in heads for at in what.columns.values()) else "ja"
+
+
+def _name_lists(book: Any, title: str, lists: Mapping[str, Sequence[str]], streams: str) -> dict[str, str]:
     """Define a name for every list, and one for the streams of the Devices sheet; the names by the lists' titles."""
     from openpyxl.workbook.defined_name import DefinedName
 
     places = {"Streams": streams} if streams else {}
-    for column, (name, entries) in enumerate(offers.lists().items() if offers else (), 1):
+    for column, (name, entries) in enumerate(lists.items(), 1):
         letter = column_letters(column)
         places[name] = f"'{title}'!${letter}$2:${letter}${len(entries) + 1}"
     for name, place in places.items():
@@ -131,8 +140,8 @@ class Offers:
     actuators: tuple[str, ...] = ()  # devices that can be an output stream
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def lists(self) -> dict[str, tuple[str, ...]]:
-        """The columns of the Lists sheet by their title; empty ones are left out."""
+    def lists(self, language: str = "en") -> dict[str, tuple[str, ...]]:
+        """The columns of the Lists sheet by their English title, in a language; empty ones are left out."""
         lists = {
             "Connectors": self.connectors,
             "Sensors": self.sensors,
@@ -141,7 +150,8 @@ class Offers:
             **fixed_lists(),
             **{title: tuple(names) for title, names in self.choices.items()},
         }
-        return {title: names for title, names in lists.items() if names}
+        own = {title: japanese.offered(title, names) for title, names in lists.items()} if language == "ja" else lists
+        return {title: names for title, names in own.items() if names}
 
     def made(self, name: str, rows: Sequence[Sequence[str]]) -> bool:
         """Return whether a sheet is a Lists sheet that the program has made: it can be made again without loss.
@@ -154,11 +164,11 @@ class Offers:
         >>> offers.made("Lists", [["Connectors", "On or off"], ["mine", "TRUE"]])
         False
         """
-        lists = self.lists()
-        titles = [text.strip() for text in rows[0]] if rows else []
+        lists, own = self.lists(), self.lists("ja")
+        titles = [japanese.standard(japanese.LISTS, text.strip()) for text in rows[0]] if rows else []
         if not _LISTS.fullmatch(name) or fixed_lists().keys().isdisjoint(titles) or not lists.keys() >= set(titles):
             return False
-        known = [{key(entry) for entry in lists[title]} for title in titles]
+        known = [{key(entry) for entry in (*lists[title], *own[title])} for title in titles]
         return all(
             not text.strip() or (column < len(known) and key(text) in known[column])
             for row in rows[1:]
@@ -169,8 +179,11 @@ class Offers:
 class SheetMaker:
     """One sheet being made: openpyxl's sheet, its rows, what it is, and the defined names of the lists."""
 
-    def __init__(self, sheet: Any, rows: Sequence[Sequence[str]], what: Recognised, lists: Mapping[str, str]) -> None:
-        self.sheet, self.rows, self.what, self.lists = sheet, rows, what, lists
+    def __init__(
+        self, sheet: Any, rows: Sequence[Sequence[str]], what: Recognised, lists: Mapping[str, str],
+        language: str = "en",
+    ) -> None:  # fmt: skip
+        self.sheet, self.rows, self.what, self.lists, self.language = sheet, rows, what, lists, language
         self.header = what.row or next((n for n, row in enumerate(rows, 1) if any(row)), 1)
         self.width = max((len(row) for row in rows), default=1) or 1
         self.prose = what.kind is None and self.width == 1 and any(len(t) > 40 for row in rows for t in row)
@@ -254,14 +267,15 @@ class SheetMaker:
             width = column.width if self.what.kind and column.name else min(max(column.width, longest + 2), 60)
             self.sheet.column_dimensions[letter].width = width
             cells = f"{letter}{self.header + 1}:{letter}{self.last}"
-            add_prompt(self.sheet, cells, column.name, column.prompt, self.lists.get(column.offers))
+            title, prompt = column.header(self.language), translate(column.prompt, self.language)
+            add_prompt(self.sheet, cells, title, prompt, self.lists.get(column.offers))
 
     def _set_heights(self) -> None:
         """Make room for wrapped texts. Not every program does it on opening; all of them do after an edit."""
         widths = [self.sheet.column_dimensions[column_letters(c)].width for c in range(1, self.width + 1)]
         for number, row in enumerate(self.rows, 1):
             cells = zip(row, widths, strict=False)
-            lines = [sum(1 + int(len(t) * _LETTER / width) for t in text.split("\n")) for text, width in cells]
+            lines = [sum(1 + int(_digits(t) / width) for t in text.split("\n")) for text, width in cells]
             if number != self.header:
                 self.sheet.row_dimensions[number].height = min(5 + 13 * max(lines, default=1), 400)
         for number in range(len(self.rows) + 1, self.last + 1):
@@ -280,11 +294,19 @@ class SheetMaker:
                 name = fields[self.what.columns["Field"] - 1] if fields else ""
                 found = FIELDS.get(field_key(name))
                 if found and found.prompt:
-                    words = f'"{",".join(found.words)}"' if found.closed else None
-                    add_prompt(self.sheet, f"{letters['Value']}{number}", name, found.prompt, words)
+                    said = ",".join(found.shown(word, self.language) for word in found.words)
+                    prompt = translate(found.prompt, self.language)
+                    add_prompt(
+                        self.sheet, f"{letters['Value']}{number}", name, prompt, f'"{said}"' if found.closed else None
+                    )
         on = next((letters[c.name] for c in self.columns.values() if c.kind == "on"), "")
         last = column_letters(self.width)
         add_row_marks(self.sheet, f"A{row}:{last}{self.last}", last, on)
+
+
+def _digits(text: str) -> float:
+    """Return the width of a text, in widths of a digit; a Japanese letter is as wide as two."""
+    return sum(_LETTER if ord(letter) < 0x2E80 else 2.0 for letter in text)
 
 
 def _set_text(cell: Any, text: str) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.model import workbook as model
 from rrp_sheets.model.names import key
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 from rrp_sheets.workbook import limits
 from rrp_sheets.workbook import sheet_readers as readers
 from rrp_sheets.workbook.files import open_book
@@ -47,7 +47,7 @@ def read(path: Path | str, suffix: str = "") -> Reading:
     try:
         book, digest = open_book(path, suffix)
     except OSError as error:
-        why = error.strerror or N_("the system refuses it")
+        why = os_reason(error)
         raise unreadable("FILE016", name=path.name or str(path), why=why) from error
     reader = Reader(book, str(path))
     return Reading(reader.workbook, reader.report, digest, book.format, tuple(reader.sheets))

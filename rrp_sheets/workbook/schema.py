@@ -10,7 +10,7 @@ from itertools import chain
 
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.texts import LANGUAGE_NAMES, N_
-from rrp_sheets.workbook import limits
+from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 
@@ -104,6 +104,11 @@ class Column:
         """The kind of its cells."""
         return CELLS[self.kind]
 
+    def header(self, language: str) -> str:
+        """Return the header of a new sheet in a language."""
+        own = () if language == "en" else (s for s in self.synonyms if not s.isascii())
+        return next(iter(own), self.name)
+
 
 PLAIN = Column("", required=False)
 """A column of the user's own."""
@@ -158,14 +163,19 @@ class SheetKind:
     def column(self, header: str) -> Column:
         """Return the column of a standard header, or of a header of its own."""
         known = next((c for c in (*self.columns, *self.usual) if c.name == header), None)
+        usual = next((c for c in self.usual if c.name == japanese.standard(japanese.SETTINGS, header)), None)
+        if usual is not None and known is None:
+            return replace(usual, name=header)
         if known is not None or self.other is None or not header:
             return known or replace(PLAIN, name=header)
-        prompt, offers = N_(self.other.prompt, header=header), self.other.offers.format(header=header)
+        setting = japanese.standard(japanese.SETTINGS, header)
+        prompt, offers = N_(self.other.prompt, header=header), self.other.offers.format(header=setting)
         return replace(self.other, name=header, prompt=prompt, offers=offers)
 
-    def header(self, others: Sequence[str] = ()) -> list[str]:
+    def header(self, others: Sequence[str] = (), language: str = "en") -> list[str]:
         """Return the header row of a new sheet with some headers of its own."""
-        return [*(c.name for c in self.required), *others, *(c.name for c in self.optional if c.offered)]
+        optional = (c.header(language) for c in self.optional if c.offered)
+        return [*(c.header(language) for c in self.required), *others, *optional]
 
 
 _NOTES = Column(
@@ -252,12 +262,18 @@ RISKS = SheetKind("risks", "Risks", N_("the list of risks"), "F6DCE0", (
     _NOTES,
 ))  # fmt: skip
 
-OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", ())
+OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", (), called=("表",))
 """A sheet of the user's own, which formulas may name as a table."""
 SHEETS = {kind.name: kind for kind in (BEHAVIOUR, DEVICES, HELPERS, SCENE, GESTURES, TEST, PROTOCOL, RISKS)}
 """The kinds of sheets by name, in the order of a new workbook."""
 TITLES = {kind.name: kind.title for kind in (*SHEETS.values(), OWN)}
 """Name of a new sheet of each kind."""
+
+
+def title_of(kind: str, language: str) -> str:
+    """Return the name of a new sheet of a kind, by its name, in a language."""
+    own = () if language == "en" else (SHEETS.get(kind) or OWN).called
+    return next(iter(own), TITLES[kind])
 
 
 def is_single(kind: str) -> bool:
@@ -307,6 +323,15 @@ class ProtocolField:
         """The choices without their help."""
         return tuple(choice.text for choice in self.choices)
 
+    def called(self, language: str) -> str:
+        """Return the name of the field in a language."""
+        return self.synonyms[0] if language == "ja" and self.synonyms else self.name
+
+    def shown(self, choice: str, language: str) -> str:
+        """Return a choice as it is written in a language; another text stays as it is."""
+        own = {meant: word for word, meant in reversed(self.also.items())} if language == "ja" else {}
+        return own.get(choice, choice)
+
     def meaning(self, text: str) -> str:
         """Return the choice that a text means in any spelling; empty when it means none."""
         spellings = {key(word): word for word in self.words} | {key(word): meant for word, meant in self.also.items()}
@@ -316,12 +341,12 @@ class ProtocolField:
 _FIELDS = (
     # what the session is about
     ProtocolField("Title", prompt=N_("The name of the study or session."), synonyms=("題名", "タイトル")),
-    ProtocolField("Authors", prompt=N_("Who has written this workbook."), synonyms=("作成者",)),
-    ProtocolField("Version", prompt=N_("The version of this workbook, such as 1.0."), synonyms=("版",), asked="always"),
+    ProtocolField("Authors", prompt=N_("Who has written this workbook."), synonyms=("作成者", "著者")),
+    ProtocolField("Version", prompt=N_("The version of this workbook, such as 1.0."), synonyms=("版", "バージョン"), asked="always"),
     ProtocolField("Purpose", prompt=N_("What you want to find out or reach, in one or two sentences."),
                   synonyms=("目的",), asked="always"),
     ProtocolField("What happens", prompt=N_("The session in a few sentences, as a participant sees it."),
-                  synonyms=("実施内容",)),
+                  synonyms=("実施内容", "内容")),
     ProtocolField("Robot in sessions", (
         CellChoice("simulated", N_("participants see the robot on a screen")),
         CellChoice("real", N_("a real robot is in the room")),
@@ -411,23 +436,24 @@ _FIELDS = (
     ProtocolField("Engine", (
         CellChoice("frame", N_("every frame takes all that has come: the same run every time")),
         CellChoice("event loop", N_("each value at once, as it comes")),
-    ), closed=True, prompt=N_("frame: every frame takes all that has come. event loop: each value at once.")),
+    ), True, N_("frame: every frame takes all that has come. event loop: each value at once."), ("エンジン",),
+        {"フレーム": "frame", "イベントループ": "event loop"}),
     ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15")),
                   synonyms=("フレームレート",)),
-    ProtocolField("Run", synonyms=("実行する動作",)),
+    ProtocolField("Run", synonyms=("実行する動作", "実行"), also={"すべて": "all"}),
     ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),),
                   synonyms=("乱数の種",)),
-    ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min"))), synonyms=("制限時間",)),
+    ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min"))), synonyms=("制限時間", "時間の上限")),
     ProtocolField("Face memory", (
         CellChoice("ends with the run", N_("what blank means")),
         CellChoice("kept", N_("for the next runs too, in runs/faces.json")),
     ), True, N_("How long the robot remembers faces."), ("顔の記憶",),
-        {"実行の終わりまで": "ends with the run", "残す": "kept"}),
+        {"実行の終わりまで": "ends with the run", "残す": "kept", "保存する": "kept"}),
     ProtocolField("Camera pictures", (
         CellChoice("kept", N_("with the record of a run; what blank means")),
         CellChoice("not kept", N_("no picture of the robot's camera is stored")),
     ), True, N_("Whether pictures of the robot's camera are kept with a run's record."), ("カメラの画像",),
-        {"残す": "kept", "残さない": "not kept"}),
+        {"残す": "kept", "残さない": "not kept", "保存する": "kept", "保存しない": "not kept"}),
     ProtocolField("Language", tuple(
         CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
                    N_("of explanations, diagrams and the printed protocol"))

@@ -18,7 +18,7 @@ from rrp_sheets.texts import N_
 from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.raw import Kind, RawCell, RawSheet
-from rrp_sheets.workbook.schema import PLAIN, Recognised, SheetKind, field_key
+from rrp_sheets.workbook.schema import FIELDS, PLAIN, Recognised, SheetKind, field_key
 
 _SEPARATORS = re.compile(r"[,、，\n]")
 _BLANK = RawCell("")
@@ -267,9 +267,9 @@ def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     devices = []
     for line in table.shown_lines():
         device = _in(table.cell(line, "Device"), partial(japanese.standard, japanese.DEVICES))
+        words = {**japanese.CHOICES, "name": japanese.MOVES if device.text in ("Gesture", "Posture") else {}}
         settings = {
-            keys[c]: _in(table.cell(line, c), partial(japanese.standard, japanese.CHOICES.get(keys[c], {})))
-            for c in sorted(keys)
+            keys[c]: _in(table.cell(line, c), partial(japanese.standard, words.get(keys[c], {}))) for c in sorted(keys)
         }
         devices.append(model.Device(table.cell(line, "Stream"), device, settings, headers))
     return tuple(devices)
@@ -333,8 +333,9 @@ def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str
     for line in table.shown_lines():
         name = table.needed(line, "Field", N_("field name"))
         value = table.cell(line, "Value")
-        k = field_key(japanese.standard(japanese.FIELDS, name.text))
-        value = _in(value, partial(japanese.standard, japanese.FIELD_VALUES.get(k, {})))
+        k = field_key(name.text)
+        if k in FIELDS and FIELDS[k].also and (meant := FIELDS[k].meaning(value.text)):
+            value = replace(value, text=meant)
         if name and k in fields:
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         elif name:

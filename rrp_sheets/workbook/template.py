@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook.files import already_there, make_workbook
 from rrp_sheets.workbook.maker import Offers
 from rrp_sheets.workbook.schema import (
@@ -20,36 +21,40 @@ from rrp_sheets.workbook.schema import (
     TEST,
     TITLES,
     SheetKind,
+    field_key,
+    title_of,
 )
 
 _READ_ME = (
-    "Your robot's protocol",
+    N_("Your robot's protocol"),
     "",
-    "This workbook tells the robot what to do, one step a row. Try it out: nothing can harm the simulated robot.",
+    N_("This workbook tells the robot what to do, one step a row. Try it out: nothing can harm the simulated robot."),
     "",
-    "Begin with the sheet Tracking. Read its three rows from top to bottom:",
-    "1.  Whenever the robot sees a red ball, its distance is worked out. The result is called Distance.",
-    "2.  Only distances below half a metre go on. They are called Near.",
-    "3.  Whenever there is a near ball, the head follows it.",
+    N_("Begin with the sheet Tracking. Read its three rows from top to bottom:"),
+    N_("1.  Whenever the robot sees a red ball, its distance is worked out. The result is called Distance."),
+    N_("2.  Only distances below half a metre go on. They are called Near."),
+    N_("3.  Whenever there is a near ball, the head follows it."),
     "",
-    "Try it: change 0.5 to 1 in the sheet Helpers, save the workbook, and look how the simulated robot changes.",
+    N_("Try it: change 0.5 to 1 in the sheet Helpers, save the workbook, and look how the simulated robot changes."),
     "",
-    "The sheets",
-    "•  Tracking is a behaviour. A workbook may have several; the name of the sheet is the name of the behaviour.",
-    "•  Devices names the robot's sensors and actuators, with their settings.",
-    "•  Helpers keeps calculations and numbers that you use in several places.",
-    "•  Scene is what happens in the simulator: when a ball appears, when somebody comes in.",
-    "•  Check holds a test: values to send and what should come out; rrp-sheets test runs it.",
-    "•  Protocol says what the session is for, who takes part and what is kept. Ethics boards ask for most fields.",
-    "•  Risks is a sheet that you can add for an ethics board: what could go wrong. The program proposes rows for it.",
-    "•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one.",
+    N_("The sheets"),
+    N_("•  Tracking is a behaviour. A workbook may have several; the name of the sheet is the name of the behaviour."),
+    N_("•  Devices names the robot's sensors and actuators, with their settings."),
+    N_("•  Helpers keeps calculations and numbers that you use in several places."),
+    N_("•  Scene is what happens in the simulator: when a ball appears, when somebody comes in."),
+    N_("•  Check holds a test: values to send and what should come out; rrp-sheets test runs it."),
+    N_("•  Protocol says what the session is for, who takes part and what is kept. Ethics boards ask for most fields."),
+    N_(
+        "•  Risks is a sheet that you can add for an ethics board: what could go wrong. The program proposes rows for it."
+    ),
+    N_("•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one."),
     "",
-    "Good to know",
-    "•  Click on a cell: a note says what belongs there. A yellow cell holds a name that is not known.",
-    "•  Capitals, spaces, hyphens and underscores in names make no difference: Red ball and red_ball are one name.",
-    "•  Inside a formula a name is written without spaces: Red ball is redBall.",
-    "•  To switch a row off, write FALSE into its column On. A row that begins with # is a comment.",
-    "•  Before every session: rrp-sheets check shows what is wrong, and in which cell.",
+    N_("Good to know"),
+    N_("•  Click on a cell: a note says what belongs there. A yellow cell holds a name that is not known."),
+    N_("•  Capitals, spaces, hyphens and underscores in names make no difference: Red ball and red_ball are one name."),
+    N_("•  Inside a formula a name is written without spaces: Red ball is redBall."),
+    N_("•  To switch a row off, write FALSE into its column On. A row that begins with # is a comment."),
+    N_("•  Before every session: rrp-sheets check shows what is wrong, and in which cell."),
 )
 
 _TRACKING = (
@@ -82,24 +87,73 @@ _FIRST_VALUES = {
     "Face memory": "ends with the run", "Camera pictures": "kept", "Language": "English",
 }  # fmt: skip
 _HEADINGS = {
-    "Investigators": "# The study", "Participants": "# The participants", "Data kept": "# Data",
-    "Consent": "# Consent", "Participants are told": "# What a person does by hand", "Robot": "# How it runs",
+    "Investigators": N_("The study"), "Participants": N_("The participants"), "Data kept": N_("Data"),
+    "Consent": N_("Consent"), "Participants are told": N_("What a person does by hand"), "Robot": N_("How it runs"),
 }  # fmt: skip
 """The comments that stand above some fields of a new Protocol sheet."""
 
 
-def _protocol(robot: str) -> list[tuple[str, str]]:
+def _protocol(robot: str, language: str = "en") -> list[tuple[str, str]]:
     """Every field in the order of the schema, with its first value, and the comments that group them."""
+    own = _OWN_PROTOCOL if language == "ja" else {}
     rows = []
-    for name in (field.name for field in FIELDS.values()):
-        if name in _HEADINGS:
-            rows.append((_HEADINGS[name], ""))
-        rows.append((name, robot if name == "Robot" else _FIRST_VALUES.get(name, "")))
+    for field in FIELDS.values():
+        if field.name in _HEADINGS:
+            rows.append((f"# {translate(_HEADINGS[field.name], language)}", ""))
+        value = robot if field.name == "Robot" else _FIRST_VALUES.get(field.name, "")
+        rows.append((field.called(language), own.get(field.name) or field.shown(value, language)))
     return rows
 
 
-def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
+_OWN_TRACKING = (
+    ("赤いボール", "map", "赤いボール.distance", "距離", "ロボットからボールまでの距離（メートル）"),
+    ("距離", "filter", "距離 < 届く範囲", "近い", "「届く範囲」はシート「補助の式」の数です"),
+    ("近い", "subscribe", "", "頭の追跡", "頭がボールを追います"),
+)
+_OWN_SETTINGS = ("動かし方", "せりふ")
+_OWN_DEVICES = (
+    ("赤いボール", "赤いボール", "", "", "ロボットのカメラに映る赤いボール"),
+    ("頭の追跡", "追跡", "頭", "", "頭だけで追います"),
+)
+_OWN_HELPERS = (("届く範囲", "", "0.5", "メートル。これより近いボールを頭が追います"),)
+_OWN_SCENE = (
+    ("1", "赤いボール", "現れる", "位置 1, 0, 0.4", "ロボットからのメートル：前、左、上"),
+    ("3", "赤いボール", "動く", "行き先 0.4, 0.1, 0.4 所要時間 3秒", "近づきます"),
+    ("9", "赤いボール", "消える", "", ""),
+)
+_OWN_CHECK = (
+    ("0", "赤いボール", "distance=0.8", "", "遠すぎます"),
+    ("100", "近い", "", "なし", ""),
+    ("1000", "赤いボール", "distance=0.3", "", ""),
+    ("1000", "近い", "", "0.3", ""),
+)
+_OWN_PROTOCOL = {
+    "Title": "はじめてのプロトコル", "Purpose": "近くにある赤いボールを、ロボットの頭が追います。",
+    "Data kept": "すべての値と時刻、ロボットのカメラの画像、ロボットの動画、ロボットが話した音声", "Run": "頭で追う",
+    "Time limit": "10分", "Language": "日本語",
+}  # fmt: skip
+
+
+def _own_sheets(robot: str) -> dict[str, list[list[str]]]:
+    """The rows of the guided template in Japanese."""
+    filled = partial(_filled, language="ja")
+    tables = (
+        (DEVICES, filled(DEVICES, _OWN_DEVICES, _OWN_SETTINGS)), (HELPERS, filled(HELPERS, _OWN_HELPERS)),
+        (SCENE, filled(SCENE, _OWN_SCENE)),
+    )  # fmt: skip
+    return {
+        "はじめに": [[translate(line, "ja")] for line in _READ_ME],
+        "頭で追う": filled(BEHAVIOUR, _OWN_TRACKING),
+        **{kind.called[0]: rows for kind, rows in tables},
+        "確認": filled(TEST, _OWN_CHECK),
+        PROTOCOL.called[0]: filled(PROTOCOL, _protocol(robot, "ja")),
+    }
+
+
+def template_sheets(robot: str = "nao", language: str = "en") -> dict[str, list[list[str]]]:
     """The rows of the guided template by sheet name."""
+    if language == "ja":
+        return _own_sheets(robot)
     return {
         "Read me": [[line] for line in _READ_ME], "Tracking": _filled(BEHAVIOUR, _TRACKING),
         "Devices": _filled(DEVICES, _DEVICES, _SETTINGS), "Helpers": _filled(HELPERS, _HELPERS),
@@ -108,24 +162,28 @@ def template_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
     }  # fmt: skip
 
 
-def _filled(kind: SheetKind, rows: Sequence[Sequence[str]], others: Sequence[str] = ()) -> list[list[str]]:
+def _filled(
+    kind: SheetKind, rows: Sequence[Sequence[str]], others: Sequence[str] = (), language: str = "en"
+) -> list[list[str]]:
     """Header and rows of a new sheet; what stands behind the required columns and the others is the notes."""
-    header = kind.header(others)
-    filled = [*(c.name for c in kind.required), *others, "Notes"]
+    header = kind.header(others, language)
+    filled = [*(c.header(language) for c in kind.required), *others, kind.column("Notes").header(language)]
     return [header, *([dict(zip(filled, row, strict=False)).get(h, "") for h in header] for row in rows)]
 
 
-def empty_sheets(robot: str = "nao") -> dict[str, list[list[str]]]:
+def empty_sheets(robot: str = "nao", language: str = "en") -> dict[str, list[list[str]]]:
     """The same sheets with their columns only, for somebody who begins anew; the scene has a ball that comes and stays.
 
     No test: one without rows could not fail, and the check would say so.
     """
-    guided = template_sheets(robot)
-    mine = {"Title", "Purpose", "Data kept"}
+    guided = template_sheets(robot, language)
+    read_me, *_, check, _ = guided
+    scene, protocol = title_of("scene", language), title_of("protocol", language)
+    mine = {"title", "purpose", "datakept"}
     return {
-        **{name: rows[:1] for name, rows in guided.items() if name not in ("Read me", "Check")},
-        "Scene": guided["Scene"][:-1],
-        "Protocol": [[field, "" if field in mine else value] for field, value in guided["Protocol"]],
+        **{name: rows[:1] for name, rows in guided.items() if name not in (read_me, check)},
+        scene: guided[scene][:-1],
+        protocol: [[field, "" if field_key(field) in mine else value] for field, value in guided[protocol]],
     }
 
 
@@ -138,9 +196,9 @@ def new_workbook(
     """
     path = Path(path)
     refuse_name(path)
-    sheets = empty_sheets(robot) if empty else template_sheets(robot)
-    for line in sheets["Protocol"]:
-        if line[0] == "Title":
+    sheets = (empty_sheets if empty else template_sheets)(robot, language)
+    for line in list(sheets.values())[-1]:  # the Protocol's
+        if field_key(line[0]) == "title":
             line[1] = path.stem
     return make_workbook(sheets, path, offers, language=language, replace=False)
 
@@ -160,17 +218,17 @@ _JOINTS = (
 )  # fmt: skip
 
 
-def beginning(kind: str, robot: str = "nao") -> list[list[str]]:
+def beginning(kind: str, robot: str = "nao", language: str = "en") -> list[list[str]]:
     """The rows that a new sheet of a kind has.
 
     >>> beginning("test")
     [['Time (ms)', 'Stream', 'Send', 'Expect', 'Notes']]
     """
     if kind == "table":
-        return [["Name", "Value"]]
-    others = {"devices": _SETTINGS, "gestures": _JOINTS}.get(kind, ())
-    rows = empty_sheets(robot)["Protocol"][1:] if kind == "protocol" else []
-    return [SHEETS[kind].header(others), *([field, "" if field == "Run" else value] for field, value in rows)]
+        return [["名前", "値"]] if language == "ja" else [["Name", "Value"]]
+    others = {"devices": _OWN_SETTINGS if language == "ja" else _SETTINGS, "gestures": _JOINTS}.get(kind, ())
+    rows = list(empty_sheets(robot, language).values())[-1][1:] if kind == "protocol" else []
+    return [SHEETS[kind].header(others, language), *([f, "" if field_key(f) == "run" else value] for f, value in rows)]
 
 
 def place_of(kind: str, sheets: Mapping[str, str]) -> str:

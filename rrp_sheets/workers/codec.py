@@ -22,7 +22,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import MissingPart, RunBroken, SheetsError, UnreadableFile
 from rrp_sheets.model.values import Record, Value, record_from_mapping
-from rrp_sheets.texts import LazyMessage, message_from, plural_from
+from rrp_sheets.texts import LazyMessage, message_from, plural
 
 T = TypeVar("T")
 Change = Callable[[Any], Any] | None
@@ -194,16 +194,20 @@ def _pack_text(text: object) -> Any:
         return text
     if isinstance(text, LazyMessage):
         places = {name: _pack_text(value) for name, value in text.places.items()}
-        return {"said": text.forms or text.template, "places": places, "context": text.context}
+        packed = {"said": text.template, "places": places, "context": text.context}
+        return packed if text.forms is None else {**packed, "forms": text.forms}
     return text if isinstance(text, str | int | float | None) else str(text)
 
 
 def _unpack_text(packed: Any) -> Any:
     if isinstance(packed, dict):
         places = {name: _unpack_text(value) for name, value in packed["places"].items()}
-        if isinstance(packed["said"], list):
-            return plural_from(packed["said"], places)
-        return message_from(packed["said"], packed["context"], places)
+        message = message_from(packed["said"], packed["context"], places)
+        forms = packed.get("forms")
+        if not isinstance(forms, list) or len(forms) != 2 or type(places.get("n")) is not int:
+            return message
+        known = all(isinstance(message_from(form, "", places), LazyMessage) for form in forms)
+        return plural(*forms, **message.places) if known and isinstance(message, LazyMessage) else message
     return packed
 
 

@@ -17,7 +17,7 @@ from importlib import import_module
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, os_reason
 from rrp_sheets.workers.codec import pack
 from rrp_sheets.workers.transport import MOST_REQUEST, Liveness, MessageReader, cpu_clock, encode
 
@@ -69,7 +69,7 @@ def answer(make: Callable[[], Any]) -> bytes:
     except SheetsError as error:
         return encode(["failed", pack(error)])
     except OSError as error:
-        why = N_("It cannot be read ({reason}).", reason=error.strerror)
+        why = N_("It cannot be read ({reason}).", reason=os_reason(error))
         return encode(["failed", pack(SheetsError(why, N_("Look at its folder.")))])
     except MemoryError:
         return encode(["memory"])
