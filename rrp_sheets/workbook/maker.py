@@ -294,11 +294,10 @@ class SheetMaker:
                 name = fields[self.what.columns["Field"] - 1] if fields else ""
                 found = FIELDS.get(field_key(name))
                 if found and found.prompt:
-                    said = ",".join(found.shown(word, self.language) for word in found.words)
+                    words = [found.shown(word, self.language) for word in found.words] if found.closed else []
                     prompt = translate(found.prompt, self.language)
-                    add_prompt(
-                        self.sheet, f"{letters['Value']}{number}", name, prompt, f'"{said}"' if found.closed else None
-                    )
+                    choices = f'"{",".join(words)}"' if words else None
+                    add_prompt(self.sheet, f"{letters['Value']}{number}", name, prompt, choices)
         on = next((letters[c.name] for c in self.columns.values() if c.kind == "on"), "")
         last = column_letters(self.width)
         add_row_marks(self.sheet, f"A{row}:{last}{self.last}", last, on)

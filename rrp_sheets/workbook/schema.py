@@ -329,8 +329,8 @@ class ProtocolField:
 
     def shown(self, choice: str, language: str) -> str:
         """Return a choice as it is written in a language; another text stays as it is."""
-        own = {meant: word for word, meant in reversed(self.also.items())} if language == "ja" else {}
-        return own.get(choice, choice)
+        spellings = (word for word, meant in self.also.items() if language == "ja" and meant == choice)
+        return next(spellings, choice)
 
     def meaning(self, text: str) -> str:
         """Return the choice that a text means in any spelling; empty when it means none."""
@@ -342,7 +342,8 @@ _FIELDS = (
     # what the session is about
     ProtocolField("Title", prompt=N_("The name of the study or session."), synonyms=("題名", "タイトル")),
     ProtocolField("Authors", prompt=N_("Who has written this workbook."), synonyms=("作成者", "著者")),
-    ProtocolField("Version", prompt=N_("The version of this workbook, such as 1.0."), synonyms=("版", "バージョン"), asked="always"),
+    ProtocolField("Version", prompt=N_("The version of this workbook, such as 1.0."), synonyms=("版", "バージョン"),
+                  asked="always"),
     ProtocolField("Purpose", prompt=N_("What you want to find out or reach, in one or two sentences."),
                   synonyms=("目的",), asked="always"),
     ProtocolField("What happens", prompt=N_("The session in a few sentences, as a participant sees it."),
@@ -443,7 +444,8 @@ _FIELDS = (
     ProtocolField("Run", synonyms=("実行する動作", "実行"), also={"すべて": "all"}),
     ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),),
                   synonyms=("乱数の種",)),
-    ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min"))), synonyms=("制限時間", "時間の上限")),
+    ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min"))),
+                  synonyms=("制限時間", "時間の上限")),
     ProtocolField("Face memory", (
         CellChoice("ends with the run", N_("what blank means")),
         CellChoice("kept", N_("for the next runs too, in runs/faces.json")),

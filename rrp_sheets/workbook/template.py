@@ -44,9 +44,7 @@ _READ_ME = (
     N_("•  Scene is what happens in the simulator: when a ball appears, when somebody comes in."),
     N_("•  Check holds a test: values to send and what should come out; rrp-sheets test runs it."),
     N_("•  Protocol says what the session is for, who takes part and what is kept. Ethics boards ask for most fields."),
-    N_(
-        "•  Risks is a sheet that you can add for an ethics board: what could go wrong. The program proposes rows for it."
-    ),
+    N_("•  Risks is a sheet for an ethics board: what could go wrong. Add it; the program proposes rows for it."),
     N_("•  Lists holds the names for the drop-down lists. You may add sheets of your own, such as this one."),
     "",
     N_("Good to know"),
