@@ -15,7 +15,7 @@ from typed import run
 
 from rrp_sheets import api
 from rrp_sheets.model.names import key
-from rrp_sheets.model.workbook import Cell, Device, Protocol
+from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
@@ -30,7 +30,8 @@ from rrp_sheets.workbook.template import beginning
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 TABLES = [
     japanese.DEVICES, japanese.SETTINGS, japanese.COLOURS, japanese.ZONES, japanese.THINGS, japanese.VERBS,
-    japanese.VALUE, japanese.EXPECTED, japanese.FIELDS, japanese.MOVES, *japanese.CHOICES.values(), *japanese.FIELD_VALUES.values(),
+    japanese.VALUE, japanese.EXPECTED, japanese.MOVES, *japanese.CHOICES.values(),
+    *(field.also for field in schema.FIELDS.values()),
 ]  # fmt: skip
 
 
@@ -63,9 +64,11 @@ def cell(kind: str, header: str, line: Mapping[str, str]) -> str:
         case "test", "Expect":
             return word(japanese.EXPECTED, text)
         case "protocol", "Field":
-            return word(japanese.FIELDS, text)
+            known = schema.FIELDS.get(schema.field_key(text))
+            return known.called("ja") if known else text
         case "protocol", "Value":
-            return word(japanese.FIELD_VALUES.get(key(line["Field"]), {}), text)
+            known = schema.FIELDS.get(schema.field_key(line["Field"]))
+            return known.shown(text, "ja") if known else text
     return text
 
 
@@ -98,6 +101,8 @@ def plain(thing: Any) -> Any:
     """What a workbook says, without how it is typed, where, and how sheets and headers are called."""
     if isinstance(thing, Cell):
         return key(thing.text), thing.address.row, thing.address.column
+    if isinstance(thing, Address):
+        return thing.row, thing.column
     if isinstance(thing, Protocol):
         return {k: plain(cell) for k, cell in thing.fields.items()}
     if is_dataclass(thing):
@@ -181,12 +186,10 @@ def test_the_words_are_those_of_the_scene() -> None:
 
 
 def test_the_words_are_those_of_the_protocol() -> None:
-    for meant in japanese.FIELDS.values():
-        assert key(meant) in schema.FIELDS
-    assert set(japanese.FIELDS.values()) >= {field.name for field in schema.FIELDS.values()}
-    for field, words in japanese.FIELD_VALUES.items():
-        assert field == "run" or set(words.values()) <= set(schema.FIELDS[field].words)
-        assert not schema.FIELDS[field].closed or set(words.values()) == set(schema.FIELDS[field].words)
+    for field in schema.FIELDS.values():
+        assert field.synonyms and field.called("ja") == field.synonyms[0]
+        assert field.name == "Run" or set(field.also.values()) <= set(field.words)
+        assert not field.also or field.name == "Run" or set(field.also.values()) == set(field.words)
 
 
 @pytest.mark.parametrize("kind", SHEETS.values(), ids=str)

@@ -260,7 +260,7 @@ RISKS = SheetKind("risks", "Risks", N_("the list of risks"), "F6DCE0", (
     Column("Who ends the session when", "prose", 40, N_("Who ends the session, and at which sign."),
            ("中止の判断", "中止する人と時"), "risks", required=False),
     _NOTES,
-))  # fmt: skip
+), called=("リスク",))  # fmt: skip
 
 OWN = SheetKind("table", "Table", N_("a table"), "ECEFF1", (), called=("表",))
 """A sheet of the user's own, which formulas may name as a table."""
@@ -331,6 +331,10 @@ class ProtocolField:
         """Return a choice as it is written in a language; another text stays as it is."""
         spellings = (word for word, meant in self.also.items() if language == "ja" and meant == choice)
         return next(spellings, choice)
+
+    def standard(self, text: str) -> str:
+        """Return the choice that a text means; any other text stays as it is."""
+        return self.meaning(text) or text
 
     def meaning(self, text: str) -> str:
         """Return the choice that a text means in any spelling; empty when it means none."""

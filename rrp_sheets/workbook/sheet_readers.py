@@ -334,8 +334,8 @@ def read_protocol(table: OwnTable, fields: dict[str, Cell], names: dict[str, str
         name = table.needed(line, "Field", N_("field name"))
         value = table.cell(line, "Value")
         k = field_key(name.text)
-        if k in FIELDS and FIELDS[k].also and (meant := FIELDS[k].meaning(value.text)):
-            value = replace(value, text=meant)
+        if k in FIELDS:
+            value = _in(value, FIELDS[k].standard)
         if name and k in fields:
             table.add("SHEET015", name.address, field=name.text, first=str(fields[k].address))
         elif name:
