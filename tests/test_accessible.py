@@ -46,7 +46,7 @@ ALL_LOOKS = [(scheme, width) for scheme in ("light", "dark") for width in (1280,
 # Whatever has a colour with a meaning, and how it is told without the colour: by a word or a drawn shape within.
 COLOURED = ".name.sensor, .name.stream, .name.actuator, .severity, .badge, .is-error, .is-warning, [aria-invalid=true], .stop, .mode"
 WORDLESS = """selector => [...document.querySelectorAll(selector)].filter((e) => {
-    const shown = e.checkVisibility() && e.getBoundingClientRect().width > 0;
+    const shown = e.checkVisibility({ contentVisibilityAuto: true }) && e.getBoundingClientRect().width > 0;
     const shape = e.querySelector("svg, img, input[type=checkbox]") || getComputedStyle(e, "::before").content !== "none";
     return shown && !e.innerText.trim() && !e.ariaLabel && !shape;
 }).map((e) => e.outerHTML.slice(0, 120))"""

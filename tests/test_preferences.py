@@ -1,4 +1,4 @@
-"""What is set in the menu of each page: less motion. It is remembered, holds on every page, and the system may wish it."""
+"""Settings in the menu of each page: less motion. It is remembered, holds on every page, and the system may wish it."""
 
 from __future__ import annotations
 

@@ -120,8 +120,13 @@ export class Spoken {
 function content(cell) {
   const box = cell.querySelector("input[type=checkbox]");
   if (box) return box.checked ? t("ticked") : t("not ticked");
-  const names = [...cell.querySelectorAll(":scope > .name")].map((name) => name.textContent.trim());
-  return names.join(", ") || cell.dataset.v || t("blank");
+  const names = [...cell.querySelectorAll(":scope > .name")];
+  if (names.length > 1) { // as they are to be seen, then their kinds
+    const kinds = names.map((name) => name.querySelector(".only-spoken")?.textContent.trim() ?? "");
+    return t("{names} ({kinds})", { names: names.map((name) => name.lastChild.textContent.trim()).join(", "), kinds: kinds.join(", ") });
+  }
+  const below = cell.querySelector(".hint-word")?.textContent ?? "";
+  return names[0]?.textContent.trim() || cell.dataset.v || [t("blank"), below].join(" ").trim();
 }
 
 function words(mend) {
