@@ -23,7 +23,8 @@ export function timeline(root) {
   let lines = []; // { t, group }
   let state = { phase: "none" };
   let whole = SPANS[0];
-  root.ariaLabel = t("Timeline: look back at this run");
+  const drawn = make("span", { ariaHidden: "true" });
+  root.replaceChildren(make("span", { className: "only-spoken", textContent: t("Timeline: look back at this run") }), drawn);
 
   document.addEventListener("rrp:run", ({ detail }) => {
     if (detail.id !== state.id) lines = [];
@@ -66,7 +67,7 @@ export function timeline(root) {
       return !taken.has(place) && taken.add(place);
     });
     const figures = Array.from({ length: PARTS }, (_, n) => placed(make("small", { textContent: minutes((n * whole) / PARTS) }), (n * whole) / PARTS));
-    root.replaceChildren(...figures, ...marks.map(({ at, group }) => placed(make("i", { className: `of-${group}` }), at)), here, pointed);
+    drawn.replaceChildren(...figures, ...marks.map(({ at, group }) => placed(make("i", { className: `of-${group}` }), at)), here, pointed);
     move();
   }
 
