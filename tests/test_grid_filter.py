@@ -128,6 +128,27 @@ def test_edits_leave_hidden_rows_as_they_are(grid: Shared) -> None:
     becomes(lambda: grid.page.evaluate("navigator.clipboard.readText()"), "red\nred\nred\n")
 
 
+def test_the_handle_fills_shown_rows_alone(grid: Shared) -> None:
+    choose(grid, "Notes", "red")
+    grid.go("E2")  # its warning hangs over the cells below
+    grid.page.locator(".fill-handle").hover()
+    grid.page.mouse.down()
+    grid.cell("E4").hover(position={"x": 5, "y": 9}, force=True)
+    grid.cell("E7").hover(position={"x": 5, "y": 9}, force=True)
+    grid.page.mouse.up()
+    becomes(lambda: [grid.text(f"E{row}") for row in range(2, 9)], ["S2", "S3", "S2", "S5", "S6", "S2", ""])
+    grid.press("Control+z")
+    becomes(lambda: [grid.text(f"E{row}") for row in range(2, 9)], ["S2", "S3", "S4", "S5", "S6", "S7", ""])
+
+
+def test_a_sheet_of_ones_own_is_filtered_too(shelf: Books) -> None:
+    grid = shelf.open({"T": [HEADER, *ROWS], "Mine": [["a title"], ["x"], ["y"], ["x"]]}, sheet="Mine")
+    grid.page.get_by_role("button", name="Filter A").click()
+    grid.page.get_by_role("checkbox", name="x").uncheck()
+    grid.page.get_by_role("button", name="Apply filter").click()
+    expect(grid.page.locator("#counts")).to_have_text("2 of 4 rows shown")
+
+
 def test_rows_are_moved_and_deleted_around_hidden_ones(grid: Shared) -> None:
     choose(grid, "Notes", "red")
     grid.go("E7")

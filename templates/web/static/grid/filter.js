@@ -15,6 +15,7 @@ export class Filter {
     this.columns = new Map(); // place of a column → the values whose rows are shown
     this.problems = false; // whether only rows with problems are shown
     this.judged = null; // ids of the rows that were there when it was applied
+    this.old = null; // whether others would be shown now; null when that is not known
     this.box = null;
     this.buttons = this.table.headers.map((header, k) => {
       const open = make("button", { type: "button", className: "filter-open", tabIndex: -1, ariaHasPopup: "dialog", ariaExpanded: "false" });
@@ -43,7 +44,8 @@ export class Filter {
 
   /** True when other rows would be shown if it was applied now. */
   get isOld() {
-    return this.active && [...this.unwanted()].some((id) => !this.table.hidden.has(id));
+    this.old ??= [...this.unwanted()].some((id) => !this.table.hidden.has(id));
+    return this.active && this.old;
   }
 
   /** The value of a cell as the list has it. */
@@ -73,6 +75,7 @@ export class Filter {
       return false;
     }
     this.judged = new Set(table.rows.map((row) => row.id));
+    this.old = null;
     table.hide(ids);
     this.mark();
     const { selection } = grid;
@@ -87,6 +90,7 @@ export class Filter {
   /** Rows of a long sheet come in pieces: they are filtered like the others. What is new since is shown. */
   came(rows) {
     const { table, grid } = this;
+    this.old = null;
     if (!this.active || grid.whole) return;
     const fresh = rows.filter((row) => !this.judged.has(row.id) && row.id !== grid.selection.head?.row);
     if (!fresh.length) return;
@@ -170,6 +174,7 @@ export class Filter {
       show();
     });
     box.addEventListener("keydown", (event) => this.key(event));
+    box.addEventListener("focusout", ({ relatedTarget: to }) => to && !box.contains(to) && to !== this.buttons[k] && this.close(false));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       const wanted = new Set(found().map(([value]) => value).filter((value) => chosen.has(value)));

@@ -405,6 +405,7 @@ export function pointer(grid) {
   function drag(event, over, done = () => {}, at = cellAt) {
     let last = null;
     const move = (now) => {
+      scroll.classList.add("dragging"); // no message hides the cells below
       const cell = at(now);
       if (cell && cell !== last) over((last = cell));
     };
@@ -412,6 +413,7 @@ export function pointer(grid) {
       removeEventListener("pointermove", move);
       removeEventListener("pointerup", up);
       removeEventListener("pointercancel", up);
+      scroll.classList.remove("dragging");
       done(last);
     };
     addEventListener("pointermove", move);
