@@ -17,7 +17,17 @@ from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.workbook import japanese, limits
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import DEVICES, FIELDS, OWN, PROTOCOL, Recognised, fixed_lists, list_name, recognise
+from rrp_sheets.workbook.schema import (
+    DEVICES,
+    FIELDS,
+    OWN,
+    PROTOCOL,
+    Recognised,
+    fixed_lists,
+    language_of,
+    list_name,
+    recognise,
+)
 from rrp_sheets.workbook.sheet_names import FORBIDDEN, LONGEST
 from rrp_sheets.workbook.xlsx import IMPOSSIBLE, escape_literal
 
@@ -101,7 +111,7 @@ def _streams(
 def _language(sheets: Mapping[str, Sequence[Sequence[str]]], recognised: Mapping[str, Recognised]) -> str:
     """Return the language of the headers of ours."""
     heads = ((sheets[name][what.row - 1], what) for name, what in recognised.items() if what.kind)
-    return "en" if all(head[at - 1].isascii() for head, what in heads for at in what.columns.values()) else "ja"
+    return language_of(head[at - 1] for head, what in heads for at in what.columns.values())
 
 
 def _name_lists(book: Any, title: str, lists: Mapping[str, Sequence[str]], streams: str) -> dict[str, str]:
