@@ -98,7 +98,7 @@ def in_japanese(path: Path, *, every: int = 1) -> dict[str, list[list[str]]]:
 
 
 def plain(thing: Any) -> Any:
-    """What a workbook says, without how it is typed, where, and how sheets and headers are called."""
+    """A workbook without the spelling of its cells, the names of its sheets and headers."""
     if isinstance(thing, Cell):
         return key(thing.text), thing.address.row, thing.address.column
     if isinstance(thing, Address):

@@ -144,7 +144,7 @@ def test_the_password_is_asked_for_twice_and_hidden(started) -> None:  # type: i
     os.close(ours)
     os.close(theirs)
     assert shown.count("A password for everyone") == 3 and shown.count("The password again") == 2
-    assert "at least 8 characters" in told and "not the same" in told and WORDS not in shown + told
+    assert "at least 8 characters" in told and "passwords are different" in told and WORDS not in shown + told
 
 
 def test_the_password_cannot_be_on_the_command_line(started) -> None:  # type: ignore[no-untyped-def]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.language import speak, translated
+from rrp_sheets.cli.language import readers_language, speak, translated
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE, handle_signals
 from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, styled, usage_error
 from rrp_sheets.texts import LANGUAGES, N_, counted
@@ -232,7 +232,7 @@ def _show_case(report: TestReport, result: CaseResult) -> None:
         for line in failure_lines(result):
             say(" ", line)
         width = max(60, min(160, shutil.get_terminal_size((110, 24)).columns - 4))
-        for line in marble_text(around_failures(report.checked, result), width=width):
+        for line in marble_text(around_failures(report.checked, result, readers_language()), width=width):
             click.echo(f"    {line}")
     for line in fault_lines(result)[:10]:
         say(" ", styled(N_("formula"), fg="yellow"), line)

@@ -16,7 +16,7 @@ import click
 from rrp_sheets.cli.language import speak, translated
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.durations import parse_duration
-from rrp_sheets.texts import N_, listed
+from rrp_sheets.texts import N_, listed, sentences
 
 if TYPE_CHECKING:
     from rrp_sheets.services.bundles import Bundle
@@ -165,7 +165,7 @@ def print_notes(notes: Iterable[str], *, err: bool = True) -> None:
 
 def fail(error: SheetsError, code: int) -> NoReturn:
     """Print an error, and exit with a code."""
-    say(styled(N_("Error:"), fg="red", bold=True), error.message, err=True)
+    say(sentences(styled(N_("Error:"), fg="red", bold=True), error.message), err=True)
     if error.remedy:
         say("  →", error.remedy, err=True)
     sys.exit(code)

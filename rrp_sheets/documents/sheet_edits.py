@@ -33,7 +33,7 @@ from rrp_sheets.workbook.edits import (
 )
 from rrp_sheets.workbook.looks import PLAIN_LOOK
 from rrp_sheets.workbook.raw import text_sheet
-from rrp_sheets.workbook.schema import TITLES, is_single, recognise, title_of
+from rrp_sheets.workbook.schema import TITLES, is_single, language_of, recognise, title_of
 from rrp_sheets.workbook.sheet_names import free_name, sheet_name
 from rrp_sheets.workbook.sheet_readers import words
 from rrp_sheets.workbook.template import beginning, place_of
@@ -115,7 +115,7 @@ def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[s
     if not rows and alike is not None and kind in ("behaviour", "test"):  # so that all of this kind look the same
         rows = [[c.header for c in alike.columns if c.name]]
     headers = (c.header for grid in sheets.grids.values() if grid.kind for c in grid.columns if c.name)
-    language = "en" if all(header.isascii() for header in headers) else "ja"  # as the workbook's other sheets
+    language = language_of(headers)
     rows = rows or beginning(kind, book.protocol.robot or "nao", language)
     kinds = {n: sheets.grids[n].kind if n in sheets.grids else "" for n in book.sheets}
     name = _named(name or proposed_name(kind, kinds, language), book.sheets, kind)

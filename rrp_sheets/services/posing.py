@@ -21,7 +21,7 @@ from rrp_sheets.texts import N_, listed, os_reason, sentences
 from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.edits import AddSheet, Edit, InsertRows, SetCell, Value
 from rrp_sheets.workbook.files import edit
-from rrp_sheets.workbook.schema import GESTURES, recognise
+from rrp_sheets.workbook.schema import GESTURES, language_of, recognise, title_of
 from rrp_sheets.workbook.template import beginning, place_of
 
 FIRST, BETWEEN = 1.0, 1.0  # s: the first keyframe's time, and between two, unless somebody says otherwise
@@ -181,12 +181,17 @@ def _edits(
     found = next(((s, r) for s in reading.sheets if (r := recognise(s)).kind is GESTURES), None)
     cells: dict[str, Value] = {"name": name, "time(s)": at, **{key(j): a for j, a in joints.items()}}
     if found is None:
-        kinds = {s.name: (r.kind.name if (r := recognise(s)).kind else "") for s in reading.sheets}
-        header = beginning("gestures", robot.name)[0]
+        known = {s.name: (s, recognise(s)) for s in reading.sheets}
+        kinds = {sheet: what.kind.name if what.kind else "" for sheet, (_, what) in known.items()}
+        heads = ((s, what) for s, what in known.values() if what.kind)
+        language = language_of(s.cells[what.row, c].text for s, what in heads for c in what.columns.values())
+        header = beginning("gestures", robot.name, language)[0]
+        for own in (c.header(language) for c in GESTURES.required):
+            cells[key(own)] = cells[key(GESTURES.spellings[key(own)])]
         added = tuple(j for j in joints if j not in header)
         header = [*header[:-1], *added, header[-1]]
         row = [str(cells[key(h)]) if key(h) in cells else "" for h in header]
-        sheet = AddSheet(GESTURES.title, [header], before=place_of("gestures", kinds))
+        sheet = AddSheet(title_of("gestures", language), [header], before=place_of("gestures", kinds))
         fill = [SetCell(sheet.sheet, 2, c, cells[key(h)]) for c, h in enumerate(header, 1) if row[c - 1]]
         return [sheet, *fill], Address(sheet.sheet, 2, 1), ()
     raw, what = found

@@ -177,16 +177,16 @@ def scores(checked: Checked, result: CaseResult) -> list[MarbleDiagram]:
     return [replace(score, title=f"{result.case.name}: {score.title}") for score in found]
 
 
-def _score(checked: Checked, result: CaseResult, behaviour: BehaviourGraph) -> MarbleDiagram:
+def _score(checked: Checked, result: CaseResult, behaviour: BehaviourGraph, language: str = "") -> MarbleDiagram:
     events = [(e.us, e.stream, e.row, e.value) for e in result.events]
     errors = [(f.us, f.row, f.message) for f in result.faults]
-    score = make_score(checked.graph, behaviour, events, errors, result.ended_us, checked.run.language)
+    score = make_score(checked.graph, behaviour, events, errors, result.ended_us, language or checked.run.language)
     words = texts(score.language)
     marks = tuple((r.row.time_us, words.get("behaviour.row", n=r.row.row)) for r in result.failed_rows)
     return replace(score, marks=marks)
 
 
-def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:
+def around_failures(checked: Checked, result: CaseResult, language: str = "") -> MarbleDiagram:
     """Draw the time around the first rows that do not hold: their streams and those that these come from."""
     nothing = MarbleDiagram("", (), 0, 0)
     if not result.failed_rows:
@@ -202,7 +202,7 @@ def around_failures(checked: Checked, result: CaseResult) -> MarbleDiagram:
     last = max(row.time_us for row in failed)
     ids = upstream(behaviour, dict.fromkeys(row.stream for row in failed), _MOST_LANES)
     until = min(last + _AFTER_US, max(result.ended_us, last))
-    return _score(checked, result, behaviour).only(ids).between(begin, until)
+    return _score(checked, result, behaviour, language).only(ids).between(begin, until)
 
 
 def _home(checked: Checked, stream: str) -> BehaviourGraph | None:

@@ -25,6 +25,7 @@ from rrp_sheets.workbook.schema import (
     Recognised,
     field_key,
     fixed_lists,
+    language_of,
     list_name,
     recognise,
 )
@@ -111,7 +112,7 @@ def _streams(
 def _language(sheets: Mapping[str, Sequence[Sequence[str]]], recognised: Mapping[str, Recognised]) -> str:
     """Return the language of the headers of ours."""
     heads = ((sheets[name][what.row - 1], what) for name, what in recognised.items() if what.kind)
-    return "en" if all(head[at - 1].isascii() for head, what in heads for at in what.columns.values()) else "ja"
+    return language_of(head[at - 1] for head, what in heads for at in what.columns.values())
 
 
 def _name_lists(book: Any, title: str, lists: Mapping[str, Sequence[str]], streams: str) -> dict[str, str]:

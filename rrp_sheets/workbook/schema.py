@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -200,7 +200,7 @@ BEHAVIOUR = SheetKind("behaviour", "Behaviour", N_("a behaviour"), "D5E5EF", (
     _NOTES,
     Column("Priority", "amount", 9, N_("A number: the larger one wins when two rows want the same part of the robot. "
            "Blank is 0."), ("優先度",), "priority", required=False, offered=False),
-), any_name=True, called=("動作",))  # fmt: skip
+), any_name=True, called=("ふるまい", "動作"))  # fmt: skip
 DEVICES = SheetKind("devices", "Devices", N_("the list of devices"), "DDEBDD", (
     Column("Stream", "stream", 24, N_("The name you give this sensor or actuator; behaviours use it."),
            ("ストリーム",)),
@@ -274,6 +274,11 @@ def title_of(kind: str, language: str) -> str:
     """Return the name of a new sheet of a kind, by its name, in a language."""
     own = () if language == "en" else (SHEETS.get(kind) or OWN).called
     return next(iter(own), TITLES[kind])
+
+
+def language_of(headers: Iterable[str]) -> str:
+    """Return the language of headers of ours."""
+    return "en" if all(header.isascii() for header in headers) else "ja"
 
 
 def is_single(kind: str) -> bool:
@@ -577,7 +582,8 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
         meant = next((n for s in spellings if (n := nearest(s, free))), None)
         certain = kind.any_name or named
         if meant or certain:
-            found.append(NearMiss(kind, wanted.name, row, keys[key(meant)] if meant else 0, meant or "", certain))
+            header = wanted.header(language_of(h for h in headers.values() if key(h) in kind.spellings))
+            found.append(NearMiss(kind, header, row, keys[key(meant)] if meant else 0, meant or "", certain))
     return found
 
 
