@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -114,8 +114,7 @@ def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[s
         _refuse_columns(rows[0])
     if not rows and alike is not None and kind in ("behaviour", "test"):  # so that all of this kind look the same
         rows = [[c.header for c in alike.columns if c.name]]
-    headers = (c.header for grid in sheets.grids.values() if grid.kind for c in grid.columns if c.name)
-    language = language_of(headers)
+    language = language_of_sheets(sheets.grids.values())
     rows = rows or beginning(kind, book.protocol.robot or "nao", language)
     kinds = {n: sheets.grids[n].kind if n in sheets.grids else "" for n in book.sheets}
     name = _named(name or proposed_name(kind, kinds, language), book.sheets, kind)
@@ -124,6 +123,11 @@ def _added_sheet(sheets: Sheets, kind: str, name: str, rows: Sequence[Sequence[s
     if run is not None and run.address.sheet in sheets.grids:
         cells = (sheets.cell(run.address, f"{sheets.text(run.address).rstrip().rstrip(',;')}, {name}"),)
     return AddSheetStep(name, AddSheet(name, tuple(map(tuple, rows)), place_of(kind, kinds)), cells)
+
+
+def language_of_sheets(grids: Iterable[Grid]) -> str:
+    """Return the code of the language of the headers of a workbook's sheets, in which a new one begins."""
+    return language_of(c.header for grid in grids if grid.kind for c in grid.columns if c.name)
 
 
 def proposed_name(kind: str, kinds: Mapping[str, str], language: str = "en") -> str:

@@ -10,13 +10,22 @@ from typing import ClassVar
 from flask import Blueprint, Response, jsonify, request
 
 from rrp_sheets.documents import Changed, Document, Refused
-from rrp_sheets.documents.sheet_edits import proposed_name
+from rrp_sheets.documents.sheet_edits import language_of_sheets, proposed_name
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.texts import N_
 from rrp_sheets.web.models import both, error_text, show
-from rrp_sheets.web.requests import Asked, json_body, number_of, sender_of, sheet_or_404, text_of, workbook_or_404
+from rrp_sheets.web.requests import (
+    Asked,
+    json_body,
+    number_of,
+    page_language,
+    sender_of,
+    sheet_or_404,
+    text_of,
+    workbook_or_404,
+)
 from rrp_sheets.web.workbook_session import WorkbookSession
-from rrp_sheets.workbook.schema import TITLES, is_single
+from rrp_sheets.workbook.schema import TITLES, is_single, title_of
 
 blueprint = Blueprint("tabs", __name__)
 MOST_NAMED = 12  # places that are told before a sheet is deleted
@@ -127,9 +136,10 @@ _ACTIONS: dict[str, Callable[[WorkbookSession, str, Asked, Document], Changed | 
 def sheet_tabs(document: Document, name: str, sheet: str, *, live: bool = False) -> SheetTabs:
     """Build the row of tabs, with one sheet selected."""
     kinds = {n: g.kind for n, g in document.grids.items()} | dict.fromkeys(document.own, "")
+    language = language_of_sheets(document.grids.values())
     wanted = {} if live or document.file.read_only else TITLES
     addable = tuple(
-        (kind, title, _HELP[kind], proposed_name(kind, kinds)) for kind, title in wanted.items()
+        (kind, title_of(kind, page_language()), _HELP[kind], proposed_name(kind, kinds, language)) for kind in wanted
         if not is_single(kind) or kind not in kinds.values()
     )  # fmt: skip
     return SheetTabs(name, document.current(sheet), tuple(kinds.items()), addable, live)

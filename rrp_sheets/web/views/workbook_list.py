@@ -25,6 +25,7 @@ from rrp_sheets.services import bundles
 from rrp_sheets.services.bundles import Bundle, catalogue_note, has_bundle_suffix, is_device, unpack
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import KindText, both, counts, error_text, plural, show
+from rrp_sheets.web.requests import page_language
 from rrp_sheets.web.run_store import RunLine, RunStore, line_of, when
 from rrp_sheets.web.services import services
 from rrp_sheets.web.workbook_repository import (
@@ -189,7 +190,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
 
 def _new(repository: WorkbookRepository) -> Done:
     path = _new_path(repository, request.form.get("name", ""))
-    api.new(path, template=request.form.get("template", "guided"))
+    api.new(path, template=request.form.get("template", "guided"), language=page_language())
     return N_("Created {name}.", name=path.name), path.name
 
 
