@@ -228,7 +228,7 @@ def test_a_broken_file_of_faces_is_told(tmp_path: Path, text: str) -> None:
     kept.write_text(text, encoding="utf-8")
     with pytest.raises(SheetsError, match="cannot be read"):
         read_memory(kept)
-    assert face_memory.forget_all(tmp_path) == "All faces are wiped."
+    assert face_memory.forget_all(tmp_path) == "All faces are deleted."
     assert not kept.exists()
 
 

@@ -41,7 +41,7 @@ ODD = {
     "only a header": ([HEADER], "the record has no end", True),
     "cut": ([HEADER, EVENT, '{"t": 1.0, "stre'], "the record has no end", True),
     "broken": ([HEADER, EVENT, END | {"ended": "broken", "by": "Tracking!4", "why": "It was stuck.", "remedy": "Mend it."}],
-               "broke off at the row Tracking!4", True),
+               "stopped unexpectedly at row Tracking!4", True),
     "why": ([HEADER, EVENT, END | {"ended": "broken", "why": "It was stuck.", "remedy": "Mend it."}],
             "It was stuck. Mend it.", True),
     "stopped": ([HEADER, EVENT, END | {"ended": "stopped", "stopped_by": "Ken"}], "stopped by Ken", True),

@@ -92,13 +92,13 @@ def test_rows_whose_numbers_have_shifted_keep_those_of_the_run(tmp_path):
 def test_what_was_only_written_differently_and_notes_change_nothing(tmp_path):
     made = edited(tmp_path, ROWS.replace("300 ms", "0.3 s"))
     [edit] = [act for _, act in made.script.acts if act.kind == "edit"]
-    assert edit.detail["changes"] == [] and edit.text == "Nothing that runs has changed." and not made.happened("edit")
+    assert edit.detail["changes"] == [] and edit.text == "No running row has changed." and not made.happened("edit")
 
 
 @pytest.mark.parametrize(("was", "now", "why"), [
     ("| Sum, Head pitch | combineLatest", "| Head pitch, Sum | combineLatest", "row T!3 has other inputs"),
     ("accumulate | total + headYaw", "map | headYaw", "row T!2 has a different connector"),
-    ("| value > 2 | Large |", "| value > 2 | Huge |", "row T!7 has another output"),
+    ("| value > 2 | Large |", "| value > 2 | Huge |", "row T!7 has a different output"),
     ("| Large | subscribe | | Say |\n", "", "T has fewer rows"),
     ("| Large | subscribe | | Say |\n", "| Large | subscribe | | Say |\n| Large | subscribe | | Print |\n", "T has more rows"),
     ("| accumulate | total + headYaw |", "| accumulate | |", "row T!2 has a formula where there was none, or none"),

@@ -223,7 +223,7 @@ def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
     running.thread.join(300)
     result = running.ended[0].result
     assert result is not None and result.broken is not None
-    assert "more than 1 s; the costliest are T!" in result.broken.message and result.summary.ended == "broken"
+    assert "more than 1 s. The slowest are T!" in result.broken.message and result.summary.ended == "broken"
     assert len(running.panel.finished) == 1, "the robot comes to its rest"
 
 

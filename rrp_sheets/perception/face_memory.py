@@ -94,8 +94,8 @@ def read_memory(path: Path) -> FaceMemory:
         return FaceMemory()
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         why = N_("The remembered faces in “{path}” cannot be read.", path=str(path))
-        remedy = N_("Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; "
-                    "the robot then begins without.")  # fmt: skip
+        remedy = N_("Delete them with `rrp-sheets faces --forget-all` in the workbook’s folder. The robot then "
+                    "starts without any.")  # fmt: skip
         raise SheetsError(why, remedy) from None
 
 
@@ -142,9 +142,9 @@ def forget_all(folder: Path) -> str:
     """Delete all remembered faces, also when the file is broken; return a sentence that says how many."""
     try:
         count = len(kept(folder))
-        words = N_("1 face is wiped.") if count == 1 else N_("{n} faces are wiped.", n=count)
+        words = N_("1 face is deleted.") if count == 1 else N_("{n} faces are deleted.", n=count)
     except SheetsError:
-        words = N_("All faces are wiped.")
+        words = N_("All faces are deleted.")
     write_memory(faces_file(folder), FaceMemory())
     return words
 

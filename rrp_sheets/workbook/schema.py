@@ -292,16 +292,18 @@ FIELDS = {
         ), closed=True, prompt=N_("frame: every frame takes all that has come. event loop: each value at once.")),
         ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15"))),
         ProtocolField("Run"),
-        ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),)),
+        ProtocolField("Seed", (
+            CellChoice("0", N_("a whole number that sets the random choices of PICK and the simulator")),
+        )),
         ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min")))),
         ProtocolField("Face memory", (
-            CellChoice("ends with the run", N_("what blank means")),
+            CellChoice("ends with the run", N_("a blank means the same")),
             CellChoice("kept", N_("for the next runs too, in runs/faces.json")),
         ), closed=True, prompt=N_("How long the robot remembers faces.")),
         ProtocolField("Camera pictures", (
-            CellChoice("kept", N_("with the record of a run; what blank means")),
+            CellChoice("kept", N_("with the recording of a run; a blank means the same")),
             CellChoice("not kept", N_("no picture of the robot's camera is stored")),
-        ), closed=True, prompt=N_("Whether pictures of the robot's camera are kept with a run's record.")),
+        ), closed=True, prompt=N_("Whether a run's recording contains pictures of the robot's camera.")),
         ProtocolField("Language", tuple(
             CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else
                        N_("of explanations, diagrams and the printed protocol"))
