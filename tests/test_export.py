@@ -480,13 +480,13 @@ def test_what_cannot_be_exported_is_told_with_a_remedy(session: Path, tmp_path: 
     damaged.getbuffer()[begin : begin + 8] = b"\xff" * 8
     (tmp_path / "damaged.xlsx").write_bytes(damaged.getvalue())
     for runs, target, more, message in (
-        ([session], "damaged.xlsx", {}, "is there already and is no table of a run"),
+        ([session], "damaged.xlsx", {}, "already exists and is not a table of a run"),
         ([session], "run.doc", {}, "cannot be exported as “.doc”"),
         ([session], "run", {}, "cannot be exported as “run”"),
         ([session, other], "p.svg", {}, "A picture is of one run"),
         ([session], "p.csv", {"streams": ["x"]}, "chosen for plots"),
         ([session, session], "p.csv", {}, "is named twice"),
-        ([broken], "p.csv", {}, "is not a record of a run"),
+        ([broken], "p.csv", {}, "is not the recording of a run"),
         ([tmp_path / "none"], "p.csv", {}, "There is no run"),
         ([session], "no/such/folder/p.csv", {}, "cannot be written"),
         ([session], "runs/2026-a/protocol.xlsx", {}, "belongs to the record"),
@@ -521,7 +521,7 @@ def test_what_lies_beside_the_runs_is_left_out(tmp_path: Path) -> None:
     assert api.export(sorted(faces.parent.iterdir()), target) == []
     api.export([place], tmp_path / "alone.csv")
     assert target.read_bytes() == (tmp_path / "alone.csv").read_bytes()
-    with pytest.raises(UnreadableFile, match=r"faces.json” is not a record"):
+    with pytest.raises(UnreadableFile, match=r"faces.json” is not the recording"):
         api.export([faces], tmp_path / "none.csv")
 
 

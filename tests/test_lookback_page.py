@@ -187,7 +187,7 @@ def test_the_record_leads_there_and_what_is_not_there_is_told(page: Any, folder:
     (folder / "runs" / "bad").mkdir(exist_ok=True)
     (folder / "runs" / "bad" / "trace.jsonl").write_text('{"type":"header","streams":[]}\nbroken\n')
     page.goto("/runs/bad/lookback")
-    expect(page.locator("#trouble")).to_contain_text("is not a record of a run")
+    expect(page.locator("#trouble")).to_contain_text("is not the recording of a run")
     for address in (
         "none/lookback",
         "one/lookback/piece/99.json",

@@ -174,8 +174,8 @@ def test_marbles_of_some_rows_and_some_time(client: FlaskClient, run: str) -> No
     late = get(client, f"/runs/{run}/marbles?from=3&to=4").text
     assert "<title>3.1 s: " in late and "<title>2.9 s: " not in late
     for wrong, words in (
-        ("from=soon", "no time"),
-        ("to=-1", "no time"),
+        ("from=soon", "not a time"),
+        ("to=-1", "not a time"),
         ("from=3&to=1", "Nothing came"),
         ("from=99", "Nothing came"),
     ):

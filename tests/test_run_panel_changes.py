@@ -81,7 +81,7 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
         os.kill(found.pop(), signal.SIGKILL)
         assert "The run stopped unexpectedly at " in ended(at.page)
         becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
-        becomes(lambda: "simulator has ended" in at.page.inner_text("#run-notice"), which == "the simulator")
+        becomes(lambda: "simulator ended" in at.page.inner_text("#run-notice"), which == "the simulator")
         run(at.page)
     at.page.click("[data-run=stop]")
     assert ended(at.page).startswith("Stopped by OP-1")

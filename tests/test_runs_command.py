@@ -375,9 +375,9 @@ def test_a_run_that_begins_is_told_when_it_may_be_of_the_code(study: Path) -> No
     new = study / "runs" / "8-new"
     new.mkdir()
     with locked(new):
-        with pytest.raises(SheetsError, match="8-new is just beginning"):
+        with pytest.raises(SheetsError, match="8-new has just started"):
             plan(study, CODE)
-        with pytest.raises(SheetsError, match="8-new is just beginning"):
+        with pytest.raises(SheetsError, match="8-new has just started"):
             delete(planned)
     assert (study / "runs" / "1-a").is_dir()
     write_run(study, "9-new", HEADER | {"participant": CODE}, EVENT, END)
@@ -492,5 +492,5 @@ def test_two_people_who_delete_the_same_runs_at_once_leave_nothing(
     delete(again)
     write_run(tmp_path, "run-3", of(CODE), END)
     monkeypatch.setattr("rrp_sheets.recording.deleting._files", lambda place: [place / "gone"])
-    with pytest.raises(SheetsError, match="has just deleted"):
+    with pytest.raises(SheetsError, match="just deleted"):
         plan(tmp_path, CODE)

@@ -157,7 +157,7 @@ def _differences(plan: Plan, edited: Plan) -> Iterator[str]:
     if was.robot.name != now.robot.name:
         yield N_("the Protocol names another robot")
     if (was.run.engine, was.run.frame_rate) != (now.run.engine, now.run.frame_rate):
-        yield N_("the Protocol's engine or frame rate is different")
+        yield N_("the Protocol's Engine or Frame rate is different")
     if list(plan.behaviours) != list(edited.behaviours) or plan.on != edited.on:
         yield N_("other behaviours are selected to run")
         return
