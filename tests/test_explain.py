@@ -96,7 +96,7 @@ def test_conditions(wording, formula, words):
         ("PICK(praise)", "a random entry of “praise”"),
         ('"I see a " & it.colour & " ball"', "the words “I see a ‹colour of Ball› ball”"),
         ('f"{distance} m"', "the words “‹Distance› m”"),
-        ('"So " & howFar(ball.distance)', "the words “So ‹how far of distance of Ball›”"),
+        ('"So " & howFar(ball.distance)', "the words “So ‹how far(distance of Ball)›”"),
         # never guessed:
         ("(", "`(`"),
         ("(1, 0, 0)", "the values (1, 0, 0)"),

@@ -175,8 +175,8 @@ class Wording:
             return _QUOTES.sub("", named.name or named.noun)
         called, args = _call(tree)
         if called in self.helpers and args:
-            inputs = self.texts.listed([self._gap(arg) for arg in args])
-            return self.texts.get("value.gap", field=_spaced(self.helpers[called]), input=inputs)
+            inputs = self.texts.in_a_row([self._gap(arg) for arg in args])
+            return f"{_spaced(self.helpers[called])}({inputs})"
         return _QUOTES.sub("", self._subject(tree)[0])
 
     def _operand(self, tree: ast.expr) -> str:
