@@ -312,14 +312,14 @@ def test_the_sentences_of_the_advanced_connectors():
     checked = check(book)
     (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][:8] == [
-        "Each “A” or “B” updates the total: `IF(ISBLANK(b), total + 1, 0)` (“N”).",
-        "Each “A” is counted (“M”).",
-        "“N” goes on as “O” only the first time since the start or since “B”.",
-        "“N” goes on as “P” only the first time for each `n`.",
-        "When 8 s have passed since “O” without “P”, it goes on as “Q”.",
-        "“Q” goes on as “R” only when it differs from the one before.",
-        "Of “R”, at most one in 4 s goes on as “S”; the others are dropped.",
-        "“S” goes on 2 s later as “U”.",
+        "“A” adds 1 to “N”. “B” sets “N” to 0.",
+        "Each “A” adds 1 to “M”.",
+        "After the start and after each “B”, only the first “N” becomes “O”.",
+        "Only the first “N” for each `n` becomes “P”.",
+        "8 s after the last “O”, emit “Q”, unless “P” arrives first.",
+        "Each “Q” that differs from the one before becomes “R”.",
+        "When “R” arrives, emit “S”, then ignore new ones for 4 s.",
+        "2 s after each “S”, emit “U”.",
     ]
 
 
@@ -331,6 +331,6 @@ def test_a_blank_that_stops_an_actuator_is_told_as_such():
     checked = check(book)
     (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][1::2] == [
-        "Whenever the result of row 2 comes, stop speaking (“Say”).",
-        "Whenever “Hush” comes, stop following (“Head tracker”).",
+        "When the result of row 2 arrives, stop speaking (“Say”).",
+        "When “Hush” arrives, stop following (“Head tracker”).",
     ]

@@ -32,7 +32,7 @@ def test_a_table_of_a_run_replaces_only_such_a_table(run: Path, tmp_path: Path, 
     before = target.read_bytes()
     for _ in range(2):
         ran = CliRunner().invoke(group, ["export", str(run), "-o", str(target)])
-        assert isinstance(ran.exception, SheetsError) and "no table of a run" in ran.exception.message
+        assert isinstance(ran.exception, SheetsError) and "not a table of a run" in ran.exception.message
         assert target.read_bytes() == before
     target.unlink()
     for _ in range(2):  # its own is renewed
@@ -121,7 +121,7 @@ def test_no_text_takes_the_place_of_a_workbook(tmp_path: Path) -> None:
             target.write_text("## T\n\n| From | To |\n|---|---|\n", encoding="utf-8")
         before = target.read_bytes() if target.exists() else None
         ran = CliRunner().invoke(group, ["explain", str(WORKBOOK), "-o", str(target)])
-        assert isinstance(ran.exception, SheetsError) and "taken for a workbook" in ran.exception.message, name
+        assert isinstance(ran.exception, SheetsError) and "has the name of a workbook" in ran.exception.message, name
         assert (target.read_bytes() if target.exists() else None) == before
 
 

@@ -214,7 +214,7 @@ def test_what_cannot_be_downloaded_or_uploaded(place: Path, tmp_path: Path) -> N
     before = sorted(place.iterdir())
     evil = remade(tmp_path / "x.zip", relisted({**files(place / "song.zip"), "../evil": b"evil"}))
     assert "leads out of the folder" in upload(client, "x.zip", evil.read_bytes())
-    assert "cannot be taken as a bundle" in upload(client, "x.zip", b"hello")
+    assert "cannot be opened as a bundle" in upload(client, "x.zip", b"hello")
     swollen = {f"runs/{n}": bytes(9_999_999) for n in range(21)}
     bomb = remade(tmp_path / "b.zip", {**files(place / "song.zip"), **swollen})
     assert "larger than 200 MB" in upload(client, "b.zip", bomb.read_bytes())

@@ -171,9 +171,9 @@ def test_every_connector_describes_itself():
 
 
 def test_sentences_of_connectors_name_only_places_that_rows_fill():
-    places = {"input", "inputs", "inputs_or", "others", "formula", "period", "pace", "output", "onto", "as"}
-    of_some = {"map": {"event", "work"}, "filter": {"event", "condition"}, "combineLatest": {"work"},
-               "subscribe": {"event", "work", "does"}}  # fmt: skip
+    places = {"event", "input", "one", "inputs", "inputs_or", "each_or", "others", "others_or", "formula", "period",
+              "pace", "output", "rows"}  # fmt: skip
+    of_some = {"map": {"value"}, "filter": {"condition"}, "combineLatest": {"value"}, "subscribe": {"value", "does"}}
     for connector in connectors():
         for template in (connector.sentence, *connector.variants.values()):
             used = {name for _, name, _, _ in Formatter().parse(template) if name}

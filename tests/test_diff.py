@@ -185,7 +185,7 @@ EDITS = {
     ),
     "behaviour sheets in another order": (
         [(BASE[BASE.index("## Looking"):BASE.index("## Devices")], ""), ("## Tracking", BASE[BASE.index("## Looking"):BASE.index("## Devices")] + "## Tracking")],
-        ["~ The sheets stand in another order: Tracking, Looking → Looking, Tracking"],
+        ["~ The sheets have another order: Tracking, Looking → Looking, Tracking"],
     ),
     "nothing": ([], []),
 }  # fmt: skip

@@ -75,7 +75,7 @@ def test_the_same_file_and_a_link_to_it(pair, tmp_path):
 def test_errors_are_told(pair):
     result = run(*pair(edited(("near(closeBall)", "near(")), edited(("near(closeBall)", "near("))))
     assert result.exit_code == 0
-    assert "The second workbook (" in result.output and "has 1 error: what could not be understood" in result.output
+    assert "The second workbook (" in result.output and "has 1 error. Parts that could not be read" in result.output
 
 
 def test_json(pair):

@@ -193,7 +193,7 @@ def test_a_hanging_actuator_stops_neither_the_run_nor_stop(monkeypatch):
     assert [how for _, how in ended] == ["stopped"]
     with within(3):
         told = made.stop()
-    assert [h.text for h in told] == ["Say did not stop in time and was left behind."]
+    assert [h.text for h in told] == ["Say did not stop in time."]
     assert ("rest", "print") in world.log and world.log[-1] == ("close",)
 
 

@@ -38,7 +38,7 @@ def test_a_row_without_its_formula_yet(tmp_path, connector):
 def wording():
     names = {
         "ball": Named("“Ball”", Content(BALL)), "distance": Named("“Distance”", Content(unit="m")),
-        "it": Named("it", Content(BALL), pronoun=True),
+        "it": Named("it", Content(BALL), pronoun=True, name="“Ball”"),
     }  # fmt: skip
     return Wording(texts(), names, {"howfar": "howFar"})
 
@@ -61,41 +61,53 @@ def test_the_workbooks_in_words(name, golden):
         ("distance < 1 or distance > 2", "“Distance” is under 1 m or “Distance” is over 2 m"),
         ('ball.colour == "red"', "the colour of “Ball” is “red”"),
         ('it.colour != "red"', "its colour is not “red”"),
-        ("not ball.new", "the “new” of “Ball” is not true"),
+        ("not ball.new", "the “new” value of “Ball” is not true"),
         ("ISBLANK(distance)", "“Distance” is blank"),
-        ("howFar", "“how far” holds"),
+        ("howFar", "“how far” is true"),
         # never guessed:
-        ("distance", "`distance` holds"),
-        ("ball.unknown > 1", "`ball.unknown > 1` holds"),
-        ("distance < 1 and (distance > 2 or ball.new)", "`distance < 1 and (distance > 2 or ball.new)` holds"),
-        ("ABS(distance) < 1", "`ABS(distance) < 1` holds"),
-        ("distance <", "`distance <` holds"),
-        ("not distance < 1", "`not distance < 1` holds"),
-        ("0.5 < distance > 0.1", "`0.5 < distance > 0.1` holds"),
+        ("distance", "`distance` is true"),
+        ("ball.unknown > 1", "`ball.unknown > 1` is true"),
+        ("distance < 1 and (distance > 2 or ball.new)", "`distance < 1 and (distance > 2 or ball.new)` is true"),
+        ("ABS(distance) < 1", "`ABS(distance) < 1` is true"),
+        ("distance <", "`distance <` is true"),
+        ("not distance < 1", "`not distance < 1` is true"),
+        ("0.5 < distance > 0.1", "`0.5 < distance > 0.1` is true"),
     ],
 )
 def test_conditions(wording, formula, words):
-    assert wording.condition(formula) == words
+    assert wording.condition(formula).text == words
 
 
 @pytest.mark.parametrize(
     ("formula", "words"),
     [
-        ("it.distance", "take its distance"),
-        ("=ball.distance", "take the distance of “Ball”"),
-        ('"Hello"', "prepare the words “Hello”"),
-        ('IF(distance < 1, "near", "far")', "give the words “near” when “Distance” is under 1 m, else the words “far”"),
-        ("1 if distance < 1 else 0", "give the number 1 when “Distance” is under 1 m, else the number 0"),
-        ("howFar", "work out “how far”"),
-        ("howFar(ball)", "work out “how far” from “Ball”"),
-        ("distance * 2", "work out `distance * 2`"),
-        ("(", "work out `(`"),
-        ("(1, 0, 0)", "give the values (1, 0, 0)"),
-        ("(distance, 0)", "work out `(distance, 0)`"),
+        ("it.distance", "its distance"),
+        ("=ball.distance", "the distance of “Ball”"),
+        ('"Hello"', "the words “Hello”"),
+        ('IF(distance < 1, "near", "far")', "“near” if “Distance” is under 1 m, otherwise “far”"),
+        ("1 if distance < 1 else 0", "1 if “Distance” is under 1 m, otherwise 0"),
+        ("howFar", "“how far”"),
+        ("howFar(ball)", "“how far” from “Ball”"),
+        ("distance * 2", "“Distance” × 2"),
+        ("ROWS(Parts) + 1", "the number of rows in “Parts” + 1"),
+        ("INDEX(Parts; distance)", "the row of “Parts” with the number “Distance”"),
+        ("INDEX(Parts[Say]; it)", "the “Say” value in the row of “Parts” with this number"),
+        ("XLOOKUP(ball.colour; Parts[Name]; Parts)", "the row of “Parts” whose “Name” is the colour of “Ball”"),
+        ("PICK(praise)", "a random entry of “praise”"),
+        ('"I see a " & it.colour & " ball"', "the words “I see a ‹colour of Ball› ball”"),
+        ('f"{distance} m"', "the words “‹Distance› m”"),
+        ('"So " & howFar(ball.distance)', "the words “So ‹how far(distance of Ball)›”"),
+        # never guessed:
+        ("(", "`(`"),
+        ("(1, 0, 0)", "the values (1, 0, 0)"),
+        ("(distance, 0)", "`(distance, 0)`"),
+        ("distance * 2 + 1", "`distance * 2 + 1`"),
+        ("XLOOKUP(distance; Parts[Name]; Others)", "`XLOOKUP(distance; Parts[Name]; Others)`"),
+        ("ball.unknown", "`ball.unknown`"),
     ],
 )
-def test_works(wording, formula, words):
-    assert wording.work(formula) == words
+def test_values(wording, formula, words):
+    assert wording.value(formula).text == words
 
 
 def test_an_explanation_of_three_rows(tmp_path):
@@ -105,8 +117,8 @@ def test_an_explanation_of_three_rows(tmp_path):
         "| Close ball | subscribe | | Head tracker | |\n",
     )
     assert said.paragraph == (
-        "Whenever the robot sees a red ball, take its distance. "
-        "When it is under 0.5 m, start to follow the red ball with the head."
+        "When the robot sees a red ball, set “Distance” to its distance. "
+        "When “Distance” is under 0.5 m, follow the red ball with the head."
     )
     assert said.sensors == ("Red ball",) and said.actuators == ("Head tracker",)
 
@@ -129,9 +141,9 @@ def test_forgotten_values_stop_the_actuator(tmp_path):
         "| Red ball | forgetAfter | 2 s | Fresh ball | |\n| Fresh ball | subscribe | | Head tracker | |\n",
     )
     assert said.rows[0].text == (
-        "“Red ball” goes on at once as “Fresh ball”; a blank follows when nothing new has come for 2 s."
+        "Each “Red ball” becomes “Fresh ball” at once. If no new one arrives for 2 s, a blank follows."
     )
-    assert said.rows[1].text.endswith("When a blank comes, stop following (“Head tracker”).")
+    assert said.rows[1].text.endswith("If it is blank, stop following (“Head tracker”).")
 
 
 def test_a_blank_is_told_by_what_it_stops(tmp_path):
@@ -143,11 +155,11 @@ def test_a_blank_is_told_by_what_it_stops(tmp_path):
         devices,
     )
     assert [row.text for row in said.rows] == [
-        "Whenever the robot sees a red ball, cancel the wait (“Pause”).",
-        "Whenever the robot sees a red ball, stop the gesture (“Nod”).",
-        "Whenever the robot sees a red ball, give a blank (“Off”).",
-        "Whenever “Off” comes, send a blank to “Eye LED color”, which stops nothing.",
-        "Whenever “Off” comes, send a blank to “Print”, which stops nothing.",
+        "When the robot sees a red ball, cancel the wait (“Pause”).",
+        "When the robot sees a red ball, stop the gesture (“Nod”).",
+        "When the robot sees a red ball, set “Off” to a blank.",
+        "When “Off” arrives, send a blank to “Eye LED color”, which stops nothing.",
+        "When “Off” arrives, send a blank to “Print”, which stops nothing.",
     ]
 
 
@@ -156,8 +168,8 @@ def test_only_what_a_blank_stops_is_told_to_stop(tmp_path):
         tmp_path,
         "| Face | forgetAfter | 2 s | Seen | |\n| Seen | subscribe | | Remember face | |\n| Seen | subscribe | | Say | |\n",
     )
-    assert said.rows[1].text == "Whenever “Seen” comes, remember the face."
-    assert said.rows[2].text == "Whenever “Seen” comes, say it. When a blank comes, stop speaking (“Say”)."
+    assert said.rows[1].text == "When “Seen” arrives, remember the face."
+    assert said.rows[2].text == "When “Seen” arrives, say it. If it is blank, stop speaking (“Say”)."
 
 
 def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further_inputs(tmp_path):
@@ -166,9 +178,12 @@ def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further
         "| Red ball, Green ball, Blue ball | merge | | Ball | |\n| Ball | merge | | Same | |\n"
         "| Ball, Red ball, Green ball | filter | ball.distance < redBall.distance + greenBall.distance | Near | |\n",
     )
-    assert said.rows[0].text == "Whenever any of “Red ball”, “Green ball” or “Blue ball” comes, it goes on as “Ball”."
-    assert said.rows[1].text == "“Ball” goes on as “Same”."
-    assert said.rows[2].text.endswith("with the latest “Red ball” and “Green ball”, “Ball” goes on as “Near”.")
+    assert said.rows[0].text == "Any of “Red ball”, “Green ball” or “Blue ball” becomes “Ball”."
+    assert said.rows[1].text == "Each “Ball” becomes “Same”."
+    assert said.rows[2].text == (
+        "When “Ball” arrives, if its “distance” value is under the distance of the latest “Red ball” + the distance of "
+        "the latest “Green ball”, emit “Near”."
+    )
 
 
 def test_pointing_names_the_arm(tmp_path):
@@ -177,7 +192,7 @@ def test_pointing_names_the_arm(tmp_path):
         "| Red ball | subscribe | | Pointer | |\n",
         "\n## Devices\n| Stream | Device | Mode | Effector |\n|---|---|---|---|\n| Pointer | Tracker | Move | Left arm |\n",
     )
-    assert said.rows[0].text == "Whenever the robot sees a red ball, start to point at the red ball with the left arm."
+    assert said.rows[0].text == "When the robot sees a red ball, point at the red ball with the left arm."
 
 
 def test_every_connector_has_words(tmp_path):
@@ -190,7 +205,7 @@ def test_every_connector_has_words(tmp_path):
 def test_an_operators_button_and_what_it_lets_say_are_told_once(tmp_path):
     button = "\n## Devices\n| Stream | Device | Label |\n|---|---|---|\n| Praise | Operator button | Praise |\n"
     praise = explained(tmp_path, '| Praise | subscribe | "It is time." | Say | |\n', button)
-    assert praise.paragraph == "Whenever the operator presses “Praise”, say the words “It is time.”"
+    assert praise.paragraph == "When the operator presses “Praise”, say “It is time.”"
     assert praise.rows[0].text == praise.paragraph and praise.sensors == ("Praise (pressed by the operator)",)
     chain = '| Praise | map | praise.count | N | |\n| N | filter | n > 3 | E | |\n| E | map | "End." | Words | |\n'
     chained = explained(tmp_path, f"{chain}| Words | subscribe | | Say | |\n", button)
@@ -199,7 +214,7 @@ def test_an_operators_button_and_what_it_lets_say_are_told_once(tmp_path):
     other = explained(
         tmp_path, "| Praise | subscribe | | Print | |\n", button.replace("| Praise |\n", "| Well done |\n")
     )
-    assert other.paragraph.startswith("Whenever the operator presses “Well done” (“Praise”)")
+    assert other.paragraph.startswith("When the operator presses “Well done” (“Praise”)")
 
 
 def test_headings_of_the_sheet_stand_above_their_rows(tmp_path):
@@ -213,3 +228,53 @@ def test_headings_of_the_sheet_stand_above_their_rows(tmp_path):
     first = next(n for n, line in enumerate(said) if line.startswith("  4  "))
     assert said[first - 1] == "  Near things and far ones" and said[first - 2] == ""
     assert sum("ear things" in line for line in said) == 1 and not any("last" in line for line in said)
+
+
+DEVICES = """
+## Devices
+| Stream | Device | Every | Label | Forward | Left | Turn | Words |
+|---|---|---|---|---|---|---|---|
+| Clock | Timer | 1 s | | | | | |
+| Going | Operator button | | Go | | | | |
+| Back | Walk | | | -0.15 | | | |
+| Around | Walk | | | 1.2 | -0.3 | -90° | |
+| Words | Word recognized | | | | | | yes, no |
+"""
+
+
+@pytest.mark.parametrize(
+    ("row", "sentence"),
+    [
+        ("Clock | filter | clock.count > 3 | Late", "Every second (“Clock”), if its count is over 3, emit “Late”."),
+        ("Clock, Going | filter | going.count = 1 | Beat", "While the count of “Going” is 1, every “Clock” becomes “Beat”."),
+        ("Clock | subscribe | | Back", "Every second (“Clock”), walk 15 cm backwards."),
+        (
+            "Clock | subscribe | | Around",
+            "Every second (“Clock”), walk 1.2 m forwards and 30 cm to the right, then turn 90° to the right.",
+        ),
+        ('Clock | subscribe | "red" | Eye LED color', "Every second (“Clock”), turn both eyes red."),
+        ('Clock | subscribe | "red" | Say', "Every second (“Clock”), say “red”."),
+        ("Clock | subscribe | clock.count | Print", "Every second (“Clock”), write its count to the log."),
+        ("Say done | filter | sayDone.completed | Said", "When “Say” finishes uninterrupted, emit “Said”."),
+        ("Say done | filter | NOT(sayDone.completed) | Cut", "When “Say” is interrupted, emit “Cut”."),
+        ("Clock, Going | merge | | ", "Any of “Clock” or “Going” goes to row 3."),
+        ("Clock, Going | accumulate | IF(ISBLANK(going); total + 1; 0) | N", "“Clock” adds 1 to “N”. “Going” sets “N” to 0."),
+        ("Clock, Going | accumulate | IF(ISBLANK(going); total; 1) | N", "“Clock” leaves “N” as it is. “Going” sets “N” to 1."),
+        ("Clock, Going | accumulate | total + value.count | N", "Each “Clock” or “Going” updates “N” to `total + value.count`."),
+        ("Words, Clock | timeout | 2 s | Calm", "2 s after the last “Words”, emit “Calm”, unless “Clock” arrives first."),
+        ("Words | map | words.word | Word", "When the robot hears “yes” or “no” (“Words”), set “Word” to its word."),
+        ("Clock, Going | once | | First", "After the start and after each “Going”, only the first “Clock” becomes “First”."),
+    ],
+)  # fmt: skip
+def test_whole_sentences_for_each_kind_of_row(tmp_path, row, sentence):
+    said = explained(tmp_path, f"| {row} | |\n| | subscribe | | Print | |\n", DEVICES)
+    assert said.rows[0].text == sentence
+
+
+def test_inputs_that_may_be_blank_themselves_are_not_taken_for_their_events(tmp_path):
+    said = explained(
+        tmp_path,
+        "| Clock | forgetAfter | 2 s | Old | |\n| Old, Going | accumulate | IF(ISBLANK(old); total + 1; 0) | N | |\n",
+        DEVICES,
+    )
+    assert said.rows[1].text == "Each “Old” or “Going” updates “N” to `IF(ISBLANK(old); total + 1; 0)`."

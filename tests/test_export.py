@@ -54,7 +54,7 @@ def session(tmp_path: Path) -> Path:
         {"t": 1.5, "happening": "say", "text": "Hello", "row": "Tracking!3"},
         {"t": 2.0, "happening": "press", "text": "Start", "by": "Aya"},
         {"t": 2.5, "happening": "mark", "text": "Kai laughs", "by": "Aya"},
-        {"t": 3.0, "row": "Tracking!4", "error": "This divides by zero.", "code": "FORM101", "inputs": []},
+        {"t": 3.0, "row": "Tracking!4", "error": "This formula divides by zero.", "code": "FORM101", "inputs": []},
         {"t": 3.5, "stream": "Tracking!Distance", "row": "Tracking!2", "value": 0.75}, END,
     )  # fmt: skip
 
@@ -82,7 +82,7 @@ def test_a_csv_says_in_every_row_where_it_comes_from(session: Path, tmp_path: Pa
     assert (rows[3]["time_s"], rows[3]["distance_m"], rows[3]["colour"]) == ("0.300000", "1.03", "red")
     assert [(r["kind"], r["message"], r["by"]) for r in rows if r["message"]] == [
         ("say", "Hello", ""), ("press", "Start", "Aya"), ("mark", "Kai laughs", "Aya"),
-        ("error", "This divides by zero.", ""),
+        ("error", "This formula divides by zero.", ""),
     ]  # fmt: skip
 
 
@@ -262,7 +262,7 @@ def test_a_table_tells_the_end_of_the_program_from_a_person_who_stopped_the_run(
     ended = {r["run"]: (r["ended"], r["complete"]) for r in rows_of(tmp_path / "t.csv")}
     assert ended == {"one": ("stopped", "TRUE"), "two": ("killed", "FALSE"), "three": ("stopped", "TRUE")}
     shown = CliRunner().invoke(group, ["runs", str(tmp_path)]).output
-    assert "stopped by Aya" in shown and "stopped by the end of the program that had started it" in shown
+    assert "stopped by Aya" in shown and "stopped because the program that started it ended" in shown
     help_text = (Path(help.__file__).parent / "records.md").read_text(encoding="utf-8")
     assert (
         "* killed | " in help_text and "complete is FALSE" in help_text.partition("* killed | ")[2].partition("\n")[0]
@@ -299,7 +299,7 @@ def test_plots_have_one_axis_a_line_per_stream_and_what_happened(session: Path, 
     words = words_in(tmp_path / "p.svg")
     assert words[0] == "good.md, P-01, Control, 2026-11-02 09:05"
     for expected in ("Distance", "Red ball.distance", "in m", "sensor, 40 values", "Said", "Hello", "Button", "Start",
-                     "Mark", "Kai laughs", "Error", "This divides by zero.", "Time (s)", "1.39"):  # fmt: skip
+                     "Mark", "Kai laughs", "Error", "This formula divides by zero.", "Time (s)", "1.39"):  # fmt: skip
         assert expected in words
     assert words[-1].startswith("good.md · 000000000000 · RRP Sheets 0.2.0 · simulated · seed 7 · P-01 · Control")
     told = {e.get("name"): e.text for e in ET.parse(tmp_path / "p.svg").iter("{urn:rrp-sheets:about}entry")}
@@ -480,13 +480,13 @@ def test_what_cannot_be_exported_is_told_with_a_remedy(session: Path, tmp_path: 
     damaged.getbuffer()[begin : begin + 8] = b"\xff" * 8
     (tmp_path / "damaged.xlsx").write_bytes(damaged.getvalue())
     for runs, target, more, message in (
-        ([session], "damaged.xlsx", {}, "is there already and is no table of a run"),
+        ([session], "damaged.xlsx", {}, "already exists and is not a table of a run"),
         ([session], "run.doc", {}, "cannot be exported as “.doc”"),
         ([session], "run", {}, "cannot be exported as “run”"),
         ([session, other], "p.svg", {}, "A picture is of one run"),
         ([session], "p.csv", {"streams": ["x"]}, "chosen for plots"),
         ([session, session], "p.csv", {}, "is named twice"),
-        ([broken], "p.csv", {}, "is not a record of a run"),
+        ([broken], "p.csv", {}, "is not the recording of a run"),
         ([tmp_path / "none"], "p.csv", {}, "There is no run"),
         ([session], "no/such/folder/p.csv", {}, "cannot be written"),
         ([session], "runs/2026-a/protocol.xlsx", {}, "belongs to the record"),
@@ -521,7 +521,7 @@ def test_what_lies_beside_the_runs_is_left_out(tmp_path: Path) -> None:
     assert api.export(sorted(faces.parent.iterdir()), target) == []
     api.export([place], tmp_path / "alone.csv")
     assert target.read_bytes() == (tmp_path / "alone.csv").read_bytes()
-    with pytest.raises(UnreadableFile, match=r"faces.json” is not a record"):
+    with pytest.raises(UnreadableFile, match=r"faces.json” is not the recording"):
         api.export([faces], tmp_path / "none.csv")
 
 

@@ -162,7 +162,7 @@ def test_what_hides_a_face_hides_it() -> None:
 
 def test_why_a_face_is_not_remembered_is_told() -> None:
     run = Run(enters(1.4, "Mia", 1.0, 0.0))
-    assert run.remember() == "There is no face to remember in view."
+    assert run.remember() == "No face to remember is in view."
     run.go(1.5)
     assert run.remember("Anna") == FACE_REMEMBERED.format(name="Anna")
     assert run.remember("Anna") == "The face is remembered already, as Anna."

@@ -49,9 +49,9 @@ def bad_pictures(folder: Path) -> dict[str, tuple[Path, str]]:
     noise = np.random.default_rng(1).integers(0, 255, (200, 200, 3), np.uint8)
     made = {
         "missing.png": "cannot be read: No such file",
-        "text.png": "no PNG or JPEG",
-        "cut.jpg": "no PNG or JPEG, or it is broken",
-        "bitmap.png": "no PNG or JPEG",
+        "text.png": "not a PNG or JPEG",
+        "cut.jpg": "not a PNG or JPEG, or it is broken",
+        "bitmap.png": "not a PNG or JPEG",
         "small.png": "only 20 × 20 pixels",
         "wide.png": "too large",
         "noface.png": "No face can be found",

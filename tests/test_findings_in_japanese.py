@@ -189,8 +189,8 @@ def said_by(*arguments: object) -> str:
 def test_a_japanese_protocol_is_checked_in_japanese(japanese):
     text = said_by("check", japanese)
     assert "誤り GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text and "誤り1件。" in text
-    assert "「Red ball」のことですか。" in text and "No row gives" not in text
-    assert "No row gives the stream “Red bal”" in said_by("check", japanese, "--language", "en")
+    assert "「Red ball」のことですか。" in text and "No row produces" not in text
+    assert "No row produces the stream “Red bal”" in said_by("check", japanese, "--language", "en")
     (found,) = json.loads(said_by("check", japanese, "--json"))["findings"]
     assert found["message"].startswith("ストリーム「Red bal」") and found["fixes"][0]["title"] == "Red ball と書く"
     assert "ストリーム「Red bal」" in said_by("explain", japanese)

@@ -73,4 +73,4 @@ def test_a_pipe_in_place_of_a_trace_is_not_waited_for(tmp_path: Path) -> None:
     place.mkdir(parents=True)
     os.mkfifo(place / "trace.jsonl")
     facts = metadata_of(place)
-    assert not facts.readable and "it is no file" in facts.why
+    assert not facts.readable and "it is not a file" in facts.why

@@ -251,7 +251,7 @@ def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path:
     with Served(tmp_path) as server:
         assert "b.xlsx" in server.get("runs")
         page = server.get(f"runs/{run.name}")
-        assert "stopped by the end of the program that had started it" in page
+        assert "stopped because the program that started it ended" in page
         assert "cannot be read" not in page and server.get(f"runs/{run.name}/trace.csv").count("\n") > 10
 
 

@@ -359,7 +359,7 @@ def test_a_circle_of_rows_or_many_equal_rows_do_not_stop_the_lints():
 
 def test_a_value_and_the_limit_that_it_passes_look_different():
     (found,) = list(check(rows("| Start | subscribe | 120° | Neck | |", DEVICES, header=HEADER)).report)
-    assert found.code == "LINT013" and found.message.startswith("2.094 is beyond") and "2.086" in found.message
+    assert found.code == "LINT013" and found.message.startswith("2.094 is outside") and "2.086" in found.message
 
 
 def test_many_rows_that_wait_for_themselves_are_found_at_once():

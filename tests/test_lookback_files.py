@@ -172,7 +172,7 @@ def test_a_trace_that_is_none_says_so(tmp_path: Path, text: str) -> None:
     if not text:
         assert ask(tmp_path, "overview")["count"] == 0
         return
-    with pytest.raises(UnreadableFile, match="is not a record of a run"):
+    with pytest.raises(UnreadableFile, match="is not the recording of a run"):
         answer(tmp_path, "overview")
 
 

@@ -104,7 +104,7 @@ def test_an_error_is_a_cross_with_its_reason(case):
     errors = [g for g in lanes(root)["Inverse"].iter(SVG + "g") if g.get("class") == "error"]
     assert len(errors) == 1
     assert any("divides by zero" in text for text in said(errors[0]))
-    assert told(errors[0]) == ["0 s, T!2: This divides by zero."]
+    assert told(errors[0]) == ["0 s, T!2: This formula divides by zero."]
 
 
 def test_ticks_of_a_clock_are_in_its_bar(case):

@@ -32,7 +32,7 @@ SETTLE = Connector(
     parameter=Parameter.PERIOD,
     icon='<path d="M1 6.3h4"/><circle cx="9" cy="6" r="2" class="f"/>',
     help="Passes a value on when nothing has come for the period after it.",
-    sentence="{Input} goes on{onto} when nothing newer has come for {period}.",
+    sentence="{Input} becomes {output} when no newer one arrives for {period}.",
     legend="the last of several",
     build=lambda wiring: wiring.inputs[0],
     passes=Passing("events", later=True),
@@ -79,15 +79,19 @@ def test_example_and_rate_pass_through_an_own_connector(provide: Provide) -> Non
 
 def test_own_connector_is_explained(provide: Provide) -> None:
     provide(SETTLE)
-    assert explained()[0] == "“Red ball” goes on as “Calm ball” when nothing newer has come for 1 s."
+    assert explained()[0] == "“Red ball” becomes “Calm ball” when no newer one arrives for 1 s."
 
 
 @pytest.mark.parametrize(
     ("like", "formula", "text"),
     [
-        (MAP, "redBall.distance", "take its distance (“Calm ball”)"),
-        (FILTER, "redBall.distance < 1", "its distance is under 1 m, it goes on as “Calm ball”."),
-        (replace(FILTER, variants={}), "TRUE", "“Red ball” goes on as “Calm ball”."),
+        (MAP, "redBall.distance", "When the robot sees a red ball, set “Calm ball” to its distance."),
+        (
+            FILTER,
+            "redBall.distance < 1",
+            "When the robot sees a red ball, if its distance is under 1 m, emit “Calm ball”.",
+        ),
+        (replace(FILTER, variants={}), "TRUE", "When `TRUE` is true, emit “Calm ball”."),
     ],
 )
 def test_own_connector_says_what_its_formula_does(provide: Provide, like: Connector, formula: str, text: str) -> None:
@@ -128,6 +132,6 @@ def test_connector_without_legend_and_flow_is_explained_all_the_same(provide: Pr
     checked = check(BOOK)
     assert not checked.report.errors
     assert not checked.facts[checked.graph.behaviours[0].steps[0].output].has_example
-    assert explained()[0].startswith("“Red ball” goes on as “Calm ball”")
+    assert explained()[0].startswith("“Red ball” becomes “Calm ball”")
     assert explained("ja")[0].startswith("「Red ball」が落ち着くと")
     assert draw_legend() == legend and '<circle cx="6" cy="6" r="4"/></symbol>' in icons().decode()

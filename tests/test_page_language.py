@@ -132,7 +132,7 @@ def test_each_page_is_told_in_its_own_language(tmp_path: Path) -> None:
     ("text", "places"),
     [
         ("Child: this row never happened, because what it waits for never came.", {"thing": "Child"}),
-        ("Red ball is put to 0.50, 0.10, 0.42 m.", {"thing": "Red ball", "place": "0.50, 0.10, 0.42"}),
+        ("Red ball is placed at 0.50, 0.10, 0.42 m.", {"thing": "Red ball", "place": "0.50, 0.10, 0.42"}),
         ("Paused.", {}),
     ],
 )

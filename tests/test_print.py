@@ -102,7 +102,7 @@ def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
 
 def test_what_is_open_and_which_tests_fail_is_told(pages):
     text = " ".join(pages)
-    assert "Let “Close ball” be forgotten (forgetAfter)" in text
+    assert "Let “Close ball” expire with forgetAfter" in text
     assert re.search(r"Test old angle FAILS 1 of 3 rows fail", text)
     assert "got: -0.3 at 3000 ms" in text
 
@@ -282,7 +282,7 @@ def test_one_of_several_buttons_is_enough_and_a_face_is_followed(tmp_path):
     pack = pack_of(workbook(tmp_path, rows, rest=rest))
     assert [s.notices for s in pack.sensed] == ["the robot sees a face", "the operator presses “Go” or “Stay”"]
     assert "the operator presses “Go” or “Stay”" in pack.summary
-    assert [a.does for a in pack.acts] == ["Start to follow the face with the head"]
+    assert [a.does for a in pack.acts] == ["Follow the face with the head"]
 
 
 def test_buttons_stops_walking_and_rivals_are_disclosed(tmp_path):

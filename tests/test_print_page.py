@@ -101,7 +101,7 @@ def test_its_language_is_the_protocols_or_the_chosen_one(client: Any) -> None:
     assert '<div class="protocol" lang="ja">' in text and "倫理審査用プロトコル" in text
     assert "「新しい人」が届くたびに、『こんにちは。』と話します。" in text and ">センサー<" in text
     english = protocol(client, "挨拶.md", language="en")
-    assert 'lang="en"' in english and "Whenever “新しい人” comes, say “こんにちは。”" in english
+    assert 'lang="en"' in english and "When “新しい人” arrives, say “こんにちは。”" in english
     assert "as the Protocol says: 日本語" in get(client, f"{book('挨拶.md')}/print").text
 
 

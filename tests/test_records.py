@@ -132,7 +132,13 @@ def test_errors_marks_and_edits_are_one_log(tmp_path: Path) -> None:
 def test_a_drag_is_one_line_and_the_diagram_says_what_was_changed_since(tmp_path: Path) -> None:
     def put(t: float, x: float, **more: object) -> dict[str, object]:
         detail = {"thing": "Red ball", "put": [x, 0, 0], **more}
-        return {"t": t, "happening": "scene", "text": f"Red ball is put to {x:.2f} m.", "by": "Mia", "detail": detail}
+        return {
+            "t": t,
+            "happening": "scene",
+            "text": f"Red ball is placed at {x:.2f} m.",
+            "by": "Mia",
+            "detail": detail,
+        }
 
     edit = {"happening": "edit", "by": "Ken", "text": "0.5 → 0.7"}
     lines = [
@@ -152,7 +158,7 @@ def test_a_drag_is_one_line_and_the_diagram_says_what_was_changed_since(tmp_path
     text = get(visit(tmp_path), "/runs/x").text
     shown = re.findall(r'class="of-scene".*?class="what">([^<]*?) <', text)
     assert shown == ["Red ball appears at 0.00 m.", "Red ball is dragged to 61.00 m (until 0:08.0)",
-                     "Red ball is put to 62.00 m.", "Red ball is put to 63.00 m."]  # fmt: skip
+                     "Red ball is placed at 62.00 m.", "Red ball is placed at 63.00 m."]  # fmt: skip
     told = re.search(r'class="as-began">(.*?)</p>', text)
     assert told and "As it was at the start; <a" in told[1] and 'and <a href="#log">2 more</a>.' in told[1]
     [line] = re.findall(r'<a href="#([^"]*)">row 3 of Tracking was changed at 2:07.8</a>', told[1])
@@ -174,8 +180,8 @@ def test_marbles_of_some_rows_and_some_time(client: FlaskClient, run: str) -> No
     late = get(client, f"/runs/{run}/marbles?from=3&to=4").text
     assert "<title>3.1 s: " in late and "<title>2.9 s: " not in late
     for wrong, words in (
-        ("from=soon", "no time"),
-        ("to=-1", "no time"),
+        ("from=soon", "not a time"),
+        ("to=-1", "not a time"),
         ("from=3&to=1", "Nothing came"),
         ("from=99", "Nothing came"),
     ):

@@ -34,14 +34,14 @@ def queries() -> Iterator[QueryWorker]:
 
 ODD = {
     "no trace": (None, "There is no trace.jsonl in it", False),
-    "empty": ([""], "does not begin as a record", False),
-    "no json": (["PK garbage"], "does not begin as a record", False),
-    "other json": (["[1, 2]", "{}"], "does not begin as a record", False),
-    "deep": (["[" * 100_000], "does not begin as a record", False),
-    "only a header": ([HEADER], "the record has no end", True),
-    "cut": ([HEADER, EVENT, '{"t": 1.0, "stre'], "the record has no end", True),
+    "empty": ([""], "does not start like the recording", False),
+    "no json": (["PK garbage"], "does not start like the recording", False),
+    "other json": (["[1, 2]", "{}"], "does not start like the recording", False),
+    "deep": (["[" * 100_000], "does not start like the recording", False),
+    "only a header": ([HEADER], "the recording has no end", True),
+    "cut": ([HEADER, EVENT, '{"t": 1.0, "stre'], "the recording has no end", True),
     "broken": ([HEADER, EVENT, END | {"ended": "broken", "by": "Tracking!4", "why": "It was stuck.", "remedy": "Mend it."}],
-               "broke off at the row Tracking!4", True),
+               "stopped unexpectedly at row Tracking!4", True),
     "why": ([HEADER, EVENT, END | {"ended": "broken", "why": "It was stuck.", "remedy": "Mend it."}],
             "It was stuck. Mend it.", True),
     "stopped": ([HEADER, EVENT, END | {"ended": "stopped", "stopped_by": "Ken"}], "stopped by Ken", True),
@@ -95,11 +95,11 @@ def test_a_run_that_goes_on_is_shown_as_such(tmp_path: Path) -> None:
 
 def test_what_takes_too_long_is_ended_and_the_next_is_answered(tmp_path: Path, queries: QueryWorker) -> None:
     place = write_run(tmp_path, "x", HEADER, EVENT, END)
-    with pytest.raises(SheetsError, match="did not come to an end"):
+    with pytest.raises(SheetsError, match="did not end"):
         QueryWorker(within=0.0).course(place, "en")
     assert queries.course(place, "en")["count"] == 1
     (place / "trace.jsonl").write_bytes(b"\xff\xfe")
-    with pytest.raises(SheetsError, match="not a record"):
+    with pytest.raises(SheetsError, match="not the recording"):
         queries.course(place, "en")
     assert queries.pid is not None
     killed(queries.pid)

@@ -154,7 +154,7 @@ def test_another_spelling_of_the_same_name(book: Path) -> None:
     ("Red ball", "Ball", "“Red ball” is the robot’s own name."),
     ("Nothing", "Ball", "No row, device or helper has the name “Nothing”."),
     ("Elsewhere!Distance", "Ball", "There is no sheet “Elsewhere”."),
-    ("limit", "near", "There is a helper or a sheet “near” already."),
+    ("limit", "near", "A helper or sheet “near” already exists."),
     ("limit", "distance", "“distance” means something else in row Helpers!3."),
     ("near", "IF", "“IF” cannot be a name"),
     ("near", "Any", "“Any” means something else in row Tracking!11."),

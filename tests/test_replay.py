@@ -138,7 +138,7 @@ def test_everything_comes_again(acted):
     assert found.same and found.differences == () and found.remarks == ()
     told = [e for e in acted.lines if "value" in e or "error" in e or str(e.get("text")).startswith("The behaviour")]
     assert found.compared == sum("by" not in e or "value" in e for e in told) > 400
-    assert as_text(found).startswith(f"The same: {found.compared:,} events in 4 s, as they were recorded.")
+    assert as_text(found).startswith(f"The same: {found.compared:,} events in 4 s, as recorded.")
     failed = {c.row: c.came for c in found.counts if not c.stream and not c.came_row.startswith("Other")}
     assert failed["T!16"] == sum(e.get("row") == "T!16" and "error" in e for e in acted.lines) > 3
 
@@ -146,17 +146,20 @@ def test_everything_comes_again(acted):
 def test_the_trace_alone_is_told_and_the_workbook_may_be_named(acted, tmp_path):
     trace = tmp_path / "trace.jsonl"
     shutil.copy(acted.result.folder / "trace.jsonl", trace)
-    with pytest.raises(SheetsError, match="The workbook that ran is not beside"):
+    with pytest.raises(SheetsError, match="The workbook of the run is not next to"):
         api.replay(trace)
     found = api.replay(trace, acted.result.folder / "protocol.xlsx")
     assert found.same and found.other == "protocol.xlsx"
-    assert found.remarks[0] == "The workbook that ran is not beside the trace: streams are told by their names alone."
+    assert (
+        found.remarks[0]
+        == "The workbook of the run is not next to the recording, so streams are identified by their names alone."
+    )
 
 
 @pytest.mark.parametrize(("number", "change", "kind", "words"), [
-    (0, {"value": -1}, "value", "T row 2 → Sum: -1 was recorded, {was} came"),
-    (0, None, "extra", "T row 2 → Sum: {was} came and was not recorded"),
-    (3, {"value": -1}, "value", "T row 2 → Sum: -1 was recorded, {was} came"),
+    (0, {"value": -1}, "value", "T row 2 → Sum: it was {was} instead of -1"),
+    (0, None, "extra", "T row 2 → Sum: {was} happened but was not recorded"),
+    (3, {"value": -1}, "value", "T row 2 → Sum: it was {was} instead of -1"),
 ])  # fmt: skip
 def test_one_event_that_is_different_is_found(record, number, change, kind, words):
     lines = lines_of(record)
@@ -201,7 +204,7 @@ def test_a_record_that_was_cut_off_is_replayed_up_to_there(record):
     for part in (0.5, 0.503, 0.9):
         (record / "trace.jsonl").write_bytes(whole[: int(len(whole) * part)])
         found = api.replay(record)
-        assert found.same and "was cut off" in as_text(found)
+        assert found.same and "The recording has no end. It stops at" in as_text(found)
     assert found.compared > 300
 
 
@@ -215,7 +218,8 @@ def test_a_run_that_broke_off_is_replayed_up_to_its_last_moment(record):
     )
     found = api.replay(record)
     assert (
-        found.same and "The run broke off at 2 s: The disk is full. That last moment is not replayed." in found.unknown
+        found.same
+        and "The run stopped unexpectedly at 2 s: The disk is full. That last moment is not replayed." in found.unknown
     )
 
 
@@ -229,7 +233,7 @@ def test_a_run_that_broke_off_is_replayed_up_to_its_last_moment(record):
 ])  # fmt: skip
 def test_what_is_no_trace_is_told(record, spoil):
     write(record, spoil(lines_of(record)))
-    with pytest.raises(UnreadableFile, match="is not a trace"):
+    with pytest.raises(UnreadableFile, match="is not a recording"):
         api.replay(record)
 
 
@@ -257,7 +261,7 @@ def test_older_programs_and_changed_copies_are_told(record):
     found = api.replay(record)
     assert found.same
     words = " ".join(found.remarks)
-    assert "made with version 0.1.0" in words and "is not the one that ran" in words
+    assert "recorded with version 0.1.0" in words and "is not the one that ran" in words
     assert "The robot's catalogue (gestures.toml) has changed" in words
 
 
@@ -269,7 +273,7 @@ def test_a_row_ends_the_run_again_at_its_time(tmp_path):
     assert found.same and found.seconds == pytest.approx(0.3)
     made.path.write_text(book.replace("= 3", "= 30"))
     other = api.replay(made.result.folder, made.path)
-    assert other.ending == "The run was ended at 0.3 s by T row 3; it would have continued." and not other.same
+    assert other.ending == "T row 3 ended the run at 0.3 s. It would have continued." and not other.same
     made.path.write_text(book.replace("= 3", "= 1"))
     assert "The run would have ended at 0.1 s instead of 0.3 s." in as_text(api.replay(made.result.folder, made.path))
 
@@ -359,7 +363,7 @@ def test_a_trace_that_changes_meanwhile_is_told(long_session: Path, tmp_path: Pa
         lines = trace.read_text(encoding="utf-8").splitlines(keepends=True)
         trace.write_text("".join([*lines[:100], '{"t": "soon", "stream": 5}\n', *lines[100:]]), encoding="utf-8")
 
-    with pytest.raises(UnreadableFile, match="is not a trace"):
+    with pytest.raises(UnreadableFile, match="is not a recording"):
         replay(session, told=change)
 
 

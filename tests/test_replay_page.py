@@ -62,7 +62,7 @@ def test_what_cannot_be_replayed_says_why(page: Any, url: str, folder: Path) -> 
         folder, "evil", {**HEADER, "name": HOSTILE, "streams": [{"stream": HOSTILE, "kind": HOSTILE}]}, EVENT, END
     )
     page.goto(f"{url}/runs/evil/replay")
-    expect(page.locator("#replayed .is-error")).to_contain_text("The workbook that ran is not beside")
+    expect(page.locator("#replayed .is-error")).to_contain_text("The workbook of the run is not next to")
     for ref in ("book/../x.xlsx", "run/none", "version/1/none.xlsx", "nonsense", "book/<script>"):
         until(
             page, lambda ref=ref: "is-error" in page.request.get(f"{url}/runs/no-book/replay/result?with={ref}").text()
@@ -73,7 +73,7 @@ def test_what_cannot_be_replayed_says_why(page: Any, url: str, folder: Path) -> 
 def test_a_replay_that_nobody_waits_for_or_that_takes_too_long_is_ended(ran: Path) -> None:
     with pytest.raises(Stopped):
         replay_apart(ran, None, "en", lambda part: None, lambda: True)
-    with pytest.raises(SheetsError, match="did not come to an end"):
+    with pytest.raises(SheetsError, match="did not end"):
         replay_apart(ran, None, "en", lambda part: None, within=0.0)
 
 

@@ -133,7 +133,7 @@ def test_commands_that_are_made_again_end_as_they_did_and_others_as_they_usually
     words = [line.text for line in robot_lines(later)]
     assert words[0] == "would have said “Hello” at 2 s instead (T row 6)"
     never = api.replay(session.result.folder, other(session, tmp_path, ('"Hello"', '"Good day"')))
-    assert "Of 1 command that the session never had the end is not known (“Good day”)" in " ".join(never.unknown)
+    assert "The session never had 1 command, so the end is unknown (“Good day”)" in " ".join(never.unknown)
     assert [line.text for line in robot_lines(never)] == [
         "would have said “Good day” instead of “Hello” (T row 6)", "would not have said “And you?” (T row 9)",
     ]  # fmt: skip
@@ -151,19 +151,19 @@ def test_a_stream_that_no_row_reads_is_not_told_to_get_nothing(session, tmp_path
     scene = "\n## Scene\n| Time (s) | Thing | Does | Value |\n|---|---|---|---|\n| Arm tracker done + 1 | Child | enters | at 1, 0 |\n"
     path.write_text(path.read_text(encoding="utf-8") + scene, encoding="utf-8")
     remarks = api.replay(session.result.folder, path).remarks
-    assert remarks == ("Its Scene is another one; what the robot sensed is what the record says.",)
+    assert remarks == ("Its Scene is different, but the sensor values are those of the recording.",)
 
 
 def test_rows_that_are_new_or_gone_and_streams_that_were_not_recorded(session, tmp_path):
     path = other(session, tmp_path, ("| Far | subscribe | | Head tracker |", "| Head yaw | map | headYaw + 1 | More |"))
     found = api.replay(session.result.folder, path)
-    assert "The session has no record of “Head yaw”, so T row 11 gets no value of it." in found.remarks
+    assert "The session has no recording of “Head yaw”, so T row 11 gets no value from it." in found.remarks
     assert [(line.whose, line.text, line.row) for line in row_lines(found)] == [
-        ("T row 11 of the session's workbook → Head tracker", "6 of 6 events would not have come", "")
+        ("T row 11 of the session's workbook → Head tracker", "6 of 6 events would not have happened", "")
     ]
     path.write_text(path.read_text().replace("| Head yaw | map | headYaw + 1 |", "| Red ball | map | redBall.x |"))
     lines = {line.whose: line.text for line in row_lines(api.replay(session.result.folder, path))}
-    assert lines["T row 11 (new) → More"] == "9 events would have come"
+    assert lines["T row 11 (new) → More"] == "9 events would have happened"
 
 
 def test_edits_of_the_session_are_made_in_rows_that_say_the_same(tmp_path):
@@ -182,7 +182,7 @@ def test_edits_of_the_session_are_made_in_rows_that_say_the_same(tmp_path):
     (tmp_path / "book.md").write_text(book)
     assert api.replay(run.result.folder, other(run, tmp_path / "edit")).same
     found = api.replay(run.result.folder, other(run, tmp_path / "edit", ("double > 3", "double > 4")))
-    assert any("The edit of T row 3 (“double > 3” → “double > 5”) is left out" in r for r in found.remarks)
+    assert any("The edit of T row 3 (“double > 3” → “double > 5”) is skipped" in r for r in found.remarks)
 
 
 def resumed(script, control):
@@ -205,7 +205,7 @@ def test_rows_that_multiply_break_the_replay_off_and_not_the_program(session, tm
     path = tmp_path / "many.md"
     path.write_text(rows(f"| Red ball | map | 1 | A0 |\n{doubling}\n| A16 | subscribe | | Print |"))
     found = api.replay(session.result.folder, path)
-    assert found.ending.startswith("The replay broke off at 0 s: Rows multiply what they get")
+    assert found.ending.startswith("The replay stopped at 0 s: The rows multiply their values")
 
 
 def test_the_command_needs_neither_simulator_nor_camera(session, tmp_path):
@@ -229,7 +229,7 @@ def test_the_command_says_the_same_in_words_and_what_is_wrong(session, tmp_path)
     done = CliRunner().invoke(replay_command, [str(session.result.folder)])
     assert done.exit_code == 0 and done.output.startswith("The same: ")
     nowhere = CliRunner().invoke(replay_command, [str(tmp_path / "nowhere")])
-    assert isinstance(nowhere.exception, UnreadableFile) and "There is no trace" in nowhere.exception.message
+    assert isinstance(nowhere.exception, UnreadableFile) and "There is no recording" in nowhere.exception.message
     odd = CliRunner().invoke(replay_command, [str(session.result.folder), "-o", "x.docx"])
     assert odd.exit_code == 2 and "The name of OUT ends with .xlsx" in odd.output
 
@@ -240,4 +240,4 @@ def test_differences_as_files(session, tmp_path):
         assert write(found, tmp_path / name) == [] and (tmp_path / name).stat().st_size > 1000
     assert "instead" in (tmp_path / "d.svg").read_text()
     same = api.replay(session.result.folder)
-    assert "is not written" in write(same, tmp_path / "same.svg")[0] and not (tmp_path / "same.svg").exists()
+    assert "was not written" in write(same, tmp_path / "same.svg")[0] and not (tmp_path / "same.svg").exists()

@@ -199,7 +199,7 @@ def test_a_killed_simulator_breaks_the_run_off_with_a_readable_trace(tmp_path):
         (simulator,) = workers(process.pid, "server")
         os.kill(simulator, signal.SIGKILL)
         _, errors = process.communicate()
-    assert process.returncode == 3 and "broke off" in errors and "Traceback" not in errors
+    assert process.returncode == 3 and "stopped unexpectedly" in errors and "Traceback" not in errors
     assert json.loads(events(out)[-1])["ended"] == "broken"
     assert (out / "run.xlsx").is_file()
 

@@ -204,12 +204,12 @@ def test_presses_are_counted_on_and_dones_know_their_command(tmp_path, book):
 
 REFUSED = {
     "a wrong stream": ("Red bal", "", "No row of this run reads a sensor stream “Red bal”", "Did you mean Red ball?"),
-    "no sensor": ("Distance", "1", "“Distance” is no sensor stream", "Red ball"),
+    "no sensor": ("Distance", "1", "“Distance” is not a sensor stream", "Red ball"),
     "a wrong field": ("Red ball", "distanc=1", "has no field “distanc”", "Did you mean distance?"),
     "no formula": ("Red ball", "distance=", "cannot be sent", ""),
-    "no fields": ("Red ball", "5", "is a single value", "Write fields of it"),
-    "a text for a number": ("Head yaw", "Hello", "“Hello” is no number", "between quotes"),
-    "no result": ("Head yaw", "1/0", "divides by zero", "send again"),
+    "no fields": ("Red ball", "5", "is a single value", "Write its fields"),
+    "a text for a number": ("Head yaw", "Hello", "“Hello” is not a number", "in quotes"),
+    "no result": ("Head yaw", "1/0", "divides by zero", "send it again"),
     "fields of a number": ("Head yaw", "x = 1; x = 2", "", ""),
 }
 
@@ -349,14 +349,14 @@ def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path, book)
     header, lines = table.header, table.rows
     table = [dict(zip(header, line, strict=True)) for line in lines]
     assert [(line["kind"], line["message"], line["by"]) for line in table if line["by"]] == [
-        ("mark", "he laughs", "Anna"), ("sent by hand", None, "Bo"), ("scene", "Red ball is put to 0.20, 0.00, 0.40 m.", "Anna")
+        ("mark", "he laughs", "Anna"), ("sent by hand", None, "Bo"), ("scene", "Red ball is placed at 0.20, 0.00, 0.40 m.", "Anna")
     ]  # fmt: skip
     assert "run.xlsx" in made.result.files and not made.result.problems
     [score, _] = trace_scores(made.result.folder)
     by_hand = score.groups[0].lane
     assert by_hand.label == "By hand"
     assert [m.value for m in by_hand.marbles] == [
-        "he laughs", "sent: Head yaw", "scene: Red ball is put to 0.20, 0.00, 0.40 m."
+        "he laughs", "sent: Head yaw", "scene: Red ball is placed at 0.20, 0.00, 0.40 m."
     ]  # fmt: skip
 
 

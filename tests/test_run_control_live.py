@@ -57,7 +57,7 @@ class Lockstep:
 
     def act(self, actions):
         if self.dies:
-            raise RunBroken("The simulator has ended unexpectedly.", "")
+            raise RunBroken("The simulator ended unexpectedly.", "")
         self.acted += actions
 
     def show(self, picture):

@@ -92,17 +92,17 @@ def test_rows_whose_numbers_have_shifted_keep_those_of_the_run(tmp_path):
 def test_what_was_only_written_differently_and_notes_change_nothing(tmp_path):
     made = edited(tmp_path, ROWS.replace("300 ms", "0.3 s"))
     [edit] = [act for _, act in made.script.acts if act.kind == "edit"]
-    assert edit.detail["changes"] == [] and edit.text == "Nothing that runs has changed." and not made.happened("edit")
+    assert edit.detail["changes"] == [] and edit.text == "No running row has changed." and not made.happened("edit")
 
 
 @pytest.mark.parametrize(("was", "now", "why"), [
-    ("| Sum, Head pitch | combineLatest", "| Head pitch, Sum | combineLatest", "row T!3 has other inputs"),
+    ("| Sum, Head pitch | combineLatest", "| Head pitch, Sum | combineLatest", "row T!3 has different inputs"),
     ("accumulate | total + headYaw", "map | headYaw", "row T!2 has a different connector"),
-    ("| value > 2 | Large |", "| value > 2 | Huge |", "row T!7 has another output"),
-    ("| Large | subscribe | | Say |\n", "", "T has fewer rows"),
-    ("| Large | subscribe | | Say |\n", "| Large | subscribe | | Say |\n| Large | subscribe | | Print |\n", "T has more rows"),
-    ("| accumulate | total + headYaw |", "| accumulate | |", "row T!2 has a formula where there was none, or none"),
-    ("| Both | subscribe | | Print |", "| Both | subscribe | both | Print |", "row T!4 has a formula where there was none"),
+    ("| value > 2 | Large |", "| value > 2 | Huge |", "row T!7 has a different output"),
+    ("| Large | subscribe | | Say |\n", "", "T has fewer active rows"),
+    ("| Large | subscribe | | Say |\n", "| Large | subscribe | | Say |\n| Large | subscribe | | Print |\n", "T has more active rows"),
+    ("| accumulate | total + headYaw |", "| accumulate | |", "row T!2 has a new formula or no formula"),
+    ("| Both | subscribe | | Print |", "| Both | subscribe | both | Print |", "row T!4 has a new formula"),
 ])  # fmt: skip
 def test_another_shape_is_refused_with_why(was, now, why):
     before, after = (
@@ -119,7 +119,7 @@ def test_another_shape_is_refused_with_why(was, now, why):
 
 
 @pytest.mark.parametrize(("sheet", "why"), [
-    ("## Protocol\n| Field | Value |\n|---|---|\n| Frame rate | 60 |\n", "frame rate"),
+    ("## Protocol\n| Field | Value |\n|---|---|\n| Frame rate | 60 |\n", "Frame rate"),
     ("## Protocol\n| Field | Value |\n|---|---|\n| Engine | event loop |\n", "Engine"),
     ("## Devices\n| Stream | Device | Joint |\n|---|---|---|\n| Head yaw | JointPosition | HeadPitch |\n", "the device of Head yaw"),
     ("## Scene\n| Time | Thing | Does | Value |\n|---|---|---|---|\n| 0 | Red ball | appears | at 1, 0, 0.4 |\n", "the Scene"),

@@ -38,7 +38,7 @@ BALL = record_from_mapping("Red ball", {"x": 0.1, "y": -0.2, "distance": 0.5, "c
 
 
 def put_to(x: int) -> str:
-    return N_("{thing} is put to {place} m.", thing="Red ball", place=f"{x}, 0, 0")
+    return N_("{thing} is placed at {place} m.", thing="Red ball", place=f"{x}, 0, 0")
 
 
 @pytest.fixture
@@ -72,10 +72,10 @@ def test_only_what_is_new_is_told_and_a_page_that_joins_is_told_all(run_state: R
 
 def test_an_error_stands_until_values_come_for_a_second_and_is_told_once(run_state: RunState) -> None:
     for us in (0, 100_000, 200_000):
-        run_state.error(us, "A!2", Failure("FORM020", "This divides by zero."), ())
+        run_state.error(us, "A!2", Failure("FORM020", "This formula divides by zero."), ())
     run_state.event(300_000, "a!distance", "A!2", 1.0)
     told, lines = run_state.news()
-    assert told["rows"]["w2"]["e"] == "This divides by zero."
+    assert told["rows"]["w2"]["e"] == "This formula divides by zero."
     assert [(n["kind"], n["row"], n["id"]) for n in lines] == [("error", "A!2", "w2")]
     run_state.event(1_300_000, "a!distance", "A!2", 1.0)
     assert run_state.news()[0]["rows"]["w2"]["e"] == ""
@@ -90,12 +90,12 @@ def test_the_log_tells_commands_once_and_what_is_said_with_its_sound(run_state: 
     run_state.acted(3_300_000, OperatorAction("mark", "Kai laughs", "Mika"))
     for us in range(3_400_000, 4_000_000, 100_000):
         run_state.acted(us, OperatorAction("scene", put_to(1), "Mika", {"thing": "Red ball", "put": [1, 0, 0]}))
-        run_state.refused("put", "Blue ball cannot be put there.", "")
+        run_state.refused("put", "Blue ball cannot be placed there.", "")
     lines = run_state.news()[1]
     assert [(n["kind"], n["text"], n["by"], n["sound"]) for n in lines] == [
         ("command", "0.5", "", ""), ("command", "stops", "", ""), ("speech", "Hello", "", "say-001.wav"),
         ("mark", "Kai laughs", "Mika", ""), ("scene", "Red ball is dragged to 1, 0, 0 m.", "Mika", ""),
-        ("refused", "Blue ball cannot be put there.", "", ""),
+        ("refused", "Blue ball cannot be placed there.", "", ""),
     ]  # fmt: skip
     assert run_state.news()[1] == [] and run_state.all()[1] == lines
 

@@ -30,7 +30,7 @@ def it_is_shown(at: GridPage) -> None:
     expect(row(page, 2)).to_have_class(re.compile("lit"))
     expect(row(page, 2).locator(".age")).to_have_text(re.compile(r"^0\.\d s$"))
     expect(row(page, 5).locator(LIVE)).to_have_text("off")
-    expect(row(page, 6).locator(LIVE)).to_have_text("This divides by zero.")
+    expect(row(page, 6).locator(LIVE)).to_have_text("This formula divides by zero.")
     becomes(lambda: page.inner_text("th.of-example .title"), "Live value and age")
 
 
@@ -171,12 +171,12 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
 def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Path) -> None:
     aya = GridPage(browser, url, "session.xlsx", name="Aya")
     run(aya.page)
-    expect(row(aya.page, 6).locator(LIVE)).to_have_text("This divides by zero.")
+    expect(row(aya.page, 6).locator(LIVE)).to_have_text("This formula divides by zero.")
     # who comes later, to the page where one edits, has everything at once
     mika = GridPage(browser, url, "session.xlsx", name="Mika")
     running(mika.page)
     expect(mika.page.locator("#people")).to_contain_text("Aya")
-    expect(row(mika.page, 6).locator(LIVE)).to_have_text("This divides by zero.")
+    expect(row(mika.page, 6).locator(LIVE)).to_have_text("This formula divides by zero.")
     becomes(lambda: mika.page.inner_text("#run-by b"), "Aya")
     # nobody else can run anything, and is told why
     other = mika.context.new_page()

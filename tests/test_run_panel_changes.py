@@ -79,9 +79,9 @@ def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, f
         # one more may be about to end
         found = some(lambda module=module: len(new := workers(os.getpid(), module) - before[module]) == 1 and new)
         os.kill(found.pop(), signal.SIGKILL)
-        assert "The run broke off at " in ended(at.page)
+        assert "The run stopped unexpectedly at " in ended(at.page)
         becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
-        becomes(lambda: "simulator has ended" in at.page.inner_text("#run-notice"), which == "the simulator")
+        becomes(lambda: "simulator ended" in at.page.inner_text("#run-notice"), which == "the simulator")
         run(at.page)
     at.page.click("[data-run=stop]")
     assert ended(at.page).startswith("Stopped by OP-1")

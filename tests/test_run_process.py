@@ -141,7 +141,7 @@ def test_everything_that_a_view_is_told_arrives_in_order():
     state = WorldState({"HeadYaw": 0.1}, (0.0, 0.5), (1.0, 0.0, 0.0), "Hi", {"Ball": (1.0, 0.0, 0.4)}, {"head": "T!4"})
     told = [
         StreamEvent(1, "redball", "", record_from_mapping("Red ball", {"x": 1})),
-        FormulaFailure(2, "T!3", Failure("FORM101", "This divides by zero.", 3), (1, "a")),
+        FormulaFailure(2, "T!3", Failure("FORM101", "This formula divides by zero.", 3), (1, "a")),
         NoticeEvent(3, Notice("say", "Grüß dich", "say", "T!4", "say-001.wav")),
         FrameEnd(4),
         OperatorEvent(5, OperatorAction("scene", "Red ball is put …", "Anna", put)),

@@ -104,7 +104,7 @@ def test_the_list_is_a_table_of_what_there_is(folder: Path) -> None:
         "Run",
     ]
     assert "cannot be read" in lines[1] and lines[1].endswith("7-x")
-    assert "pilot: never data" in lines[2] and "stopped by hand" in lines[2] and lines[2].endswith("6-タロウ")
+    assert "pilot: never data" in lines[2] and "stopped manually" in lines[2] and lines[2].endswith("6-タロウ")
     assert len(lines) == 8
     assert [line.split()[-1] for line in run("list", folder, "--participant", CODE).output.splitlines()[1:]] == [
         "5-e", "2-b", "1-a",
@@ -375,9 +375,9 @@ def test_a_run_that_begins_is_told_when_it_may_be_of_the_code(study: Path) -> No
     new = study / "runs" / "8-new"
     new.mkdir()
     with locked(new):
-        with pytest.raises(SheetsError, match="8-new is just beginning"):
+        with pytest.raises(SheetsError, match="8-new has just started"):
             plan(study, CODE)
-        with pytest.raises(SheetsError, match="8-new is just beginning"):
+        with pytest.raises(SheetsError, match="8-new has just started"):
             delete(planned)
     assert (study / "runs" / "1-a").is_dir()
     write_run(study, "9-new", HEADER | {"participant": CODE}, EVENT, END)
@@ -438,7 +438,7 @@ def test_faces_go_with_the_session_that_remembered_them(tmp_path: Path) -> None:
         "Guest 1": (True, "it was remembered in the run 1"),
         "Guest 2": (False, "it was remembered in the run 2 of P-08."),  # the name was used again
         "Guest 3": (False, "it was remembered in the run 2 of P-08. It was recognised in a run that is deleted."),
-        "Guest 4": (False, "no run here says whose it is."),
+        "Guest 4": (False, "no run here has its participant."),
         CODE: (True, "it has that code as its name"),
     }
     told = run("delete", tmp_path, "--participant", CODE, "--yes").output
@@ -492,5 +492,5 @@ def test_two_people_who_delete_the_same_runs_at_once_leave_nothing(
     delete(again)
     write_run(tmp_path, "run-3", of(CODE), END)
     monkeypatch.setattr("rrp_sheets.recording.deleting._files", lambda place: [place / "gone"])
-    with pytest.raises(SheetsError, match="has just deleted"):
+    with pytest.raises(SheetsError, match="just deleted"):
         plan(tmp_path, CODE)

@@ -116,10 +116,8 @@ def test_persons_are_they_and_balls_are_it() -> None:
     report = Report()
     parse_scene(rows_of("| 0 | Mia | looks away | |\n| 1 | Blue ball | disappears | |"), report, ROBOT)
     mia, ball = report
-    assert (
-        mia.message.endswith("when they are not there.") and mia.remedy == "Add a row before it, in which they enter."
-    )
-    assert ball.message.endswith("when it is not there.") and ball.remedy == "Add a row before it, in which it appears."
+    assert mia.message.endswith("when they are not there.") and mia.remedy == "Add a row above in which they enter."
+    assert ball.message.endswith("when it is not there.") and ball.remedy == "Add a row above in which it appears."
 
 
 def test_every_ball_colour_has_a_look() -> None:

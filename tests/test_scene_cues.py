@@ -50,4 +50,4 @@ def test_light_cups_and_ranges_by_hand(tmp_path) -> None:
     assert (light.kind, light.values, light.time_us) == ("light", {"share": 0.4}, FRAME)
     assert 0.4 <= cup.values["at"][0] <= 0.6 and cup.values["on"] == "table"
     assert [kind for kind, _, _ in script.refusals] == ["scene", "scene"]
-    assert "0 to 100 %" in script.refusals[0][2] and "beside the workbook" in script.refusals[1][1]
+    assert "0 to 100 %" in script.refusals[0][2] and "next to the workbook" in script.refusals[1][1]

@@ -78,7 +78,7 @@ WRONG = [
     ("| 1 | Mia | pushes | from above |", "SCENE004", "the left, the right, behind, the front"),
     ("| 1 | Cup | appears | at 0.4, 0, 0.3 on table |", "SCENE004", "two numbers"),
     ("| 1 | Red ball | appears | at 0.4..0.5..0.6, 0, 0.4 |", "SCENE004", "at 1, 0.2, 0.4"),
-    ("| 1 | Mia | enters | at 1, 0 with picture ../../etc/passwd.png |", "SCENE008", "beside the workbook"),
+    ("| 1 | Mia | enters | at 1, 0 with picture ../../etc/passwd.png |", "SCENE008", "next to the workbook"),
     ("| 1..2..3 | Mia | says | hello |", "SCENE001", "2.5"),
     ("| Ask done + soon | Mia | says | hello |", "SCENE001", "Ask done + 2"),
     ("| Ask done - 2 | Mia | says | hello |", "SCENE001", "Say done + 2"),

@@ -167,9 +167,9 @@ def test_rows_answer_what_the_robot_does_the_same_in_every_run_of_a_seed(tmp_pat
     dones = [line["t"] for line in one if line.get("stream") == "Ask done"]
     touched = [line["t"] for line in one if line.get("stream") == "Touch"]
     assert touched == [pytest.approx(dones[0] + 0.5, abs=0.04), pytest.approx(dones[0] + 0.7, abs=0.04)]
-    (drawn,) = [line for line in one if "Drawn by the run" in str(line.get("text"))]
+    (drawn,) = [line for line in one if "Random numbers" in str(line.get("text"))]
     assert (drawn["t"], drawn["row"]) == (0.0, "Scene!4")
-    assert drawn["text"].startswith("Drawn by the run: at ") and ", time 0." in drawn["text"]
+    assert drawn["text"].startswith("Random numbers of this run: at ") and ", time 0." in drawn["text"]
     left = [line["row"] for line in one if "never happened" in str(line.get("text"))]
     assert left == ["Scene!6"], "its turn has not come: the row above waits a minute"
     assert one[1:] == same[1:] and one[0]["seed"] == 1

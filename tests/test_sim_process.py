@@ -32,7 +32,7 @@ def test_a_dead_simulator_is_told_at_once() -> None:
     assert world.pid is not None
     os.kill(world.pid, signal.SIGKILL)
     with within(5):
-        with pytest.raises(RunBroken, match="simulator has ended unexpectedly"):
+        with pytest.raises(RunBroken, match="simulator ended unexpectedly"):
             world.advance(10_000_000, ())
         world.stop()  # has nothing left to do, and does not complain a second time
     assert world.pid is None

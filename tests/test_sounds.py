@@ -212,5 +212,5 @@ def test_extremes_of_speech(tmp_path):
 
 def test_a_very_long_text_is_cut_and_said_so(tmp_path):
     played = Played((SAY,), {1: [("say", "la " * LONGEST)], 3: [("say", None)]}, 0.3, tmp_path)
-    assert played.told[0] == ("clamp", "Only the first 2,000 of 6,000 letters are said.", "T!2", "")
+    assert played.told[0] == ("clamp", "The robot says only the first 2,000 of 6,000 letters.", "T!2", "")
     assert played.dones[0][1] is False

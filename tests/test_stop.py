@@ -159,7 +159,7 @@ def test_stop_does_not_wait_for_slow_rows(engine: str, tmp_path: Path, begun: Pa
     assert (result.summary.ended, result.summary.stopped_by) == ("stopped", "Aya") and len(running.panel.finished) == 1
     assert running.summary() == {"type": "summary", **result.summary.as_dict(wall=False)}
     assert set(result.files) >= FILES and not result.problems
-    assert any("so the engine was ended while the row T!" in note for note in running.panel.notes)
+    assert any("so the engine was stopped while row T!" in note for note in running.panel.notes)
     if engine == "frame":
         assert {"film.gif", "strip.png"} <= set(result.files)
         assert head_top(running.out, -1) > head_top(running.out, 0) + 20, "it crouches, as after an orderly stop"
@@ -196,7 +196,9 @@ def test_of_a_frozen_simulator_no_rest_is_claimed(engine: str, tmp_path: Path) -
         running.stop()
     result = running.ended[0].result
     assert result is not None and result.broken is not None
-    assert "did not react to Stop" in result.broken.message and "did not come to its rest" in result.broken.message
+    assert (
+        "did not react to Stop" in result.broken.message and "did not reach its rest position" in result.broken.message
+    )
     assert running.panel.finished == [] and set(result.files) >= FILES
     assert running.summary()["why"] == result.broken.message and running.summary()["ended"] == "broken"
     assert len([note for note in running.panel.notes if "imulator" in note]) == 0, "the cause is told once"
@@ -223,7 +225,7 @@ def test_an_instant_that_takes_too_long_is_ended_with_its_costliest_rows(
     running.thread.join(300)
     result = running.ended[0].result
     assert result is not None and result.broken is not None
-    assert "more than 1 s; the costliest are T!" in result.broken.message and result.summary.ended == "broken"
+    assert "more than 1 s. The slowest are T!" in result.broken.message and result.summary.ended == "broken"
     assert len(running.panel.finished) == 1, "the robot comes to its rest"
 
 

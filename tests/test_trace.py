@@ -57,7 +57,7 @@ def test_every_event_of_every_stream_is_there_in_order(trace):
         {"t": 0.0, "stream": "T!#3", "row": "T!3", "value": 0.5},
         {"t": 0.0, "stream": "Print", "row": "T!4", "value": 0.5},
         {"t": 0.033333, "stream": "Head yaw", "row": "", "value": 0},
-        {"t": 0.033333, "row": "T!2", "error": "This divides by zero.", "code": "FORM101", "inputs": [0]},
+        {"t": 0.033333, "row": "T!2", "error": "This formula divides by zero.", "code": "FORM101", "inputs": [0]},
         {"t": 0.066666, "happening": "say", "text": "Hello", "stream": "Print", "row": "T!4"},
         {"type": "summary", "ended": "time"},
     ]
@@ -71,7 +71,7 @@ def test_events_are_read_as_they_were_written(trace):
     assert list(reader)[3:] == [
         RecordedValue(0, "Print", "T!4", 0.5),
         RecordedValue(33_333, "Head yaw", "", 0),
-        RecordedFailure(33_333, "", "T!2", "This divides by zero.", "FORM101", [0]),
+        RecordedFailure(33_333, "", "T!2", "This formula divides by zero.", "FORM101", [0]),
         RecordedNotice(66_666, "Print", "T!4", "say", "Hello"),
     ]
     assert reader.summary is not None and (reader.summary.text("ended"), reader.summary.seconds) == ("time", 0.0)
@@ -102,7 +102,7 @@ def test_the_table_has_a_row_per_event(trace):
     table = [dict(zip(header, line, strict=True)) for line in lines]
     assert len(table) == 7
     assert [row["kind"] for row in table] == ["sensor", "stream", "anonymous", "actuator", "sensor", "error", "say"]
-    assert table[5]["message"] == "This divides by zero." and table[6]["message"] == "Hello"
+    assert table[5]["message"] == "This formula divides by zero." and table[6]["message"] == "Hello"
 
 
 def test_what_is_no_trace_is_refused(tmp_path):

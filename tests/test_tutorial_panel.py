@@ -167,7 +167,7 @@ def test_a_test_that_does_not_end_is_ended_and_said(
         patched.setattr(module, "GRACE", 0.0)
         patched.setattr(module, "START", 0.0)
         alone = Tester()
-        with pytest.raises(SheetsError, match="did not come to an end"):
+        with pytest.raises(SheetsError, match="did not end"):
             alone.run(here.document.path, 0.001)
     assert alone.run(here.document.path, 5).tests[0][1] == {3: ""}, "the next time another process does it"
     alone.close()

@@ -196,7 +196,7 @@ def test_a_row_that_waits_for_nothing_is_ended():
     clock = Clock()
     clock.cell[:] = [1, 1, 5]
     assert not clock.after(ROWS_STILL_WITHIN - 0.3, load=0)
-    assert clock.after(1, load=0) and "stood still" in clock.failure and "T!5" in clock.failure
+    assert clock.after(1, load=0) and "been stuck" in clock.failure and "T!5" in clock.failure
 
 
 def test_an_instant_has_a_limit_as_a_whole_and_its_costliest_rows_are_named():
@@ -206,7 +206,7 @@ def test_an_instant_has_a_limit_as_a_whole_and_its_costliest_rows_are_named():
         if clock.after(0.9 if row == 2 else 0.3):
             break
     assert clock.now == pytest.approx(INSTANT_WITHIN, abs=0.5)
-    assert "one instant" in clock.failure and "the costliest are T!2 (0.9 s), T!" in clock.failure
+    assert "one moment" in clock.failure and "The slowest are T!2 (0.9 s), T!" in clock.failure
     assert clock.failure.count("T!") == 3 and clock.slow
 
 

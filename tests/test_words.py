@@ -226,7 +226,7 @@ def test_without_the_recogniser_the_run_says_so_in_one_line(missing, monkeypatch
     monkeypatch.setitem(sys.modules, missing, None)
     heard = Heard([ear("yes"), ear("no", stream="more")], [says(0.1, "Child", "yes")], 1.2)
     (line,) = heard.texts("error")
-    assert line.startswith(f"Words are not recognised: the package {missing} is not installed.")
+    assert line.startswith(f"The robot cannot recognise words, because the package {missing} is not installed.")
     assert heard.words == []
 
 

@@ -106,9 +106,9 @@ def test_a_failing_row_tells_what_came_instead_and_when():
         | 0 | Distance | | "0.2" |
     """
     first, second, third, fourth = ran(test).rows
-    assert (first.got, first.hints) == ("nothing came at 2000 ms", ("It came at 0 ms.",))
+    assert (first.got, first.hints) == ("no value arrived at 2000 ms", ("The expected value arrived at 0 ms.",))
     assert second.got == "0.2 at 0 ms from T!3"
-    assert third.got == "nothing came on “Said” in the whole test"
+    assert third.got == "no value arrived on “Said” in this test"
     assert fourth.hints == ("It is a number; write 0.2 without quotes to expect it.",)
 
 

@@ -100,7 +100,7 @@ def test_end_of_a_forked_worker_is_told(fork_server: ForkServer) -> None:
     os.kill(killed.pid, signal.SIGKILL)
     assert killed.receive(300) is None and killed.exit_summary() == " (signal 9)"
     slow = WorkerProcess()
-    with pytest.raises(WorkerError, match=r"did not come to an end within 0\.2 s"):
+    with pytest.raises(WorkerError, match=r"did not end within 0\.2 s"):
         slow.ask(["signal.pause"], 0.2)
     assert slow.ended and slow.exit_summary() == " (signal 9)"
     failing = WorkerProcess(Task("os.nothing"))

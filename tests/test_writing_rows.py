@@ -232,7 +232,7 @@ def test_the_header_stays(tmp_path):
         MoveRows(SHEET, 1, 1, 4),
     ):
         told = refused(path, change)
-        assert "Row 1 of “Tracking” holds the headers" in told.message and "2" in told.remedy
+        assert "Row 1 of “Tracking” has the headers" in told.message and "2" in told.remedy
     edit(path, [InsertRows("Mine", 1)])  # a sheet of the user's own has none
     assert read_sheets(path)[1].cells[2, 1].text == "10"
 

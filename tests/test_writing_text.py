@@ -311,7 +311,7 @@ def test_nothing_is_overwritten(tmp_path):
         api.convert(source, tmp_path / "x.md", replace=False)
     with pytest.raises(SheetsError, match="nothing to convert"):
         api.convert(source, tmp_path / "y.xlsx")
-    with pytest.raises(SheetsError, match="no format that can be written"):
+    with pytest.raises(SheetsError, match="not a format that can be written"):
         api.convert(source, tmp_path / "y.ods")
     (tmp_path / "z.md").write_text("## a/b\n\n| a |\n|---|\n| 1 |\n")
     with pytest.raises(SheetsError, match="cannot be a file"):
@@ -351,7 +351,7 @@ def test_rows_of_markdown(markdown):
     edit(markdown, [DeleteRows("Tracking", 3), MoveRows("Tracking", 2, 1, before=5), DeleteRows("Mine", 3, 2)])
     assert markdown.read_text("utf-8") == MARKDOWN
     for change in (InsertRows("Tracking", 1), DeleteRows("Mine", 1), MoveRows("Tracking", 2, 1, before=1)):
-        with pytest.raises(SheetsError, match="holds the headers"):
+        with pytest.raises(SheetsError, match="has the headers"):
             edit(markdown, [change])
 
 
@@ -395,7 +395,7 @@ def test_rows_of_csv(folder):
     assert [texts(folder)["T"].get((r, 1)) for r in range(1, 6)] == ["From", "Distance", None, "Red ball", None]
     edit(folder, [DeleteRows("T", 3), MoveRows("T", 2, 1, before=5)])
     assert (folder / "T.csv").read_bytes() == before
-    with pytest.raises(SheetsError, match="holds the headers"):
+    with pytest.raises(SheetsError, match="has the headers"):
         edit(folder, [DeleteRows("T", 1)])
 
 

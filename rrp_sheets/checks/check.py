@@ -36,7 +36,7 @@ from rrp_sheets.robots.own_robot import own_robot
 from rrp_sheets.scene.scene_sheet import check_presses, parse_scene
 from rrp_sheets.texts import N_
 
-_ANY = N_("Write a stream that a row of this workbook reads or gives, or that tells the end of its actuator: Say done.")
+_ANY = N_("Write a stream that a row of this workbook reads or produces, or a done stream such as Say done.")
 _PLAIN = (StreamKind.SENSOR, StreamKind.DONE, StreamKind.ORDINARY)
 _ELSE = N_("Put it there, or leave the cell blank and choose a Sound.")
 MOST_JUDGED = 300

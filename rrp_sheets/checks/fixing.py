@@ -56,7 +56,7 @@ def apply_fixes(path: Path, check: Callable[[Path], Checked], chosen: Chosen) ->
         fix = f"{code}:{wanted}" if wanted else code
         if not offered.get(code) or (wanted and fix not in known):
             remedy = N_("There are: {names}.", names=", ".join(known)) if known else N_("There is nothing to choose.")
-            raise SheetsError(N_("No finding here has the fix “{fix}”.", fix=fix), remedy)
+            raise SheetsError(N_("No problem here has the fix “{fix}”.", fix=fix), remedy)
     return changes, checked
 
 

@@ -22,9 +22,9 @@ NO_PICTURES = FIELDS["camerapictures"].words[1]
 PHYSICS_RATE = 240  # Hz; frames are whole steps of the physics
 FIELD = "Data kept"
 _NAMES = {
-    "events": N_("every value with its time"), "words": N_("the words that it hears"),
+    "events": N_("every value with its time"), "words": N_("the words that the robot hears"),
     "camera": N_("pictures of the robot's camera"), "film": N_("a film of the robot"),
-    "speech": N_("the sound of what the robot says"), "faces": N_("what remembered faces look like"),
+    "speech": N_("the sound of what the robot says"), "faces": N_("the features of remembered faces"),
 }  # fmt: skip
 # How people name each kind: beginnings of English words, and Japanese words.
 _ENGLISH = {

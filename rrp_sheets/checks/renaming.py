@@ -181,7 +181,7 @@ class _Helper:
         """Raise SheetsError when the new name is taken, or a formula with the helper means something else by it."""
         new = key(argument_name(self.new))
         if new in self.names | self.tables or key(self.new) in {key(sheet) for sheet in self.workbook.sheets}:
-            raise SheetsError(N_("There is a helper or a sheet “{name}” already.", name=self.new), _ANOTHER)
+            raise SheetsError(N_("A helper or sheet “{name}” already exists.", name=self.new), _ANOTHER)
         for cell, inputs in self._formulas():
             if replace_names(cell.text, {self.old: ""}) not in (None, cell.text) and not _is_free(new, cell, inputs):
                 raise _means_otherwise(self.new, cell.address)

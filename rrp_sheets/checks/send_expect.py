@@ -211,10 +211,10 @@ def tell_formula(report: Report, code: str, cell: Cell, problem: FormulaProblem)
     why, remedy = small(problem.message), problem.remedy
     if code == "TEST007" and problem.code == "FORM004":
         name = problem.details.get("name", "")
-        why = N_("“{name}” is no number, no text in quotes, no helper and no table.", name=name)
-        remedy = N_('Put a text between quotes: "{name}". Fields of a record are written as field=value.', name=name)
+        why = N_("“{name}” is not a number, a text in quotes, a helper or a table.", name=name)
+        remedy = N_('Put a text in quotes: "{name}". Write fields of a record as field=value.', name=name)
     elif code == "TEST007" and problem.code == "FORM001" and "quotes" not in problem.details:
-        remedy = sentences(remedy, N_('A text to send stands in quotes: "Hello".'))
+        remedy = sentences(remedy, N_('Put a text to send in quotes: "Hello".'))
     report.add(code, cell.address, text=cell.text, why=why, remedy=remedy)
 
 

@@ -106,7 +106,7 @@ class _Names:
         unused = None if bang else self._unused(cell.text)
         if unused is None:
             guess = self.propose(cell.text, self._all_names)
-            otherwise = N_("Write a stream as it stands in a behaviour or in Devices.")
+            otherwise = N_("Write a stream as in a behaviour or in Devices.")
             report.add("TEST002", cell.address, name=cell.text, **meant(guess, otherwise))
         return unused
 

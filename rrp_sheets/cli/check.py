@@ -105,7 +105,7 @@ def check_command(
         print_findings(report)
         say(verdict(report))
         if out is not None:
-            say(N_("Created {path}: the findings are beside their rows, and all of them on its last sheet.", path=out))
+            say(N_("Created {path}. The problems are next to their rows and listed on its last sheet.", path=out))
     sys.exit(1 if report.errors else 0)
 
 

@@ -422,8 +422,8 @@ def pack_command(
     notes = [*packed.notes]
     if runs:
         notes.append(N_(
-            "A run holds what was recorded of its participant, pictures and what was said included. "
-            "Look at it before you pass the bundle on."
+            "A run contains recordings of its participant, including pictures and speech. Check it before "
+            "you share the bundle."
         ))  # fmt: skip
     print_notes(notes)
     size = packed.path.stat().st_size

@@ -175,7 +175,7 @@ class Watch(RunObserver):
         """Say what was left where."""
         summary = result.summary
         if result.broken is not None:
-            self._echo(N_("The run broke off: {why}", why=result.broken.message), "red", err=True)
+            self._echo(N_("The run stopped unexpectedly: {why}", why=result.broken.message), "red", err=True)
             self._echo(f"  → {translated(result.broken.remedy)}", err=True)
         if summary.ended == "end run":
             self._echo(N_("The row {row} ended the run.", row=summary.ended_by))

@@ -42,7 +42,7 @@ def _templates() -> Environment:
 def as_html(comparison: Comparison, drawn: Markup | None = None) -> str:
     """Return the comparison as a page of its own; `drawn` is what `services.changes_drawn` makes of the changes."""
     names = file_name(comparison.first), file_name(comparison.second)
-    title = N_("{first} and {second} compared", first=names[0], second=names[1])
+    title = N_("{first} compared with {second}", first=names[0], second=names[1])
     style = "".join(bundled("templates", "compare", n).read_text(encoding="utf-8") for n in ("page.css", "changes.css"))
     return render("page.html", title=title, style=Markup(style), comparison=as_part(comparison, drawn))
 

@@ -58,8 +58,8 @@ def verdict(comparison: Comparison) -> str:
 
 def cautions(comparison: Comparison) -> list[str]:
     """Return a caution for each workbook with errors, as parts of it are compared by their text only."""
-    first = N_("The first workbook ({source}) has {errors}: what could not be understood is compared by its text.")
-    second = N_("The second workbook ({source}) has {errors}: what could not be understood is compared by its text.")
+    first = N_("The first workbook ({source}) has {errors}. Parts that could not be read are compared as text.")
+    second = N_("The second workbook ({source}) has {errors}. Parts that could not be read are compared as text.")
     return [
         N_(text, source=one_line(version.source),
            errors=N_("{n} error" if version.errors == 1 else "{n} errors", n=f"{version.errors:,}"))
@@ -114,7 +114,7 @@ def say(change: Change) -> str:
         case "renamed":
             return _renamed(change, at, before, after)
         case "moved" if change.part == "sheet":
-            return N_("The sheets stand in another order: {before} → {after}", before=before, after=after)
+            return N_("The sheets have another order: {before} → {after}", before=before, after=after)
         case "moved" if change.rows[0] == change.rows[1]:
             return N_("{at} acts in another order", at=at)
         case "moved":

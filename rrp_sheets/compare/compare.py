@@ -29,12 +29,12 @@ from rrp_sheets.workbook.schema import FIELDS, recognise
 from rrp_sheets.workbook.sheet_readers import words
 
 # Notes of changes without effect.
-OWN = N_("a sheet of one's own, which the robot does not read")
+OWN = N_("your own sheet, which the robot does not read")
 EMPTY = N_("it has no rows")
-FOR_PEOPLE = N_("for people; the robot does not act on it")
-DEFAULT = N_("this is what a blank field means")
+FOR_PEOPLE = N_("for people; the robot ignores it")
+DEFAULT = N_("a blank field means the same")
 UNUSED = N_("no row that is switched on uses it")
-_BY_NAME = N_("its name alone means the same device")
+_BY_NAME = N_("the name alone means the same device")
 _OURS = ("devices", "helpers", "gestures", "risks")
 _LISTS = ("lists", "listsfordropdowns", "リスト")  # with what drop-downs offer: made by the program, not by people
 
@@ -222,7 +222,7 @@ def _settings(old: DeviceView, new: DeviceView, found: Match) -> Iterator[Change
             was, now = texts[0] or _default(before), texts[1] or _default(after)
             yield _change(old, new, "changed", name, was, now)
         elif texts[0] != texts[1]:
-            note = WRITTEN if texts[0] and texts[1] else N_("this is what a blank cell means")
+            note = WRITTEN if texts[0] and texts[1] else N_("a blank cell means the same")
             yield _change(old, new, "written", name, texts[0], texts[1], note)
 
 

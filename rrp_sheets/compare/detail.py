@@ -180,8 +180,8 @@ def _kind(side: Side, stream: str, driven: bool) -> str:
 
 
 _HALF = 0.5
-RISK = N_("for people; the robot does not act on it")
-TEST = N_("a test says what must come out; it changes nothing of it")
+RISK = N_("for people; the robot ignores it")
+TEST = N_("a test only checks the behaviour and does not change it")
 
 
 @dataclass(frozen=True)
@@ -241,7 +241,7 @@ def scene_changes(first: Side, second: Side, found: Match) -> list[Change]:
     ranked = [(places[0][i], places[1][j], (i, j)) for i, j in pairs.to.items()]  # in the order of the times
     for i, j in sorted(changed_order(ranked, found.turned), key=lambda pair: places[0][pair[0]]):
         if old[i].time == new[j].time:  # else its time is told
-            note = N_("of several things at one time another comes first")
+            note = N_("of several events at the same time, another comes first")
             out.append(_change(kind, "moved", old[i], new[j], note=note))
     return out
 

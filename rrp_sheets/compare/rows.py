@@ -17,8 +17,8 @@ OFF = N_("the row is switched off in both")
 RENAMED = N_("the same stream under another name")
 WRITTEN = N_("it means the same")
 _CELLS: dict[str, str] = {n: n for n in (N_("connector"), N_("inputs"), N_("formula"), N_("output"), N_("priority"))}
-_DRAWS = N_("what PICK draws from one seed goes with the row's number")
-_PLACE = N_("the row stands elsewhere, which changes nothing")
+_DRAWS = N_("the random choices of PICK depend on the row's number")
+_PLACE = N_("the row moved, which changes nothing")
 
 
 def row_changes(first: Side, second: Side, found: Match) -> list[Change]:
@@ -101,7 +101,7 @@ class _RowComparison:
         if a.row.priority != b.row.priority:
             change = self._change(a, b, "changed", "priority", f"{a.row.priority:g}", f"{b.row.priority:g}")
             used = a.drives or b.drives
-            out.append(change if used else change.harmless(N_("only rows that drive an actuator use it")))
+            out.append(change if used else change.harmless(N_("only rows that control an actuator use it")))
         late = self.late.get((key(b.sheet), b.row.number), "")
         elsewhere = (a.row.number, a.sheet) != (b.row.number, b.sheet)
         if late or (moved and elsewhere):
@@ -225,10 +225,10 @@ def reordered(first: Side, second: Side, found: Match) -> dict[_Place, str]:
     for (use, _), members in groups.items():
         for place in changed_order(members, found.turned):
             name = second.shown(use) if use in second.streams else use
-            out[place] = N_("of two commands for {name} in one instant another one comes last now", name=name)
+            out[place] = N_("of two commands for {name} at the same moment, another one now comes last", name=name)
     if key(second.workbook.protocol.text("Engine", "frame")) != "frame":
         for place in changed_order(rows, found.turned):
-            out.setdefault(place, N_("this engine works in the order of the rows"))
+            out.setdefault(place, N_("this engine follows the order of the rows"))
     return out
 
 

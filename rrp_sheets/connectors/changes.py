@@ -19,8 +19,9 @@ CHANGES = Connector(
         '<path d="M.8 9h3.4V3h3.4v6H11"/>'
         '<circle cx="4.2" cy="3" r="1" class="f"/><circle cx="7.6" cy="9" r="1" class="f"/>'
     ),
-    help="Lets a value pass only when it differs from the one before.",
-    sentence="{Input} goes on{onto} only when it differs from the one before.",
+    help="Passes a value on only when it differs from the one before.",
+    sentence="Each {one} that differs from the one before becomes {output}.",
+    variants={"next": "Each {one} that differs from the one before goes to {rows}."},
     legend="only what differs",
     build=build,
     synonyms=("distinctUntilChanged",),

@@ -22,8 +22,9 @@ DELAY = Connector(
         '<circle cx="2.2" cy="3" r="1.2"/><path d="M2.2 7.2h6M6.2 5.2l2 2-2 2"/>'
         '<circle cx="10.4" cy="7.2" r="1.2" class="f"/>'
     ),
-    help="Passes every value on later, after the period.",
-    sentence="{Input} goes on {period} later{onto}.",
+    help="Passes every value on after the period.",
+    sentence="{Period} after each {one}, emit {output}.",
+    variants={"next": "{Period} after each {one}, continue with {rows}."},
     legend="the same, later",
     build=build,
     advanced=True,

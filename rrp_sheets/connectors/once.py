@@ -52,14 +52,19 @@ ONCE = Connector(
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M4.6 4.4 6.2 3v6M4.6 9h3.2"/>'),
-    help="Lets a value of the first input pass only the first time (for each result of the formula, if there is one); "
-    "a value of another input lets everything pass once more.",
-    sentence="{Input} goes on{onto} only the first time.",
+    help="Passes only the first value of the first input on, or the first for each result of the formula. A value of "
+    "another input starts over.",
+    sentence="Only the first {one} becomes {output}.",
     variants={
-        "formula": "{Input} goes on{onto} only the first time for each {formula}.",
-        "several": "{Input} goes on{onto} only the first time since the start or since {others}.",
-        "formula_several": "{Input} goes on{onto} only the first time for each {formula} since the start or since "
-        "{others}.",
+        "next": "Only the first {one} goes to {rows}.",
+        "formula": "Only the first {one} for each {formula} becomes {output}.",
+        "formula_next": "Only the first {one} for each {formula} goes to {rows}.",
+        "several": "After the start and after each {others}, only the first {one} becomes {output}.",
+        "several_next": "After the start and after each {others}, only the first {one} goes to {rows}.",
+        "formula_several": "After the start and after each {others}, only the first {one} for each {formula} becomes "
+        "{output}.",
+        "formula_several_next": "After the start and after each {others}, only the first {one} for each {formula} goes "
+        "to {rows}.",
     },
     legend="only the first time",
     build=build,

@@ -54,13 +54,15 @@ class Connector:
         max_inputs: the most, or None for any number.
         icon: SVG elements in a 12 × 12 box, stroke only; `class="f"` marks what is filled.
         help: one or two sentences for users.
-        sentence: a template for the plain-language description, with `{input}`, `{inputs}` (`{inputs_or}`: the last
-            after “or”), `{others}` (but the first), `{formula}`, `{period}`, `{pace}`, `{output}`, and the phrases
-            `{onto}` and `{as}`, which are empty for an output without name; `{Input}` begins a sentence. For what the
-            formula says there are `{work}`, after the `{event}` that triggers it, or `{condition}`.
-        variants: its sentences for rows with (`formula`) or without (`no_formula`) a formula, with `several` inputs or
-            `one`, or with both: `formula_several`; `filter` has one for an input that is a `sensor`, `subscribe` one
-            for a formula that gives `words` to say, where `{does}` is what the actuator does.
+        sentence: a whole sentence for the plain-language description. `{input}` is the first input's name, `{one}` the
+            same after “each” or “the first”; `{inputs}` are all inputs (`{inputs_or}`: the last after “or”;
+            `{each_or}`: after “each”), `{others}` all but the first after “each” or “the latest” (`{others_or}`: with
+            “or”). `{output}` is the result's name, or the phrase “the input of row 5” for one without name. There are
+            `{formula}`, `{period}`, `{pace}` and, from the formula, `{value}` and `{condition}`; `{event}` is the
+            phrase for what triggers the row, `{does}` what an actuator does. `{Input}` begins a sentence.
+        variants: its sentences for special rows, each named by what is special, in this order and joined by `_`: the
+            formula stands in the way of words (`code`), `event` or `while` (`filter`), `formula`, `one` input or
+            `several`, and an output without name that the `{rows}` take (`next`). The one that names most is taken.
         sentences: the sentence in other languages, by their codes; the program's own connectors have theirs in its
             catalogues.
         legend: a few words for the legend of diagrams; without them it leaves the connector out.

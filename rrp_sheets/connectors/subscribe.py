@@ -19,8 +19,11 @@ SUBSCRIBE = Connector(
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M.8 6h5.6M4.2 3.6 6.6 6 4.2 8.4"/><path d="M9.4 1.5v9" stroke-width="2.4"/>'),
     help="Drives the actuator stream named as output. A blank value stops what it is doing.",
-    sentence="{event}, {does}.",
-    variants={"formula": "{event}, {work} and {does} with the result.", "words": "{event}, say {work}."},
+    sentence="{Event}, {does}.",
+    variants={
+        "code_several": "{Event}, {does}, using the latest {others}.",
+        "used": "{Event}, {does}, using {value}.",
+    },
     legend="drives an actuator",
     build=build,
     is_sink=True,

@@ -66,10 +66,14 @@ TIMEOUT = Connector(
     max_inputs=None,
     parameter=Parameter.PERIOD,
     icon=('<circle cx="6" cy="6.8" r="4.3"/><path d="M6 4.2v2.8M4.6 1h2.8M6 1v1.4"/><circle cx="6" cy="8.8" r=".5"/>'),
-    help="Gives the first input's value when the period has passed since it came, unless another input has had a value "
-    "meanwhile; a newer value starts the period anew.",
-    sentence="When {period} have passed since {input}, it goes on{onto}.",
-    variants={"several": "When {period} have passed since {input} without {others}, it goes on{onto}."},
+    help="Passes the first input's value on when the period is over, unless another input has a value first. A newer "
+    "value restarts the period.",
+    sentence="{Period} after the last {one}, emit {output}.",
+    variants={
+        "next": "{Period} after the last {one}, continue with {rows}.",
+        "several": "{Period} after the last {one}, emit {output}, unless {others_or} arrives first.",
+        "several_next": "{Period} after the last {one}, continue with {rows}, unless {others_or} arrives first.",
+    },
     legend="when time has passed",
     build=build,
     advanced=True,

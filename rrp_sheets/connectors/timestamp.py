@@ -25,8 +25,9 @@ TIMESTAMP = Connector(
     name="timestamp",
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M6 3v3.2l2.2 1.3"/>'),
     help="Adds the time to each value: a record with the fields value (v) and timestamp (t, seconds).",
-    sentence="The time is noted with each {input}{as}.",
-    legend="notes the time",
+    sentence="Each {one} becomes {output}, together with its time.",
+    variants={"next": "Each {one} goes to {rows}, together with its time."},
+    legend="adds the time",
     build=build,
     example=("a-b--c",),
 )

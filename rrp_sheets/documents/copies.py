@@ -99,7 +99,7 @@ def convert(path: Path, robot: Robot, target: Path, *, replace: bool = True) -> 
             "Name a folder (without ending) for CSV files, or a file that ends with one of: {suffixes}.",
             suffixes=listed(WORKBOOK_SUFFIXES),
         )
-        raise SheetsError(N_("“{name}” is no format that can be written.", name=target.name), remedy)
+        raise SheetsError(N_("“{name}” is not a format that can be written.", name=target.name), remedy)
     return write_sheets(sheets, target, replace=replace)
 
 

@@ -633,7 +633,9 @@ class WorkFile:
     def keep_version(self, author: str, name: str) -> None:
         """Keep the file as it is now under a name; raise Refused when it is no file any more."""
         if not self.path.is_file():  # of a pipe the end would be waited for
-            raise Refused(N_("“{name}” is no file any more.", name=self.path.name), N_("Put the workbook there again."))
+            raise Refused(
+                N_("“{name}” is not a file any more.", name=self.path.name), N_("Put the workbook there again.")
+            )
         self.journal.keep_version(self.path.name, name, author, self.digest, self.path.read_bytes())
 
     def versions(self) -> list[Version]:
@@ -914,7 +916,7 @@ class Journal:
                     self._db.execute("pragma wal_checkpoint(restart)").close()
                     return self._at_once(statement, values, more)
         except sqlite3.Error as error:
-            message = N_("This was not saved: nothing can be saved beside the workbook now ({why}).", why=str(error))
+            message = N_("This was not saved: nothing can be saved next to the workbook now ({why}).", why=str(error))
             raise Refused(message, N_("Free some space on the disk, and make the change again.")) from error
 
     def _at_once(

@@ -165,7 +165,7 @@ class SimulatedWorld(World):
         except OSError:
             self._broken = True
             words = self._simulator.exit_words() if self._simulator is not None else self._ending()
-            unexpected = N_("The simulator has ended unexpectedly{how}.", how=words)
+            unexpected = N_("The simulator ended unexpectedly{how}.", how=words)
             raise RunBroken(words if words.endswith(".") else unexpected, REMEDY_DIED) from None
 
     def _receive(self, link: socket.socket) -> list[list[Any]]:

@@ -83,7 +83,7 @@ class BuiltinDevices:
         us = duration_of(command.value, use.settings.get("time"))
         if us is None:
             words = N_(
-                "{name} is not told how long: {value} is no time, and its Time cell is blank.",
+                "{name} does not know how long to wait: {value} is not a time, and its Time cell is blank.",
                 name=use.name, value=show(command.value),
             )  # fmt: skip
             self._engine.tell(Notice("error", words, use.stream, command.row))

@@ -116,17 +116,17 @@ class CommandHandler:
         if self._runner.pause(us):
             self._observer.handle(PauseEvent(us, True))
         self._runner.step(us)
-        return OperatorAction("step", N_("One frame."), command.by)
+        return OperatorAction("step", N_("One step."), command.by)
 
     def _speed(self, us: int, command: OperatorCommand) -> OperatorAction | None:
         factor = float(command.what["factor"])
         if factor and not SLOWEST <= factor <= FASTEST:
-            remedy = N_("Choose one from {slowest:g} to {fastest:g} times real time, or as fast as it can.")
+            remedy = N_("Choose a speed from {slowest:g} to {fastest:g} times real time, or as fast as possible.")
             raise SheetsError(
                 N_("The speed {factor:g} is not possible.", factor=factor), N_(remedy, slowest=SLOWEST, fastest=FASTEST)
             )
         self._runner.speed(factor, us)
-        words = N_("Speed {factor:g}.", factor=factor) if factor else N_("As fast as it can.")
+        words = N_("Speed {factor:g}.", factor=factor) if factor else N_("As fast as possible.")
         return OperatorAction("speed", words, command.by, {"factor": factor})
 
     # ---- the rows
@@ -141,7 +141,7 @@ class CommandHandler:
             if behaviour in shown:
                 raise SheetsError(
                     N_("The behaviour {behaviour} is not part of this run.", behaviour=shown[behaviour]),
-                    N_("Write its sheet's name into Run of the sheet Protocol, and run again."),
+                    N_("Write its sheet's name in the field Run of the sheet Protocol, then run again."),
                 )
             near = nearest(name, [shown[k] for k in plan.behaviours])
             remedy = N_("Did you mean {guess}?", guess=near) if near else ""
@@ -166,7 +166,7 @@ class CommandHandler:
             known = ", ".join(self._buttons.values())
             remedy = (
                 N_("The buttons are: {names}.", names=known) if known
-                else N_("Name an operator's button (Start button) in a row.")
+                else N_("Use an operator's button (Start button) in a row.")
             )  # fmt: skip
             raise SheetsError(N_("There is no button “{label}” in this run.", label=label), remedy)
         label = self._buttons[key(label)]
@@ -226,14 +226,14 @@ class CommandHandler:
         thing, at = str(command.what["thing"]), tuple(float(c) for c in command.what["at"])
         if len(at) != 3 or not all(math.isfinite(c) and abs(c) <= FARTHEST for c in at):
             remedy = N_("Put it within {farthest:g} m of the robot.", farthest=FARTHEST)
-            raise SheetsError(N_("{thing} cannot be put there.", thing=thing), remedy)
+            raise SheetsError(N_("{thing} cannot be placed there.", thing=thing), remedy)
         detail: dict[str, object] = {"thing": thing, "put": [round(c, 4) for c in at]}
         place = ", ".join(f"{c:.2f}" for c in at)
         actions = [SceneAction(us, thing, "move", {"to": at, "seconds": 0.0})]
         entry = None if self._is_there(thing) else self._entities.entry(thing)
         if entry is None:
             self._require(thing)
-            words = N_("{thing} is put to {place} m.", thing=thing, place=place)
+            words = N_("{thing} is placed at {place} m.", thing=thing, place=place)
         else:  # it comes as it is, and stands there at once
             actions.insert(0, replace(entry, time_us=us, row=0))
             words = N_("{thing} appears at {place} m.", thing=entry.thing, place=place)

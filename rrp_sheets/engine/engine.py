@@ -472,10 +472,12 @@ class LiveStream(Observable[Value]):
         clock.came += 1
         if clock.came > clock.most:
             remedy = N_(
-                "Look for two rows that send the same values on to one stream (merge), or command one actuator "
-                "after its own done stream, and let one of them do so."
+                "Look for two rows that pass the same values to one stream (merge), or that start one actuator "
+                "after its own done stream. Keep only one of them."
             )
-            words = N_("Rows multiply what they get: more than {most:,} values came in one moment.", most=clock.most)
+            words = N_(
+                "The rows multiply their values: more than {most:,} values came at the same moment.", most=clock.most
+            )
             raise RunBroken(words, remedy)
         self.latest = value
         self.at_us = clock.us

@@ -85,7 +85,7 @@ class Editor:
             where = f" ({errors[0].address})" if errors[0].address else ""
             raise SheetsError(
                 N_("The edited workbook has errors{where}: {message}", where=where, message=errors[0].message),
-                N_("Fix them to use your edits; until then the run uses the old rows."),
+                N_("Fix them to use your edits. Until then, the run uses the old rows."),
             )
         return compare(self._plan, self.checked, self._steps, make_plan(checked, everything=self._plan.everything))
 
@@ -104,7 +104,7 @@ class Editor:
         places = list(dict.fromkeys(change["place"] for change in made.changes))
         words = (
             N_("Used from {seconds:g} s on: {places}.", seconds=us / 1e6, places=", ".join(places)) if places
-            else N_("Nothing that runs has changed.")
+            else N_("No running row has changed.")
         )  # fmt: skip
         return OperatorAction("edit", words, command.by, {"changes": list(made.changes), "rows": made.renewed})
 
@@ -157,9 +157,9 @@ def _differences(plan: Plan, edited: Plan) -> Iterator[str]:
     if was.robot.name != now.robot.name:
         yield N_("the Protocol names another robot")
     if (was.run.engine, was.run.frame_rate) != (now.run.engine, now.run.frame_rate):
-        yield N_("the Protocol's Engine or its frame rate is another one")
+        yield N_("the Protocol's Engine or Frame rate is different")
     if list(plan.behaviours) != list(edited.behaviours) or plan.on != edited.on:
-        yield N_("other behaviours are to run")
+        yield N_("other behaviours are selected to run")
         return
     for behaviour in plan.behaviours:
         yield from _rows_differ(plan, edited, behaviour)
@@ -183,17 +183,17 @@ def _rows_differ(plan: Plan, edited: Plan, behaviour: str) -> Iterator[str]:
         if old.connector.name != new.connector.name:
             yield N_("{where} has a different connector", where=where)
         elif old.inputs != tuple(names.get(i, i) for i in new.inputs):
-            yield N_("{where} has other inputs", where=where)
+            yield N_("{where} has different inputs", where=where)
         elif old.output != names.get(new.output, new.output):
-            yield N_("{where} has another output", where=where)
+            yield N_("{where} has a different output", where=where)
         elif old.row.priority != new.row.priority:
-            yield N_("{where} has another priority", where=where)
+            yield N_("{where} has a different priority", where=where)
         elif (old.ref in plan.checked.formulas) != (new.ref in edited.checked.formulas):
-            yield N_("{where} has a formula where there was none, or none where there was one", where=where)
+            yield N_("{where} has a new formula or no formula any more", where=where)
     if len(new_rows) > len(old_rows):
-        yield N_("{sheet} has more rows that are switched on and get something", sheet=sheet)
+        yield N_("{sheet} has more active rows", sheet=sheet)
     elif len(new_rows) < len(old_rows):
-        yield N_("{sheet} has fewer rows that are switched on and get something", sheet=sheet)
+        yield N_("{sheet} has fewer active rows", sheet=sheet)
 
 
 def _devices(plan: Plan) -> list[tuple[str, str, object]]:

@@ -314,8 +314,8 @@ class RealtimeRunner(_Runner):
     def speed(self, factor: float, us: int) -> None:
         """Not here: the event loop goes by the wall clock. Raises SheetsError."""
         if factor != 1:
-            words = N_("This workbook asks for the engine “event loop”, which goes by the wall clock and has no speed.")
-            raise SheetsError(words, N_("Write frame as the Engine of its Protocol, and run again."))
+            words = N_("This workbook uses the engine “event loop”, which runs in real time and has no speed setting.")
+            raise SheetsError(words, N_("Write frame in the field Engine of its Protocol, then run again."))
 
     def things(self) -> Collection[str] | None:
         """Return the things in the world as a display has last seen them."""
@@ -353,7 +353,7 @@ class RealtimeRunner(_Runner):
         bounded(WORLD_CLOSE_WITHIN, [(N_("the robot"), lambda: left.extend(self._world.close() or ()))])
         if errors:
             raise errors[0]
-        texts = [N_("{name} did not stop in time and was left behind.", name=name) for name in hung]
+        texts = [N_("{name} did not stop in time.", name=name) for name in hung]
         return [*left, *(Notice("error", text) for text in texts)]
 
 
@@ -364,7 +364,7 @@ def _start_one(what: str, call: Callable[[], None]) -> None:
         raise RunBroken(N_("{what} did not start: {message}", what=what, message=errors[0].message), errors[0].remedy)
     if late:
         words = N_("{what} did not start within {seconds:g} s.", what=what, seconds=START_WITHIN)
-        raise RunBroken(words, N_("Check the device, and run again."))
+        raise RunBroken(words, N_("Check the device, then run again."))
 
 
 _LOOK = 0.05  # s between two looks, each of which counts as no more

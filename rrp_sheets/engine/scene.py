@@ -91,7 +91,7 @@ class SceneTriggers:
         return [
             Notice(
                 "note",
-                N_("{thing}: this row never happened, because what it waits for never came.", thing=a.thing),
+                N_("Scene row {row} never happened: its event never came.", row=a.row),
                 row=f"Scene!{a.row}",
             )
             for a in (self._rows[i] for i in sorted(self._open))

@@ -119,5 +119,5 @@ class TraceWriter:
 
 
 def _unwritten(error: OSError) -> RunBroken:
-    why = N_("The trace cannot be written ({reason}).", reason=os_reason(error))
-    return RunBroken(why, N_("Make room, and run again."))
+    why = N_("The recording cannot be written ({reason}).", reason=os_reason(error))
+    return RunBroken(why, N_("Free some disk space, then run again."))

@@ -95,8 +95,8 @@ class ValueInjector:
             base = sensed_now(stream, checked.robot, self._engine.streams[stream.id].arrived + 1)
         value = self._sender.value(self._sending(text, stream, checked), base, stream.name)
         if type(value) is Failure:
-            why = N_("“{text}” cannot be worked out: {reason}", text=text, reason=value.message)
-            raise SheetsError(why, N_("Change it, and send again."))
+            why = N_("“{text}” cannot be calculated: {reason}", text=text, reason=value.message)
+            raise SheetsError(why, N_("Change it, then send it again."))
         return stream, value
 
     def _sending(self, text: str, stream: Stream, checked: Checked) -> Sending:
@@ -118,12 +118,12 @@ class ValueInjector:
 
     def _no_stream(self, name: str) -> SheetsError:
         known = [s.name for s in self._open.values()]
-        remedy = N_("Values can be sent into: {names}.", names=", ".join(known))
+        remedy = N_("You can send values into: {names}.", names=", ".join(known))
         if not known:
             remedy = N_("This run has no sensor streams.")
         other = next((s for s in self._engine.plan.streams if key(s.name) == key(name) and s.name), None)
         if other is not None:
-            words = N_("“{name}” is no sensor stream, and what it has comes from rows.", name=other.name)
+            words = N_("“{name}” is not a sensor stream. Its values come from rows.", name=other.name)
             return SheetsError(words, remedy)
         if near := nearest(name, known):
             remedy = N_("Did you mean {guess}?", guess=near)

@@ -87,7 +87,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """Count work that a handler or a function does in one go."""
         self.steps -= steps
         if self.steps < 0:
-            raise OutOfSteps("FORM105", reason=N_("it takes too long to work out"))
+            raise OutOfSteps("FORM105", reason=N_("it takes too long to calculate"))
 
     # ---- values; the handlers of constants, lists and tuples are asteval's own
     def on_name(self, node: Any) -> Value:
@@ -109,7 +109,7 @@ class GuardedInterpreter(Interpreter):  # type: ignore[misc]  # asteval has no t
         """Return the slice for `[first:end]`."""
         parts = [None if p is None else self.run(p) for p in (node.lower, node.upper, node.step)]
         if any(p is not None and type(p) is not int for p in parts):
-            raise FormulaProblem("FORM103", what=N_("Places in a list are whole numbers"))
+            raise FormulaProblem("FORM103", what=N_("Positions in a list are whole numbers"))
         if parts[2] == 0:
             raise FormulaProblem("FORM107", what=N_("A step of 0 never ends"))
         return slice(*parts)

@@ -102,7 +102,7 @@ def _check_characters(text: str) -> None:
         return
     for i, c in enumerate(text):
         if unicodedata.category(c) in ("Cc", "Cs") and c not in "\n\r\t":
-            raise FormulaProblem("FORM001", i, reason=N_("there is a character in it that cannot be seen"),
+            raise FormulaProblem("FORM001", i, reason=N_("it contains an invisible character"),
                                  remedy=N_("Type the formula again."))  # fmt: skip
 
 

@@ -137,9 +137,9 @@ def no_value(tokens: list[Token], i: int) -> NoReturn:
         reason = N_("there is nothing before “{text}”", text=now.text)
         raise syntax(now, reason, N_("Write a value there, or take the sign away."))
     if now.text == ":":
-        raise syntax(now, N_("there is a colon in it"), N_("Colons stand only in brackets: balls[0:2]."))
+        raise syntax(now, N_("there is a colon in it"), N_("Use colons only in brackets: balls[0:2]."))
     if before is not None and before.text in ("=", "==") and now.text in ("=", "=="):
-        raise syntax(now, N_("two signs = stand apart"), N_("Write x = 3 or x == 3."))
+        raise syntax(now, N_("two = are not next to each other"), N_("Write x = 3 or x == 3."))
     raise syntax(now, N_("a value is missing before “{near}”", near=_near(now)), N_("Write what belongs there."))
 
 
@@ -149,7 +149,7 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
     if lower in _REFUSED_WORDS:
         raise refused(now, _REFUSED_WORDS[lower], _ADVICE)
     if lower == "if":
-        raise syntax(now, N_("“if” stands at its beginning"), N_('Write IF(distance < 1; "near"; "far").'))
+        raise syntax(now, N_("it begins with “if”"), N_('Write IF(distance < 1; "near"; "far").'))
     if lower == "not":
         raise syntax(now, N_("NOT in capitals needs brackets"), N_("Write NOT(…), or not in small letters."))
     if lower in ("and", "or", "in", "is", "else", "for"):
@@ -168,7 +168,7 @@ def leftover(tokens: list[Token], i: int) -> NoReturn:
         remedy = N_("Write {text}{text2}.", text=before.text, text2=now.text)
         raise syntax(now, N_("there is a space in a number"), remedy)
     if now.kind in ("text", "texts") and before.kind in ("text", "texts"):
-        raise syntax(now, N_("two texts stand side by side"), N_("Write & between them to join them."))
+        raise syntax(now, N_("two texts are next to each other"), N_("Write & between them to join them."))
     if now.kind == "name":
         raise _odd_word(before, now)
     shown = N_("a text") if now.kind in ("text", "texts") else N_("“{text}”", text=_near(now))
@@ -187,7 +187,7 @@ def _odd_word(before: Token, now: Token) -> FormulaProblem:
     if lower in ("equals", "equal", "is"):
         return syntax(now, N_("“{text}” is not understood", text=now.text), N_("Write = to compare."))
     if lower == "mod":
-        return syntax(now, N_("“mod” stands between two values"), N_("Write MOD(x; y)."))
+        return syntax(now, N_("“mod” is between two values"), N_("Write MOD(x; y)."))
     if before.kind == "number" and lower in _TIMES:
         spelt = f"{before.text} {now.text}"
         advice: str = N_('Write "{spelt}" in quotes for Wait, and a number of seconds elsewhere.', spelt=spelt)
@@ -217,12 +217,12 @@ def _odd_sign(tokens: list[Token], i: int) -> FormulaProblem:
     if now.text in (")", "]"):
         return syntax(now, N_("an opening bracket is missing"), N_("Add the opening bracket, or take this one away."))
     if now.text == ":":
-        return syntax(now, N_("there is a colon in it"), N_("Colons stand only in brackets: balls[0:2]."))
+        return syntax(now, N_("there is a colon in it"), N_("Use colons only in brackets: balls[0:2]."))
     if now.text == ":=":
         return refused(now, N_("An assignment"), _SIGNS[":="])
     if now.text in _SIGNS:
         return refused(now, N_("The sign {text}", text=now.text), _SIGNS[now.text])
-    return syntax(now, N_("“{text}” does not belong there", text=now.text), N_("Check what stands there."))
+    return syntax(now, N_("“{text}” does not belong there", text=now.text), N_("Check this place."))
 
 
 def _near(token: Token) -> str:
@@ -287,7 +287,7 @@ _GERMAN_FRENCH = {
 _CLOCK = frozenset(("now", "today", "time", "timevalue", "date", "hour", "minute", "second", "clock"))
 _REFUSED = {
     "repr": N_("Write STR(…) for a number as a text."),
-    "eval": N_("A formula cannot hold another one as a text: write it into a helper."),
+    "eval": N_("A formula cannot contain another formula as a text. Write it in a helper."),
     "zip": N_("Use a table, or INDEX with a place."),
 }
 _NAMES = {

@@ -44,7 +44,7 @@ def arithmetic(kind: type, left: Value, right: Value, charge: Charge) -> Value:
             charge(size)
             return many * times
     if left is None or right is None:
-        raise FormulaProblem("FORM102", needed=N_("a value beside {value}", value=_SIGNS[kind]))
+        raise FormulaProblem("FORM102", needed=N_("a value next to {value}", value=_SIGNS[kind]))
     if kind is ast.Add and {type(left), type(right)} & {str} and {type(left), type(right)} & NUMBERS:
         raise FormulaProblem("FORM114")
     raise FormulaProblem("FORM103", what=N_("{value} cannot work with {kind} and {kind2}", value=_SIGNS[kind],
@@ -91,7 +91,7 @@ def at_place(owner: Value, index: Value, charge: Charge) -> Value:
         charge(len(owner) // 10)
         return owner[index]
     if type(index) is not int:
-        raise wrong_kind(N_("a whole number as the place in a list"), index)
+        raise wrong_kind(N_("a whole number as the position in a list"), index)
     if not -len(owner) <= index < len(owner):
         raise FormulaProblem("FORM106", index=index, count=len(owner))
     return owner[index]

@@ -208,7 +208,7 @@ class _Parser:
                 self.step()
                 kind = ast.IsNot
             elif self.word in ("=", "=="):
-                self.fail(N_("two signs = stand apart"), N_("Write x = 3 or x == 3."), sign)
+                self.fail(N_("two = are not next to each other"), N_("Write x = 3 or x == 3."), sign)
             sheet = sheet or sign.text in _SHEET_EQUALS
             ops.append(kind())
             others.append(self._join())
@@ -333,7 +333,7 @@ class _Parser:
                 end = self.step().end
                 if not _is_number(node):
                     remedy = N_("Write RADIANS(…).")
-                    self.refuse(N_("The sign ° behind something that is no number"), remedy, node.col_offset, end)
+                    self.refuse(N_("The sign ° after something that is not a number"), remedy, node.col_offset, end)
                 node = self._scaled(node, end, math.radians, 1)
             else:
                 return node

@@ -367,10 +367,10 @@ def _replaced(
 
 
 _QUOTED = N_('Put texts between quotes: "red".')
-_LEAVE_OUT = N_("Leave it out; texts stand between quotes.")
+_LEAVE_OUT = N_("Leave it out. Texts stand in quotes.")
 _REMEDIES = {
     "²": N_("Write ^2 for a square."), "³": N_("Write ^3."), "√": N_("Write SQRT(…)."), "∛": N_("Write (…) ^ (1/3)."),
-    "½": N_("Write 0.5."), "¼": N_("Write 0.25."), "¾": N_("Write 0.75."), "∞": N_("There is no infinite number here."),
+    "½": N_("Write 0.5."), "¼": N_("Write 0.25."), "¾": N_("Write 0.75."), "∞": N_("Infinite numbers cannot be used."),
     "·": N_("Write * to multiply."), "•": N_("Write * to multiply."), "«": _QUOTED,
     "»": _QUOTED, "「": _QUOTED, "€": N_("Write the number alone."),
     "、": N_("Write ; or , between values."), "…": N_("Write all of it."), "¬": N_("Write NOT(…)."),
@@ -382,11 +382,11 @@ def _strange(typed: str, at: int) -> FormulaProblem:
     """Return the problem of a character with which nothing can begin."""
     c = typed[at]
     if found := _ERROR_VALUE.match(typed, at):
-        reason = N_("it holds the error value {value} of a spreadsheet", value=found[0])
+        reason = N_("it contains the error value {value} of a spreadsheet", value=found[0])
         remedy = N_("Type the formula again; write the streams' names instead of cells.")
         return FormulaProblem("FORM001", at, len(found[0]), reason=reason, remedy=remedy)
     if unicodedata.category(c) in ("Cc", "Cs", "Co", "Cn", "Cf"):
-        return FormulaProblem("FORM001", at, reason=N_("there is a character in it that cannot be seen"),
+        return FormulaProblem("FORM001", at, reason=N_("it contains an invisible character"),
                               remedy=N_("Type the formula again."))  # fmt: skip
     remedy = _REMEDIES.get(c, _LEAVE_OUT)
     about = {"quotes": True} if remedy in (_QUOTED, _LEAVE_OUT) else {}

@@ -218,7 +218,7 @@ class _Resolver:
                 left = arg.left.id
                 if not any(key(left) in known for known in names):
                     what = N_("{left}= inside the brackets", left=left)
-                    remedy = N_("Write the value alone. ({left} is no input here.)", left=left)
+                    remedy = N_("Write the value alone. ({left} is not an input here.)", left=left)
                     problem = FormulaProblem("FORM003", arg.col_offset, _width(arg), what=what, remedy=remedy)
                     self.problems.append(problem)
                     unread(arg)
@@ -245,7 +245,7 @@ class _Resolver:
         value = node.value
         if isinstance(value, str):
             if any(unicodedata.category(c) in ("Cc", "Cs") for c in value if not c.isprintable() and c not in "\n\t"):
-                remedy = N_("Leave out what begins with a backslash.")
+                remedy = N_("Leave out the part that begins with a backslash.")
                 self.refuse(node, N_("A character that cannot be shown"), remedy)
         elif isinstance(value, (int, float)) and not isinstance(value, bool):
             if not abs(value) <= LARGEST_NUMBER:
@@ -277,7 +277,7 @@ class _Resolver:
             if not isinstance(op, _COMPARISONS):
                 self.refuse(node, N_("This comparison"))
             if isinstance(op, (ast.Is, ast.IsNot)) and not (isinstance(right, ast.Constant) and right.value is None):
-                self.refuse(node, N_("“{text}”", text="is"), N_("Write = to ask whether two things are equal."))
+                self.refuse(node, N_("“{text}”", text="is"), N_("Write = to ask whether two values are equal."))
         node.left = self.visit_at(node.left, depth)
         node.comparators = self.visit_all(node.comparators, depth)
         return node

@@ -89,10 +89,10 @@ def answer_line(line: str, interpreter: GuardedInterpreter | None = None) -> Ans
     except RecursionError:
         return _no_request(N_("it is nested too deeply"))
     if not isinstance(request, dict) or not isinstance(request.get("formula"), str):
-        return _no_request(N_('it is no object with a text as its "formula"'))
+        return _no_request(N_('it is not an object with a text as its "formula"'))
     inputs = request.get("inputs", {})
     if not isinstance(inputs, dict):
-        return _no_request(N_('its "inputs" are no object'))
+        return _no_request(N_('its "inputs" are not an object'))
     return try_formula(request["formula"], inputs, interpreter)
 
 
@@ -122,7 +122,7 @@ def _no_request(reason: str) -> Answer:
 
 
 def _no_constant(name: str) -> None:
-    raise ValueError(N_("{name} is no value", name=name))
+    raise ValueError(N_("{name} is not a value", name=name))
 
 
 def _value(value: Any, name: str, left: list[int], depth: int) -> Value:
@@ -158,4 +158,4 @@ def _unfit(value: Any, name: str) -> str:
     if isinstance(value, Mapping) and all(isinstance(k, str) for k in value):
         single = len({key(k) for k in value}) == len(value)
         return "" if single else N_("the input {name} has two fields of one name", name=name)
-    return N_("the input {name} is no value that formulas know", name=name)
+    return N_("the input {name} is not a value that formulas know", name=name)

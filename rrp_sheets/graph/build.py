@@ -37,12 +37,12 @@ _ELSEWHERE = {
 }  # fmt: skip
 """Names that other reactive software and newcomers use for the connectors."""
 _IN_SIMULATION = {
-    "sensor": N_("In a simulated run it gives nothing."),
-    "actuator": N_("In a simulated run its commands are done at once, as not completed."),
+    "sensor": N_("It sends no values in a simulated run."),
+    "actuator": N_("In a simulated run, its actions end at once as not completed."),
 }
 _EXAMPLES = {"map": "redBall.distance", "filter": "distance < 0.5"}
 LONGEST_CHAIN = 500
-_BREAK = N_("Break the circle: one of these rows must take another input.")
+_BREAK = N_("Break the circle: give one of these rows another input.")
 T = TypeVar("T")
 
 
@@ -125,7 +125,9 @@ class _Builder:
             guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
             remedy = N_("Choose one of {names}.", names=", ".join(names))
             if _FORMULA.search(cell.text):
-                words = N_("What looks like a formula belongs in the column Formula. Here, choose one of {names}.")
+                words = N_(
+                    "This looks like a formula, which belongs in the column Formula. Choose one of {names} here."
+                )
                 remedy = N_(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
         return connector
@@ -249,7 +251,7 @@ def _remedy(step: Step, streams: Mapping[str, Stream]) -> str:
     name = streams[step.output].name
     if step.connector.name != "accumulate" or not name:
         return _BREAK
-    return N_("Take {name} out of the input streams: in the formula of accumulate, “total” is its last value.",
+    return N_("Remove {name} from the input streams. In the formula of accumulate, “total” is its last value.",
               name=name)  # fmt: skip
 
 

@@ -210,7 +210,7 @@ def understand(setting: Setting, text: str, robot: Robot, mine: Sequence[str] = 
         return _number(setting, text)
     if setting.kind == "truth":
         meant = truth_of(text)
-        return meant, "" if meant is not None else N_("TRUE or FALSE (yes and no do as well)")
+        return meant, "" if meant is not None else N_("TRUE or FALSE (yes and no also work)")
     if setting.kind == "angle":
         degrees = text.strip().removesuffix("°") if _DEGREES.fullmatch(text.strip()) else ""
         return _number(setting, str(math.radians(float(degrees))) if degrees else text)
@@ -292,7 +292,7 @@ def divided_phrase(text: str) -> tuple[str, int]:
 
 
 def _sound_file(name: str) -> tuple[Value, str]:
-    wants = N_("the name of a .wav file beside the workbook, such as song.wav, without a folder")
+    wants = N_("the name of a .wav file next to the workbook, such as song.wav, without a folder")
     return name, "" if is_plain(name) else wants
 
 

@@ -25,7 +25,7 @@ _AND = re.compile(r"[;&+/]|\band\b", re.IGNORECASE)  # what is written between t
 _ENDED = re.compile(r"[\W_]+(?:done|finished|ended|completed?|over|ready|end)$", re.IGNORECASE)
 _IS = re.compile(r"[\W_]+(?:is|has|was)$", re.IGNORECASE)
 _LONGEST_ENDED = 100  # letters of a name that is looked at as one of a done stream
-_SHARED = N_("Behaviours share only devices: take the same sensor here, and repeat the rows that are needed.")
+_SHARED = N_("Behaviours share only devices. Use the same sensor here, and repeat the rows that you need.")
 _KINDS = {"sensor": StreamKind.SENSOR, "actuator": StreamKind.ACTUATOR}
 
 

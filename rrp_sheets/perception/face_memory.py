@@ -94,8 +94,8 @@ def read_memory(path: Path) -> FaceMemory:
         return FaceMemory()
     except (OSError, ValueError, TypeError, KeyError, RecursionError):
         why = N_("The remembered faces in “{path}” cannot be read.", path=str(path))
-        remedy = N_("Wipe them with `rrp-sheets faces --forget-all` in the workbook’s folder; "
-                    "the robot then begins without.")  # fmt: skip
+        remedy = N_("Delete them with `rrp-sheets faces --forget-all` in the workbook’s folder. The robot then "
+                    "starts without any.")  # fmt: skip
         raise SheetsError(why, remedy) from None
 
 

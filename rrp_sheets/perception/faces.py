@@ -119,7 +119,7 @@ class Faces:
         there = [t for t in self._tracks if t.us == self._looked_us]
         there = [t for t in there if number is None or self._told(t)["id"] == number]
         if not there:
-            return "", N_("There is no face to remember in view.")
+            return "", N_("No face to remember is in view.")
         track = min(there, key=lambda t: (t.person is not None, t.since_us, t.way[1]))
         if track.person is not None:
             return "", N_("The face is remembered already, as {name}.", name=track.person.name)

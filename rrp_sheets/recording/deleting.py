@@ -347,7 +347,7 @@ def plan(folder: Path, participant: str = "", names: Sequence[str] = (), going: 
         doomed = [runs_place(d.folder) / f.run for d in (planned, *below) for f in d.runs]
         result = search_code(participant, root, frozenset(p.resolve() for p in doomed))
     except FileNotFoundError:
-        raise SheetsError(N_("Somebody else has just deleted something here."), N_("Check again.")) from None
+        raise SheetsError(N_("Somebody else just deleted something here."), N_("Check again.")) from None
     told = {f"{d.within}/runs/faces.json".lstrip("/") for d in (planned, *below) if d.faces}  # face by face
     elsewhere, unsearched = tuple(place for place in result.found if place not in told), tuple(result.unsearched)
     return replace(planned, below=below, elsewhere=elsewhere, unsearched=unsearched, whole=result.whole and seen)
@@ -495,7 +495,7 @@ def _require_told(places: Sequence[Path]) -> None:
     """Raise SheetsError for a run that is just beginning: it has no record yet, and may be anybody's."""
     for place in places:
         if is_locked(place) and not metadata_of(place).readable:
-            message = N_("The run {run} is just beginning, and does not say yet whose it is.", run=place.name)
+            message = N_("The run {run} has just started, so its participant is not known yet.", run=place.name)
             raise SheetsError(message, N_("Delete again in a few seconds."))
 
 
@@ -570,7 +570,7 @@ def _plan_faces(
         elif run in gone:
             fates.append(FaceFate(name, True, N_("it was remembered in the run {run}", run=run)))
         else:
-            why = N_("it was remembered in the run {run}.", run=run) if run else N_("no run here says whose it is.")
+            why = N_("it was remembered in the run {run}.", run=run) if run else N_("no run here has its participant.")
             if run in runs and runs[run].participant:
                 why = N_("it was remembered in the run {run} of {whose}.", run=run, whose=runs[run].participant)
             recognised = N_("It was recognised in a run that is deleted.") if key(name) in seen else ""

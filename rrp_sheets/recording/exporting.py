@@ -79,11 +79,11 @@ def trace_of(run: Path) -> Path:
     if not trace.is_file():
         raise UnreadableFile("FILE001", N_("There is no run “{run}”.", run=run), remedy)
     if trace.suffix != Path(TRACE).suffix:
-        raise UnreadableFile("FILE001", N_("“{run}” is not a record of a run.", run=run), remedy)
+        raise UnreadableFile("FILE001", N_("“{run}” is not the recording of a run.", run=run), remedy)
     if trace.name == TRACE:
         metadata = metadata_of(trace.parent)
         if not metadata.readable:
-            message = N_("“{run}” is not a record of a run: {why}", run=run, why=metadata.why)
+            message = N_("“{run}” is not the recording of a run: {why}", run=run, why=metadata.why)
             raise UnreadableFile("FILE001", message, metadata.remedy)
     return trace
 
@@ -97,7 +97,7 @@ def _require_apart(traces: Sequence[Path], target: Path) -> None:
             raise SheetsError(N_("The run “{run}” is named twice.", run=trace.parent.name), N_("Name every run once."))
         seen.add(place)
         if target.absolute().parent.resolve() == place.parent and target.name in (WORKBOOK, TABLE):
-            message = N_("“{name}” belongs to the record of the run.", name=target.name)
+            message = N_("“{name}” belongs to the recording of the run.", name=target.name)
             raise SheetsError(message, N_("Give the file another name."))
 
 

@@ -35,10 +35,10 @@ _WHAT: dict[str, str] = {
     "gestures.toml": N_("the robot's gestures"),
     TABLE: N_("the run as a table, one row per event"),
     DIAGRAM: N_("the diagram of the behaviours"),
-    POSES: N_("how the robot and the things around it stood"),
+    POSES: N_("positions of the robot and the objects around it"),
     CAMERA: N_("pictures of the robot's camera"),
     FILM: N_("the robot, filmed"),
-    STRIP: N_("six moments of the run, and what its camera saw if that is kept"),
+    STRIP: N_("six moments of the run, with camera pictures if they are saved"),
 }
 
 

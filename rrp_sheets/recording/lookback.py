@@ -330,7 +330,9 @@ def _part(place: Path, what: str, number: int) -> Any:
                 return poses.piece(number)
         case _:
             raise KeyError(what)
-    raise SheetsError(N_("There is no such part of the run."), N_("Reload the page: the record has perhaps changed."))
+    raise SheetsError(
+        N_("There is no such part of the run."), N_("Reload the page: perhaps the recording has changed.")
+    )
 
 
 def _overview(place: Path) -> dict[str, Any]:

@@ -89,19 +89,19 @@ def metadata_of(place: Path, going: Collection[str] = ()) -> RunMetadata:
     try:
         about = trace.stat()
         if not stat.S_ISREG(about.st_mode):  # a pipe would be waited for without an end
-            raise IsADirectoryError(errno.EISDIR, N_("it is no file"))
+            raise IsADirectoryError(errno.EISDIR, N_("it is not a file"))
         header, summary, seconds = read_ends(trace)
     except OSError as error:
         missing = isinstance(error, FileNotFoundError)
         cannot = N_("Its {file} cannot be read: {reason}.", file=TRACE, reason=os_reason(error))
         why = N_("There is no {file} in it.", file=TRACE) if missing else cannot
-        remedy = N_("The folder of a run holds everything that was recorded; copy it whole.")
+        remedy = N_("The folder of a run contains the whole recording. Copy all of it.")
         return RunMetadata(run, why=why, remedy=remedy)
     if header is None or not header.fields:
         if header is not None and run in going:
             return RunMetadata(run, ended="going")
-        why = N_("Its {file} does not begin as a record of a run does.", file=TRACE)
-        remedy = N_("Copy the folder again from where it comes; it was perhaps cut off.")
+        why = N_("Its {file} does not start like the recording of a run.", file=TRACE)
+        remedy = N_("Copy the folder again from its source. Perhaps the copy is incomplete.")
         return RunMetadata(run, why=why, remedy=remedy)
     if summary is not None:
         ended = kind_of_end(summary.text("ended") or "cut", summary.text("stopped_by"))
@@ -240,13 +240,13 @@ def ended(metadata: RunMetadata) -> str:
         case "end run":
             return N_("ended by the row {row}", row=by) if by else N_("ended by a row")
         case "stopped":
-            return N_("stopped by {name}", name=by) if by else N_("stopped by hand")
+            return N_("stopped by {name}", name=by) if by else N_("stopped manually")
         case "killed":
-            return N_("stopped by the end of the program that had started it")
+            return N_("stopped because the program that started it ended")
         case "broken":
-            return N_("broke off at the row {row}", row=by) if by else N_("broke off")
+            return N_("stopped unexpectedly at row {row}", row=by) if by else N_("stopped unexpectedly")
         case "going":
             return N_("in progress")
         case "unreadable":
             return N_("cannot be read")
-    return N_("broke off: the record has no end")
+    return N_("stopped unexpectedly: the recording has no end")

@@ -119,7 +119,7 @@ def refuse_other_table(target: Path) -> None:
             return
     except OSError as error:
         raise unwritable(target, error) from None
-    message = N_("“{path}” is there already and is no table of a run; it was left as it is.", path=target)
+    message = N_("“{path}” already exists and is not a table of a run, so it was not changed.", path=target)
     raise SheetsError(message, N_("Give the file another name."))
 
 

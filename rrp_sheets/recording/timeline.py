@@ -302,7 +302,7 @@ class Drag:
 def dragged(thing: str, text: str) -> str:
     """Return the text for a thing that was put to its last place, when there were others before.
 
-    >>> dragged("Red ball", as_message("Red ball is put to 0.50, 0.10, 0.42 m."))
+    >>> dragged("Red ball", as_message("Red ball is placed at 0.50, 0.10, 0.42 m."))
     'Red ball is dragged to 0.50, 0.10, 0.42 m.'
     """
     place = text.places.get("place") if isinstance(text, LazyMessage) else None

@@ -145,7 +145,7 @@ class TraceReader:
         self._is_named = is_named
         if not self.path.is_file():  # a pipe would be waited for without an end
             raise UnreadableFile(
-                "FILE001", N_("There is no trace “{path}”.", path=self.path), N_("Name a run's folder.")
+                "FILE001", N_("There is no recording “{path}”.", path=self.path), N_("Name a run's folder.")
             )
         with self._opened() as file:
             line = file.readline().decode()
@@ -155,9 +155,9 @@ class TraceReader:
     def damaged(self) -> UnreadableFile:
         """Return the error for a trace whose content cannot be that of a run."""
         if self._is_named:
-            words = N_("“{path}” is not a trace, or it is damaged.", path=self.path)
+            words = N_("“{path}” is not a recording, or it is damaged.", path=self.path)
             return UnreadableFile("FILE001", words, N_("Name a run's folder."))
-        words = N_("“{run}” is not a record of a run.", run=self.path.parent.name)
+        words = N_("“{run}” is not the recording of a run.", run=self.path.parent.name)
         return UnreadableFile("FILE001", words, N_("Copy its folder again."))
 
     def __iter__(self) -> Iterator[RecordedEvent]:

@@ -203,7 +203,7 @@ def chosen(
         begin, end = first or 0, score.last_us if last is None else min(last, score.last_us)
         if begin >= end and (first or last is not None):
             raise SheetsError(
-                N_("Nothing lies between {begin:g} s and {end:g} s.", begin=begin / 1e6, end=end / 1e6),
+                N_("Nothing happened between {begin:g} s and {end:g} s.", begin=begin / 1e6, end=end / 1e6),
                 N_("The time goes from 0 s to {end:g} s.", end=score.last_us / 1e6),
             )
         cut.append(score.between(begin, end))

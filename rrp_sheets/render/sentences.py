@@ -1,31 +1,43 @@
-"""Describes a behaviour in plain words: a sentence for each row, and a paragraph that joins related rows.
+"""Describes a behaviour in plain words: a sentence for each row, and a paragraph that joins a value with its use.
 
-Devices have sentences of their own (`says` in robot.toml), filled with their settings. `says` may offer several texts,
+A row's sentence is one of its connector's, with phrases for the event that triggers the row and for its formula.
+Devices have phrases of their own (`says` in robot.toml), filled with their settings. `says` may offer several texts,
 each for some settings: `mode=head: follow {source} with the head | follow {source}`; the first whose conditions hold is
-taken. Places are settings by key, and `{source}`: what the value comes from.
+taken. Places are settings by key, `{source}`: what the value comes from, and `{way}`: how far Walk goes.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from rrp_sheets.connectors import Connector
 from rrp_sheets.graph import BehaviourGraph, Graph, Step, Stream, StreamKind
+from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import show
 from rrp_sheets.model.workbook import Workbook
-from rrp_sheets.render.formula_words import Content, FieldNames, Named, Wording, contents, is_blank, shown
+from rrp_sheets.render.formula_words import (
+    Content,
+    FieldNames,
+    Form,
+    Named,
+    Phrase,
+    Wording,
+    contents,
+    has_blank,
+    is_blank,
+    names_in,
+    shown,
+)  # fmt: skip
 from rrp_sheets.render.style import clean, columns
 from rrp_sheets.render.texts import Texts, texts
 from rrp_sheets.robots import FoundDevice
 from rrp_sheets.texts import capital, translate
-
-_JOINED = ("map", "filter")  # their result may be called "it" in the sentence that follows
 
 
 @dataclass(frozen=True)
@@ -88,7 +100,7 @@ def explain_text(
 def _behaviour(behaviour: BehaviourGraph, rows: Rows, headings: Mapping[int, str]) -> BehaviourText:
     active = [step for step in behaviour.steps if step.row.on and step.active]
     streams, words = rows.graph.streams, rows.texts
-    used = dict.fromkeys(i for step in active for i in step.inputs if rows.is_sensor(i))
+    used = dict.fromkeys(i for step in active for i in step.inputs if streams[i].kind is StreamKind.SENSOR)
     driven = dict.fromkeys(step.output for step in active if streams[step.output].kind is StreamKind.ACTUATOR)
     return BehaviourText(
         clean(behaviour.name),
@@ -114,83 +126,21 @@ def _named_device(stream: Stream, words: Texts) -> str:
     return words.get("behaviour.about", name=name, about=words.in_a_row(about)) if about else name
 
 
-class _Chain:
-    """Active rows in order, with the readers of each stream, so that long sheets take linear time."""
-
-    def __init__(self, steps: list[Step]) -> None:
-        self._after = {id(a): b for a, b in pairwise(steps)}
-        self._readers: dict[str, list[Step]] = {}
-        for step in steps:
-            for stream in dict.fromkeys(step.inputs):
-                self._readers.setdefault(stream, []).append(step)
-
-    def after(self, step: Step) -> Step | None:
-        return self._after.get(id(step))
-
-    def only_use(self, stream: str, by: Step) -> bool:
-        return all(step is by for step in self._readers.get(stream, ()))
-
-
 def _paragraph(behaviour: BehaviourGraph, active: list[Step], rows: Rows) -> str:
-    sentences: list[str] = []
-    place, chain, words = 0, _Chain(active), rows.texts
+    """Return the rows' sentences; a row that only prepares what the next one does is said together with it."""
+    words, sentences, place = rows.texts, [], 0
     while place < len(active):
         step, following = active[place], active[place + 1] if place + 1 < len(active) else None
-        before = active[place - 1] if place else None
-        chained = before is not None and _follows(step, before)
-        if (
-            step.connector.name == "filter" and following is not None and len(set(step.inputs)) == 1
-            and _follows(following, step) and chain.only_use(step.output, following)
-            and following.connector.name in ("map", "subscribe") and (chained or not rows.is_sensor(step.inputs[0]))
-        ):  # fmt: skip
-            sentences.append(_when(step, following, chained, chain, rows))
-            place += 2
-        else:
-            sentences.append(_sentence(step, before, chain, rows))
+        if following is not None and following.connector.is_sink and rows.prepares(step, following):
+            sentences.append(rows.joined_sentence(step, following))
             place += 1
+        else:
+            sentences.append(rows.bare_sentence(step))
+        place += 1
     if off := [str(step.number) for step in behaviour.steps if not step.row.on]:
         name = words.get("behaviour.rows" if len(off) > 1 else "behaviour.row", n=words.listed(off))
         sentences.append(words.get("behaviour.rows_off", rows=name))
     return words.sentences(sentences if active else [words.get("behaviour.nothing"), *sentences])
-
-
-def _follows(step: Step, before: Step) -> bool:
-    """Return whether a row takes only the result of the row before it, so that the result may be called "it"."""
-    alone = set(step.inputs) == {before.output}
-    return alone and before.connector.name in _JOINED and step.connector.name in (*_JOINED, "subscribe")
-
-
-def _when(test: Step, act: Step, chained: bool, chain: _Chain, rows: Rows) -> str:
-    """Return a filter and the one row that takes its output as one sentence."""
-    get, condition = rows.texts.get, rows.wording(test, pronoun=chained).condition(test.row.formula.text)
-    if act.connector.is_sink:
-        return rows.sentence_of_subscribe(act, event=get("chain.does", condition=condition))
-    work = rows.wording(act, pronoun=True).work(act.row.formula.text)
-    return get("chain.when", condition=condition, work=work, **{"as": _name(act, chain, rows)})
-
-
-def _sentence(step: Step, before: Step | None, chain: _Chain, rows: Rows) -> str:
-    if before is None or before.connector.name != "map" or not _follows(step, before):
-        return rows.bare_sentence(step, unnamed=step.connector.name == "map" and not _needs_name(step, chain, rows))
-    get, wording, formula = rows.texts.get, rows.wording(step, pronoun=True), step.row.formula.text
-    if step.connector.name == "filter":
-        onto = get("row.onto", name=rows.noun(step.output)) if rows.graph.streams[step.output].name else ""
-        return get("chain.filter", condition=wording.condition(formula), onto=onto)
-    if step.connector.name == "map":
-        return get("chain.next", work=wording.work(formula), **{"as": _name(step, chain, rows)})
-    return rows.sentence_of_subscribe(step, event=get("chain.then"))
-
-
-def _name(step: Step, chain: _Chain, rows: Rows) -> str:
-    return rows.named(rows.noun(step.output) if _needs_name(step, chain, rows) else "")
-
-
-def _needs_name(step: Step, chain: _Chain, rows: Rows) -> bool:
-    """Return whether the result has a name that a later sentence uses instead of "it"."""
-    following = chain.after(step) if step.connector.name == "map" else None
-    if following is not None and _follows(following, step) and chain.only_use(step.output, following):
-        return False
-    return bool(rows.graph.streams[step.output].name)
 
 
 class Rows:
@@ -203,6 +153,11 @@ class Rows:
         self.helpers = {key(h.name.text): h.name.text for h in workbook.helpers}
         self.fields = field_names(graph, texts)
         self.makers = {s.output: s for b in graph.behaviours for s in b.steps}
+        self.readers: dict[str, list[Step]] = defaultdict(list)
+        for behaviour in graph.behaviours:
+            for step in behaviour.steps:
+                for stream in dict.fromkeys(step.inputs):
+                    self.readers[stream].append(step)
 
     def sentence(self, step: Step) -> str:
         """Return a row in words, also one that is switched off."""
@@ -211,44 +166,109 @@ class Rows:
             return self.texts.get("row.off", sentence=said)
         return said if step.active else self.texts.get("row.unfed", sentence=said)
 
-    def bare_sentence(self, step: Step, *, unnamed: bool = False) -> str:
-        """Return a row in words, as if it were on; `unnamed`: without the name of its result."""
-        kind, formula = step.connector.name, step.row.formula.text
-        if kind == "subscribe":
-            return self.sentence_of_subscribe(step, event=self.event(step))
+    def bare_sentence(self, step: Step) -> str:
+        """Return a row in words, as if it were on."""
+        if step.connector.is_sink:
+            return self._subscribe(step, self.event(step))
         values = self._values(step)
-        if unnamed:
-            values["as"] = self.named("")
-        if kind == "combineLatest":
-            values["work"] = self.wording(step).work(formula) if formula else self.texts.get("value.record")
-        elif "{work}" in step.connector.sentence:
-            wording = self.wording(step, pronoun=self.is_sensor(step.inputs[0]))
-            values |= {"event": self.event(step), "work": wording.work(formula)}
-        elif "{condition}" in step.connector.sentence:
-            return self._filter(step, values)
-        return capital(self._said(step.connector, values, _case(step)))
+        special = {"several" if len(set(step.inputs)) > 1 else "one"}
+        if step.row.formula.text:
+            special.add("formula")
+        if not self.graph.streams[step.output].name:
+            special.add("next")
+        places = "".join((step.connector.sentence, *step.connector.variants.values()))
+        if "{condition}" in places:
+            special |= self._filter(step, values)
+        elif step.connector.name == "accumulate" and (said := self._total(step, values)):
+            return said
+        elif "{value}" in places:
+            follows = "{Event}" in places or "{event}" in places
+            phrase = self.wording(step, pronoun=follows, latest=follows).value(step.row.formula.text)
+            values["value"] = phrase.text
+            special.add(phrase.form.value)
+        return self._said(step.connector, values, special)
 
-    def _said(self, connector: Connector, values: Mapping[str, str], case: str = "") -> str:
+    def _said(self, connector: Connector, values: Mapping[str, str], special: Container[str] = ()) -> str:
+        """Fill the connector's sentence for the most that is special about a row."""
         language = self.texts.language
+        fitting = [v for v in connector.variants if all(part in special for part in v.split("_"))]
+        case = max(fitting, key=lambda v: v.count("_"), default="")
         template = connector.sentences.get(language) or translate(connector.sentence_for(case), language)
-        return template.format_map(defaultdict(str, values))  # places that are not known stay empty
+        capitals = {name.capitalize(): capital(value) for name, value in values.items()}
+        return template.format_map(defaultdict(str, {**values, **capitals}))  # places that are not known stay empty
 
-    def _filter(self, step: Step, values: dict[str, str]) -> str:
-        first = step.inputs[0]
-        from_sensor = self.is_sensor(first) and len(step.inputs) == 1
-        values["condition"] = self.wording(step, pronoun=from_sensor).condition(step.row.formula.text)
-        if from_sensor:
-            return self._said(step.connector, values | {"event": self.event(step)}, "sensor")
-        if len(set(step.inputs)) > 1:
-            others = [self.noun(i) for i in dict.fromkeys(step.inputs[1:]) if i != first]
-            return self._said(step.connector, values | {"others": self.texts.listed(others)}, "several")
-        return self._said(step.connector, values | {"input": self.texts.get("name.it")})
+    def _filter(self, step: Step, values: dict[str, str]) -> set[str]:
+        """Add the condition to the values; return what is special about it."""
+        first, formula = step.inputs[0], step.row.formula.text
+        stream, several = self.graph.streams[first], len(set(step.inputs)) > 1
+        used = names_in(formula)
+        names_first = not used or not used.isdisjoint(
+            {key(argument_name(stream.name)), key(stream.name), "" if several else "value"}
+        )
+        if several and not names_first:
+            values["condition"] = self.wording(step, latest=False).condition(formula).text
+            return {"while"}
+        if not several and (self._completes(step) or stream.kind is not StreamKind.SENSOR):
+            values["condition"] = self.wording(step).condition(formula).text
+            return set()
+        condition = self.wording(step, pronoun=True).condition(formula)
+        values["condition"] = condition.text
+        return {"event", condition.form.value}
 
-    def sentence_of_subscribe(self, step: Step, *, event: str) -> str:
+    def _completes(self, step: Step) -> bool:
+        return self.graph.streams[step.inputs[0]].kind is StreamKind.DONE
+
+    def _total(self, step: Step, values: Mapping[str, str]) -> str:
+        """Return a total in words, a sentence for all inputs that do the same to it; empty for other formulas."""
+        inputs = list(dict.fromkeys(step.inputs))
+        keys = [key(argument_name(self.graph.streams[i].name)) for i in inputs]
+        wording = self.wording(step, latest=False)
+        steps = wording.total(step.row.formula.text, keys) if step.row.formula.text else ()
+        if len(inputs) < 2 or not steps:
+            return ""
+        sentences = []
+        for phrase in dict.fromkeys(steps):
+            same = [self.noun(i) for i, one in zip(inputs, steps, strict=True) if one == phrase]
+            entry = "set" if phrase.form is Form.WORDS else "add" if phrase.fixed else "keep"
+            sentences.append(
+                self.texts.get(f"total.{entry}", inputs=self.texts.listed(same, "or"), output=values["output"],
+                               value=phrase.text, n=phrase.fixed)
+            )  # fmt: skip
+        return self.texts.sentences([capital(said) for said in sentences])
+
+    def prepares(self, step: Step, act: Step) -> bool:
+        """Return whether a row's value has no use but the action of the next row, which takes nothing else."""
+        if set(act.inputs) != {step.output} or act.row.formula.text or len(self.readers[step.output]) > 1:
+            return False
+        if step.connector.name == "filter":
+            return len(set(step.inputs)) == 1 and self.graph.streams[step.inputs[0]].kind is not StreamKind.SENSOR
+        device = self.graph.streams[act.output].device
+        blank = is_blank(step.row.formula.text)
+        return step.connector.name == "map" and device is not None and (blank or bool(device.type.says_value))
+
+    def joined_sentence(self, step: Step, act: Step) -> str:
+        """Return the sentence of a row that only prepares an action, together with the action."""
+        if step.connector.name == "filter":
+            condition = self.wording(step).condition(step.row.formula.text).text
+            return self._subscribe(act, self.texts.get("event.condition", condition=condition))
+        joined = replace(act, inputs=step.inputs, row=replace(act.row, formula=step.row.formula))
+        return self._subscribe(joined, self.event(joined))
+
+    def _subscribe(self, step: Step, event: str) -> str:
         """Return the sentence of a `subscribe`; where blanks may come, it adds what they stop."""
-        said = self._action(step, event)
-        stream = self.graph.streams[step.output]
-        blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs)
+        formula, stream = step.row.formula.text, self.graph.streams[step.output]
+        values = self._values(step) | {"event": event}
+        special: set[str] = set()
+        if not formula or self._sends_blanks(step):
+            values["does"] = self.does(step)
+        else:
+            phrase = self.wording(step, pronoun=True).value(formula)
+            values |= {"value": phrase.text, "does": self._does_with(step, phrase)}
+            special = {phrase.form.value, "several" if len(set(step.inputs)) > 1 else "one"}
+            if stream.device is not None and not stream.device.type.says_value:
+                special = {"used"}
+        said = self._said(step.connector, values, special)
+        blank = any(self.contents.get(i, Content()).may_be_blank for i in step.inputs) or has_blank(formula)
         stops = stream.device is None or bool(stream.device.type.stops)
         if not blank or self._sends_blanks(step) or not stops:
             return said
@@ -259,91 +279,108 @@ class Rows:
             return is_blank(formula)
         return bool(step.inputs) and all(self.contents.get(i, Content()).blank for i in step.inputs)
 
-    def _action(self, step: Step, event: str) -> str:
-        formula, values = step.row.formula.text, {"event": event}
-        if not formula or self._sends_blanks(step):
-            return self._said(step.connector, values | {"does": self.does(step)})
-        wording, device = self.wording(step), self.graph.streams[step.output].device
-        if device is not None and device.type.takes == "text" and (words := wording.says_words(formula)):
-            return self._said(step.connector, values | {"work": words}, "words")
-        values |= {"work": wording.work(formula), "does": self.does(step)}
-        return self._said(step.connector, values, "formula")
-
     def does(self, step: Step) -> str:
         """Return the action of a `subscribe` in words."""
         stream = self.graph.streams[step.output]
         if self._sends_blanks(step):
             return device_stops(stream, self.texts)
+        return device_says(stream, self.texts, self._source(step))
+
+    def _source(self, step: Step) -> str:
         sensors = dict.fromkeys(s for i in step.inputs for s in self.contents.get(i, Content()).sensors)
-        return device_says(stream, self.texts, source_of([self.graph.streams[s] for s in sensors], self.texts))
+        return source_of([self.graph.streams[s] for s in sensors], self.texts)
+
+    def _does_with(self, step: Step, phrase: Phrase) -> str:
+        """Return the action with the value of the row's formula: `say “Red”`."""
+        stream = self.graph.streams[step.output]
+        if stream.device is None:
+            return self.texts.get("does.unknown_value", value=phrase.text, name=self.noun(stream.id))
+        words = stream.device.type.words(self.texts.language)
+        if phrase.form is not Form.FIXED or not words.says_fixed:
+            return _template(words.says_value or words.says, stream, self.texts, self._source(step), phrase.text)
+        own = stream.device.type.takes in _USERS_TEXTS
+        fixed = phrase.fixed if own else words.name(words.value(phrase.fixed))
+        return _template(words.says_fixed, stream, self.texts, value=clean(fixed))
 
     def event(self, step: Step) -> str:
-        """Return the event that triggers a row, in words."""
+        """Return the event that triggers a row, in words: `when “Ball” arrives`."""
         get = self.texts.get
         inputs = list(dict.fromkeys(step.inputs))
         triggers = inputs if step.connector.is_sink and not step.row.formula.text else inputs[:1]
         stream = self.graph.streams[triggers[0]]
-        if len(triggers) == 1 and stream.kind is StreamKind.SENSOR:
-            says, name, device = device_says(stream, self.texts), self.noun(stream.id), stream.device
-            known = device is None or key(device.name) == key(stream.name) or name in says  # a button's label
-            event = get("event.sensor", says=says) if known else get("event.sensor_named", says=says, name=name)
-        elif len(triggers) == 1 and stream.kind is StreamKind.DONE:
-            actuator = get("name.quoted", name=clean(stream.name.removesuffix("done").rstrip()))
-            event = get("event.done", name=actuator)
-        else:
-            event = get("event.value", input=self.texts.listed([self.noun(i) for i in triggers], "or"))
-        others = [self.noun(i) for i in inputs if i not in triggers]
-        return get("event.latest", event=event, others=self.texts.listed(others)) if others else event
-
-    def is_sensor(self, stream: str) -> bool:
-        """Return whether a stream is that of a sensor."""
-        return self.graph.streams[stream].kind is StreamKind.SENSOR
+        if len(triggers) > 1 or stream.kind not in (StreamKind.SENSOR, StreamKind.DONE):
+            return get("event.value", input=self.texts.listed([self.noun(i) for i in triggers], "or"))
+        if stream.kind is StreamKind.DONE:
+            return get("event.done", name=get("name.quoted", name=_actuator(stream)))
+        name, device = self.noun(stream.id), stream.device
+        when = device.type.words(self.texts.language).when if device else ""
+        says = _template(when, stream, self.texts) if when else device_says(stream, self.texts)
+        if device is None or key(device.name) == key(stream.name) or name in says:  # a button's label
+            return says if when else get("event.sensor", says=says)
+        return get("event.sensor_named", event=says if when else get("event.sensor", says=says), name=name)
 
     def noun(self, stream: str) -> str:
         """Return a stream's name in quotes; for an anonymous stream the row that makes it."""
-        found = self.graph.streams[stream]
-        if found.kind is StreamKind.DONE:
-            actuator = found.name.removesuffix("done").rstrip()
-            return self.texts.get("name.done", name=self.texts.get("name.quoted", name=clean(actuator)))
-        if found.name:
-            return self.texts.get("name.quoted", name=clean(found.name))
-        maker = self.makers.get(stream)
-        return self.texts.get("name.result", n=maker.number if maker else "?")
+        return self.texts.get("name.the_result", n=self._maker(stream)) if self._unnamed(stream) else self._bare(stream)
 
-    def wording(self, step: Step, *, pronoun: bool = False) -> Wording:
-        """Return the wording for a row's formula; `pronoun`: the first input is "it"."""
+    def _bare(self, stream: str) -> str:
+        """Return a stream's name as it stands after “each” or “the latest”."""
+        if self._unnamed(stream):
+            return self.texts.get("name.result", n=self._maker(stream))
+        return self.texts.get("name.quoted", name=clean(self.graph.streams[stream].name))
+
+    def _unnamed(self, stream: str) -> bool:
+        return not self.graph.streams[stream].name
+
+    def _maker(self, stream: str) -> str:
+        return str(self.makers[stream].number) if stream in self.makers else "?"
+
+    def wording(self, step: Step, *, pronoun: bool = False, latest: bool = True) -> Wording:
+        """Return the wording for a row's formula.
+
+        Args:
+            step: the row.
+            pronoun: whether the first input is called "it".
+            latest: whether the further inputs are called "the latest".
+        """
         names: dict[str, Named] = {}
         for place, stream in enumerate(step.inputs):
             is_it = pronoun and place == 0
             noun = self.texts.get("name.it") if is_it else self.noun(stream)
-            named = Named(noun, self.contents.get(stream, Content()), is_it)
-            name = self.graph.streams[stream].name
+            if latest and place and stream != step.inputs[0]:
+                noun = self.texts.get("name.latest", name=self._bare(stream))
+            found = self.graph.streams[stream]
+            name, actuator = found.name, _actuator(found) if found.kind is StreamKind.DONE else ""
+            content = self.contents.get(stream, Content())
+            named = Named(noun, content, is_it, self._bare(stream), actuator)
             for spelling in (argument_name(name), name, "value" if len(step.inputs) == 1 else ""):
                 if spelling:
                     names.setdefault(key(spelling), named)
         return Wording(self.texts, names, self.helpers, self.fields)
 
     def _values(self, step: Step) -> dict[str, str]:
-        """Return the values that templates of rows may name."""
-        nouns = [self.noun(i) for i in dict.fromkeys(step.inputs)]
-        output = self.noun(step.output) if self.graph.streams[step.output].name else ""
-        period = self.texts.duration(step.period_us) if step.period_us is not None else clean(step.row.formula.text)
-        formula = self.texts.get("value.code", formula=shown(clean(step.row.formula.text)))
-        plain = {
-            "input": nouns[0] if nouns else "", "inputs": self.texts.listed(nouns), "formula": formula,
-            "inputs_or": self.texts.listed(nouns, "or"), "others": self.texts.listed(nouns[1:], "or"),
-            "period": period, "pace": self._pace(step), "output": output, "as": self.named(output),
-            "onto": self.texts.get("row.onto", name=output) if output else "",
+        """Return the values that sentences of rows may name."""
+        inputs, words = list(dict.fromkeys(step.inputs)), self.texts
+        nouns, bare = [self.noun(i) for i in inputs], [self._bare(i) for i in inputs]
+        rows = words.listed([str(reader.number) for reader in self.readers[step.output]])
+        many = len(self.readers[step.output]) > 1
+        rows = words.get("behaviour.rows" if many else "behaviour.row", n=rows) if rows else words.get("row.unread")
+        named = not self._unnamed(step.output)
+        return {
+            "event": self.event(step) if inputs else "",
+            "input": nouns[0] if nouns else "", "inputs": words.listed(nouns), "inputs_or": words.listed(nouns, "or"),
+            "one": bare[0] if bare else "", "each_or": words.listed(bare, "or"),
+            "others": words.listed(bare[1:], "or" if step.connector.first_input else "and"),
+            "others_or": words.listed(nouns[1:], "or"),
+            "formula": words.get("value.code", formula=shown(clean(step.row.formula.text))),
+            "period": words.duration(step.period_us) if step.period_us is not None else clean(step.row.formula.text),
+            "pace": self._pace(step), "rows": rows,
+            "output": self.noun(step.output) if named else words.get("row.input_of", rows=rows),
         }  # fmt: skip
-        return {**plain, **{name.capitalize(): capital(value) for name, value in plain.items()}}
-
-    def named(self, noun: str) -> str:
-        """Return the phrase for the name of a result; an empty noun gives the phrase for none."""
-        return self.texts.get("row.as", name=noun) if noun else self.texts.get("row.as_nothing")
 
     def _pace(self, step: Step) -> str:
         us, get = step.period_us, self.texts.get
-        if not us:  # the row is wrong, and is told as it stands
+        if not us:  # the row is wrong, and is described as it stands
             return get("pace.every", period=clean(step.row.formula.text) or "…")
         if us <= 1_000_000 and 1_000_000 % us == 0:
             times = 1_000_000 // us
@@ -351,24 +388,17 @@ class Rows:
         return get("pace.every", period=self.texts.duration(us))
 
 
-def _case(step: Step) -> str:
-    """Return the case of a row for which its connector has a sentence of its own."""
-    case = ""
-    formula = "formula" if step.row.formula.text else "no_formula"
-    for name in (formula, "several" if len(set(step.inputs)) > 1 else "one"):
-        longer = f"{case}_{name}" if case else name
-        if longer in step.connector.variants:
-            case = longer
-    return case
+_USERS_TEXTS = ("text", "anything")
+"""Contents that actuators take of which no word is the catalogue's own."""
 
 
 def one_stop(text: str) -> str:
-    """Remove the full stop after a quotation that ends with one.
+    """Remove the full stop after a quotation that ends a sentence itself.
 
-    >>> one_stop("Say “It is time.”. Then wait.")
-    'Say “It is time.” Then wait.'
+    >>> one_stop("Say “It is time!”. Then wait.")
+    'Say “It is time!” Then wait.'
     """
-    return text.replace(".”.", ".”")
+    return re.sub("([.!?]”)[.]", r"\1", text)
 
 
 _CONDITIONS = re.compile(r"\s*((?:\w+=[\w ]*)(?:,\s*\w+=[\w ]*)*):\s+(.*)", re.DOTALL)
@@ -384,8 +414,12 @@ def device_says(stream: Stream, texts: Texts, source: str = "") -> str:
         return texts.get("does.unknown", name=name)
     if not key(stream.name).endswith("done"):
         return texts.get("event.unknown", name=name)
-    actuator = re.sub(r"\s*done$", "", clean(stream.name), flags=re.IGNORECASE)
-    return texts.get("event.ended", name=texts.get("name.quoted", name=actuator))
+    return texts.get("event.ended", name=texts.get("name.quoted", name=_actuator(stream)))
+
+
+def _actuator(done: Stream) -> str:
+    """Return the name of the actuator whose end a stream tells."""
+    return re.sub(r"\s*done$", "", clean(done.name), flags=re.IGNORECASE)
 
 
 def device_stops(stream: Stream, texts: Texts) -> str:
@@ -399,7 +433,7 @@ def device_stops(stream: Stream, texts: Texts) -> str:
     return texts.get("does.stop_device", stops=_template(stops, stream, texts), name=name)
 
 
-def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> str:
+def _template(template: str, stream: Stream, texts: Texts, source: str = "", value: str = "") -> str:
     """Fill a text of the catalogue with the stream's settings: words of the catalogue are translated."""
     assert stream.device is not None
     kind, name = stream.device.type, texts.get("name.quoted", name=clean(stream.name))
@@ -409,19 +443,44 @@ def _template(template: str, stream: Stream, texts: Texts, source: str = "") -> 
     def filled(match: re.Match[str]) -> str:
         if match[1] == "source":
             return source or name
+        if match[1] == "value":
+            return value
+        if match[1] == "way":
+            return _way(settings, texts)
         if match[1] == "name" and "name" not in settings:
             return name
-        value = settings.get(key(match[1]))
+        given = settings.get(key(match[1]))
         setting = kind.settings.get(key(match[1]))
-        if setting is not None and setting.kind == "duration" and isinstance(value, int):
-            return clean(texts.duration(value))
-        if isinstance(value, str):
-            return clean(words.said(value, setting.kind if setting else ""))
-        if isinstance(value, tuple):
-            return clean(texts.in_a_row([f"“{part}”" if "," in str(part) else str(part) for part in value]))
-        return clean(show(value))
+        if setting is not None and setting.kind == "duration" and isinstance(given, int):
+            return clean(texts.duration(given))
+        if isinstance(given, str):
+            return clean(words.said(given, setting.kind if setting else ""))
+        if isinstance(given, tuple):
+            return texts.listed([texts.get("name.quoted", name=clean(str(part))) for part in given], "or")
+        return clean(show(given))
 
-    return re.sub(r"\{(\w+)\}", filled, _chosen(template, settings))
+    times = {k for k, s in kind.settings.items() if s.kind == "duration"}
+    choices = {k: show_duration(v) if k in times and isinstance(v, int) else v for k, v in settings.items()}
+    return re.sub(r"\{(\w+)\}", filled, _chosen(template, choices))
+
+
+def _way(settings: Mapping[str, object], texts: Texts) -> str:
+    """Return how far Walk goes: `walk 15 cm backwards`; what the value says when no setting has a number."""
+
+    def number(name: str) -> float:
+        given = settings.get(name)
+        return float(given) if isinstance(given, (int, float)) else 0.0
+
+    def length(entry: str, metres: float) -> str:
+        unit, factor = ("cm", 100) if abs(metres) < 1 else ("m", 1)
+        return texts.get(entry, n=texts.get(f"walk.{unit}", n=f"{abs(metres) * factor:g}"))
+
+    forward, left, degrees = number("forward"), number("left"), math.degrees(number("turn"))
+    ways = [length("walk.forwards" if forward > 0 else "walk.backwards", forward)] if forward else []
+    ways += [length("walk.left" if left > 0 else "walk.right", left)] if left else []
+    turn = texts.get("walk.turn_left" if degrees > 0 else "walk.turn_right", n=f"{abs(degrees):.0f}") if degrees else ""
+    entry = ("both" if turn else "walk") if ways else "turn" if turn else "value"
+    return texts.get(f"walk.{entry}", way=texts.listed(ways), turn=turn)
 
 
 def device_title(stream: Stream, texts: Texts) -> str:
@@ -434,7 +493,7 @@ def field_names(graph: Graph, texts: Texts) -> FieldNames:
     done = {(DONE.name, key(f.name)): texts.get(f"done.{key(f.name)}") for f in DONE.fields}
     kinds = (s.device.type for s in graph.streams.values() if s.device)
     words = [(t.payload.name, t.words(texts.language).fields) for t in kinds if t.payload]
-    return done | {(record, k): name for record, fields in words for k, (name, _) in fields.items()}
+    return {(record, k): name for record, fields in words for k, (name, _) in fields.items()} | done
 
 
 def source_of(sensors: Sequence[Stream], texts: Texts) -> str:

@@ -44,9 +44,12 @@ class Editions:
     @property
     def left_out(self) -> list[str]:
         """Edits that could not be applied, in words: the first of each place, and the number of others there."""
-        more = {1: "", 2: N_("So is another one there.")}
+        more = {1: "", 2: N_("Another edit at this place is skipped, too.")}
         return [
-            sentences(words[0], more[n] if (n := len(words)) in more else N_("So are {n} more there.", n=n - 1))
+            sentences(
+                words[0],
+                more[n] if (n := len(words)) in more else N_("{n} more edits at this place are skipped, too.", n=n - 1),
+            )
             for words in self._left.values()
         ]
 
@@ -83,9 +86,9 @@ class Editions:
         ref = place if self._rows is None else self._rows.get(place, "")
         row = next((r for b in workbook.behaviours for r in b.rows if f"{b.name}!{r.number}" == ref), None)
         if row is None:
-            words = N_("The edit of {row} is left out: that row is not in this workbook.", row=in_words(place))
+            words = N_("The edit of {row} is skipped: this workbook has no such row.", row=in_words(place))
         elif self._rows is not None and row.formula.text != was:
-            told = N_("The edit of {row} (“{was}” → “{now}”) is left out: here it says “{here}”.")
+            told = N_("The edit of {row} (“{was}” → “{now}”) is skipped: this workbook has “{here}” there.")
             words = N_(told, row=in_words(place), was=was, now=now, here=row.formula.text)
         else:
             changed = replace(row, formula=Cell(now, row.formula.address, now))
@@ -99,7 +102,7 @@ class Editions:
     def _helper(self, workbook: Workbook, name: str, was: str, change: Change) -> Workbook:
         mine = next((h for h in workbook.helpers if key(h.name.text) == key(name)), None)
         if self._rows is not None and was != (helper_text(mine) if mine else ""):
-            words = N_("The edit of the helper {name} is left out: here it is another one.", name=name)
+            words = N_("The edit of the helper {name} is skipped: this workbook has another formula for it.", name=name)
             self._leave(_HELPERS + name, words)
             return workbook
         others = tuple(h for h in workbook.helpers if h is not mine)
@@ -110,12 +113,16 @@ class Editions:
     def _table(self, workbook: Workbook, change: Change) -> Workbook:
         name, told = str(change.get("place")), change["table"]
         if not isinstance(told, list) or not all(isinstance(row, list) for row in told):
-            words = N_("The edit of the table {name} is left out: the record does not say what it became.", name=name)
+            words = N_(
+                "The edit of the table {name} is skipped: the recording does not contain the new table.", name=name
+            )
             self._leave(name, words)
             return workbook
         rows = tuple(tuple(str(text) for text in row) for row in told)
         if self._ran is not None and self._ran.tables.get(key(name)) != workbook.tables.get(key(name)):
-            self._leave(name, N_("The edit of the table {name} is left out: here it is another one.", name=name))
+            self._leave(
+                name, N_("The edit of the table {name} is skipped: this workbook has other contents in it.", name=name)
+            )
             return workbook
         tables = {k: cells for k, cells in workbook.tables.items() if k != key(name)}
         sheets = workbook.sheets

@@ -58,7 +58,7 @@ def write(found: Replayed, target: Path) -> list[str]:
         raise unwritable(target, error) from None
     scores = difference_scores(found)
     if not scores:
-        return [N_("Nothing differs that could be drawn, so “{name}” is not written.", name=target.name)]
+        return [N_("There is no difference to draw, so “{name}” was not written.", name=target.name)]
     from rrp_sheets.render.output import write_marbles
 
     return write_marbles(scores, target)

@@ -97,8 +97,7 @@ class Spool:
             self._file.write(_ENCODE(parts) + "\n")
         except OSError as error:
             raise SheetsError(
-                N_("The replay cannot be stored ({reason}).", reason=os_reason(error)),
-                N_("Free space on the disk."),
+                N_("The replay cannot be saved ({reason}).", reason=os_reason(error)), N_("Free space on the disk.")
             ) from None
         self._count += 1
 
@@ -174,7 +173,7 @@ class ReplayPlayer(RunObserver):
             self._senses.command(stream, value)
             self._ends.made(us, stream, value, told)
         if len(self.events) > MOST_CAME:
-            raise RunBroken(N_("More than {most:,} values came.", most=MOST_CAME), N_("Replay a shorter run."))
+            raise RunBroken(N_("More than {most:,} values arrived.", most=MOST_CAME), N_("Replay a shorter run."))
 
     def error(self, us: int, row: str, failure: Failure, values: tuple[Value, ...]) -> None:
         """Store the failure of a formula."""
@@ -311,7 +310,7 @@ class ReplayPlayer(RunObserver):
         if behaviour in self._plan.behaviours:
             self._engine.turn(behaviour, bool(detail.get("on")))
         else:
-            words = N_("The behaviour {name} was switched by hand; it does not run here.", name=name)
+            words = N_("The behaviour {name} was switched manually. It does not run here.", name=name)
             self.left_out.append(words)
 
     def _tell(self, us: int) -> None:

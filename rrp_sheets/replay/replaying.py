@@ -61,7 +61,9 @@ def replay(trace: Path, other: Path | None = None, told: Told = lambda part: Non
             return _otherwise(recorded, ran, source, told)
         return _exactly(recorded, source, told)
     if ran is None:
-        words = N_("The workbook that ran is not beside “{trace}” ({file}).", trace=recorded.path.name, file=WORKBOOK)
+        words = N_(
+            "The workbook of the run is not next to “{trace}” ({file}).", trace=recorded.path.name, file=WORKBOOK
+        )
         name = recorded.header.text("name") or "FILE.xlsx"
         raise SheetsError(words, N_("Name the run's folder, or the workbook: --with {file}.", file=name))
     return _exactly(recorded, ran, told)
@@ -158,8 +160,10 @@ def _cut(recorded: Recorded) -> str:
     why = recorded.summary.text("why") if recorded.summary else ""
     at = N_("{n:g} s", n=recorded.last_us / 1e6)
     if why:
-        return N_("The run broke off at {at}: {message} That last moment is not replayed.", at=at, message=why)
-    return N_("The run broke off at {at}. That last moment is not replayed.", at=at)
+        return N_(
+            "The run stopped unexpectedly at {at}: {message} That last moment is not replayed.", at=at, message=why
+        )
+    return N_("The run stopped unexpectedly at {at}. That last moment is not replayed.", at=at)
 
 
 # ---- what is compared
@@ -245,7 +249,7 @@ def replay_apart(
         listen(None)
         return dict(worker.ask([_TASK, str(trace), str(other or ""), language], within, listen))
     except WorkerError as none:
-        remedy = N_("Try it again.") if none.gone else N_("Replay it by rrp-sheets replay.")
+        remedy = N_("Try it again.") if none.gone else N_("Replay it with rrp-sheets replay.")
         raise SheetsError(N_("The replay {why}.", why=none.why), remedy) from None
     finally:
         worker.close(0.5)

@@ -26,11 +26,11 @@ def ending(recorded: Recorded, player: ReplayPlayer) -> str:
     at = N_("{n:g} s", n=player.until_us / 1e6)
     by = recorded.summary.text("by") if recorded.summary else ""
     if player.broken:
-        return N_("The replay broke off at {at}: {broken}", at=at, broken=player.broken)
+        return N_("The replay stopped at {at}: {broken}", at=at, broken=player.broken)
     if player.ended_by and recorded.ended != "end run":
         return N_("The run would have ended at {at}, by {row}.", at=at, row=in_words(player.ended_by))
     if recorded.ended == "end run" and not player.ended_by:
-        words = N_("The run was ended at {value:g} s by {row}; it would have continued.")
+        words = N_("{row} ended the run at {value:g} s. It would have continued.")
         return N_(words, value=recorded.last_us / 1e6, row=in_words(by))
     if player.ended_by and player.until_us != recorded.last_us:
         return N_("The run would have ended at {at} instead of {value:g} s.", at=at, value=recorded.last_us / 1e6)
@@ -49,15 +49,17 @@ def unknown(recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends |
     said = [cut] if cut else []
     if recorded.ended == "cut":
         at = N_("{n:g} s", n=recorded.last_us / 1e6)
-        said.append(N_("The record has no end: it was cut off at {at}, and is replayed up to there.", at=at))
+        said.append(N_("The recording has no end. It stops at {at} and is replayed up to there.", at=at))
     if recorded.engine != "frame":
-        said.append(N_("The event loop's record does not say which of two things of the same microsecond came first."))
+        said.append(
+            N_("The recording of an event loop does not say which of two events in the same microsecond came first.")
+        )
     if world and ends is None:
         worlds = listed([
             N_("{what} {count:,} time" if count == 1 else "{what} {count:,} times", what=N_(what), count=count)
             for what, count in sorted(world.items())
         ])  # fmt: skip
-        words = N_("What the robot and its world did is taken from the record and not done again ({listed}).")
+        words = N_("The actions of the robot and its world are taken from the recording and not repeated ({listed}).")
         said.append(N_(words, listed=worlds))
     if ends is not None:
         said += _ends_said(ends)
@@ -66,13 +68,13 @@ def unknown(recorded: Recorded, world: Mapping[str, int], cut: str, ends: Ends |
 
 def _ends_said(ends: Ends) -> list[str]:
     words = N_(
-        "The recorded world does not react: the robot would have moved and spoken otherwise, and people would have "
-        "answered otherwise. What the sensors gave is what they gave in the session."
+        "The recorded world does not react. The robot would have moved and spoken differently, and "
+        "people would have answered differently. The sensor values are those of the session."
     )
     said: list[str] = [words]
     if ends.dropped:
-        one = N_("{commands} of the session is not made; its recorded end is left out.")
-        more = N_("{commands} of the session are not made; their recorded ends are left out.")
+        one = N_("{commands} of the session is not sent, so its recorded end is skipped.")
+        more = N_("{commands} of the session are not sent, so their recorded ends are skipped.")
         said.append(N_(one if ends.dropped == 1 else more, commands=_many(ends.dropped)))
     if ends.usual:
         said.append(N_(
@@ -84,7 +86,7 @@ def _ends_said(ends: Ends) -> list[str]:
         ))  # fmt: skip
     if ends.unknown:
         words = N_(
-            "Of {commands} that the session never had the end is not known ({shown}): what waits for it does not come."
+            "The session never had {commands}, so the end is unknown ({shown}). Rows that wait for it do not act."
         )
         shown = _few(show(value, 40) for _, value in ends.unknown)
         said.append(N_(words, commands=_many(len(ends.unknown)), shown=shown))
@@ -114,8 +116,8 @@ class RowLine:
 
 
 _SAY = {
-    MISSING: (N_("{n} of {of} events would not have come"), N_("{n} of {of} events did not come"),
-        N_("{n} would not have come"), N_("{n} did not come")),
+    MISSING: (N_("{n} of {of} events would not have happened"), N_("{n} of {of} events did not happen"),
+        N_("{n} would not have happened"), N_("{n} did not happen")),
     VALUE: (N_("{n} of {of} events would have had another value"), N_("{n} of {of} events had another value"),
         N_("{n} would have had another value"), N_("{n} had another value")),
     TIME: (N_("{n} of {of} events would have come at another time"), N_("{n} of {of} events came at another time"),
@@ -127,9 +129,10 @@ _SAY = {
 }  # fmt: skip
 """Wordings of differences by their kind, with another workbook and with the one that ran; then what follows others."""
 _EXTRA = (
-    N_("{n} event would have come"), N_("{n} event came"), N_("{n} events would have come"), N_("{n} events came"),
-    N_("{n} more event would have come"), N_("{n} more event came"), N_("{n} more events would have come"),
-    N_("{n} more events came"), N_("{n} more would have come"), N_("{n} more came"),
+    N_("{n} event would have happened"), N_("{n} event happened"),
+    N_("{n} events would have happened"), N_("{n} events happened"),
+    N_("{n} more event would have happened"), N_("{n} more event happened"), N_("{n} more events would have happened"),
+    N_("{n} more events happened"), N_("{n} more would have happened"), N_("{n} more happened"),
 )  # fmt: skip
 """Wordings of events that were not recorded, each with another workbook and with the one that ran."""
 
@@ -156,11 +159,11 @@ def as_text(found: Replayed, style: Style | None = None, language: str = "") -> 
         if robots:
             lines += ["", say(N_("The robot:"), "head"), *_listed(robots, language)]
         else:
-            lines += ["", say(N_("What the robot is given stays the same."), "head")]
+            lines += ["", say(N_("The commands to the robot stay the same."), "head")]
         if not found.other:
-            lines += ["", say(N_("One by one:"), "head"), *_listed(each_line(found), language)]
+            lines += ["", say(N_("Each difference:"), "head"), *_listed(each_line(found), language)]
     if found.unknown:
-        lines += ["", say(N_("What a replay cannot know:"), "head"), *(f"  {say(line)}" for line in found.unknown)]
+        lines += ["", say(N_("Limits of this replay:"), "head"), *(f"  {say(line)}" for line in found.unknown)]
     return "\n".join(lines)
 
 
@@ -178,20 +181,20 @@ def verdict(found: Replayed) -> str:
     events = N_("{n} event" if count == 1 else "{n} events", n=of)
     seconds = f"{round(found.seconds, 1):g}"
     if found.same and found.other:
-        same = N_("The same: with {other} {events} of this session would have come as they came.")
+        same = N_("The same: with {other}, {events} of this session would have been the same.")
         return N_(same, other=found.other, events=events)
     if found.same:
-        return N_("The same: {events} in {seconds} s, as they were recorded.", events=events, seconds=seconds)
+        return N_("The same: {events} in {seconds} s, as recorded.", events=events, seconds=seconds)
     extra = len(found.of(EXTRA))
     others = len(found.differences) - extra
     parts: list[str] = []
     if found.other:
         if others:
-            parts.append(N_("{n} of {of} events would not have come as they came", n=f"{others:,}", of=of))
+            parts.append(N_("{n} of {of} events would have been different", n=f"{others:,}", of=of))
         if extra:
             further = others or count
-            parts.append(N_("{n} more would have come" if further else "{n} would have come", n=f"{extra:,}"))
-        what = listed(parts, "and") if parts else N_("the run would have ended otherwise")
+            parts.append(N_("{n} more would have happened" if further else "{n} would have come", n=f"{extra:,}"))
+        what = listed(parts, "and") if parts else N_("the run would have ended differently")
         different = N_("Different: with {other}, {what} in these {seconds} s.")
         return N_(different, other=found.other, what=what, seconds=seconds)
     if others or not extra:
@@ -289,11 +292,11 @@ def _each(d: Difference) -> str:
         words = N_("{recorded} came from {now} instead of {then}")
         return N_(words, recorded=recorded, now=in_words(d.came_row), then=in_words(d.row))
     words = {
-        MISSING: N_("{where}: {recorded} was recorded and did not come"),
-        EXTRA: N_("{where}: {came} came and was not recorded"),
-        VALUE: N_("{where}: {recorded} was recorded, {came} came"),
+        MISSING: N_("{where}: {recorded} was recorded but did not happen"),
+        EXTRA: N_("{where}: {came} happened but was not recorded"),
+        VALUE: N_("{where}: it was {came} instead of {recorded}"),
         TIME: N_("{where}: {recorded} came at {when} instead"),
-    }.get(d.kind, N_("{where}: {recorded} was recorded, {came} came before it"))
+    }.get(d.kind, N_("{where}: {came} came before the recorded {recorded}"))
     return N_(words, where=where, recorded=recorded, came=came, when=in_seconds(d.came_us))
 
 
@@ -366,21 +369,21 @@ _STOPPED = {
         N_("“{name}” would have been stopped {n} times"), N_("“{name}” was stopped {n} times")),
 }  # fmt: skip
 _GIVEN = {
-    MISSING: (N_("“{name}” would not have been given {value}"), N_("“{name}” was not given {value}"),
-        N_("“{name}” would not have been given {n} values"), N_("“{name}” was not given {n} values")),
-    EXTRA: (N_("“{name}” would have been given {value}"), N_("“{name}” was given {value}"),
-        N_("“{name}” would have been given {n} values"), N_("“{name}” was given {n} values")),
-    TIME: (N_("“{name}” would have been given {value} at {when} instead"),
-        N_("“{name}” was given {value} at {when} instead"),
-        N_("“{name}” would have been given {n} values at other times"),
-        N_("“{name}” was given {n} values at other times")),
-    VALUE: (N_("“{name}” would have been given {value} instead of {other}"),
-        N_("“{name}” was given {value} instead of {other}"),
-        N_("“{name}” would have been given {n} other values"), N_("“{name}” was given {n} other values")),
+    MISSING: (N_("“{name}” would not have got {value}"), N_("“{name}” did not get {value}"),
+        N_("“{name}” would not have got {n} values"), N_("“{name}” did not get {n} values")),
+    EXTRA: (N_("“{name}” would have got {value}"), N_("“{name}” got {value}"),
+        N_("“{name}” would have got {n} values"), N_("“{name}” got {n} values")),
+    TIME: (N_("“{name}” would have got {value} at {when} instead"),
+        N_("“{name}” got {value} at {when} instead"),
+        N_("“{name}” would have got {n} values at other times"),
+        N_("“{name}” got {n} values at other times")),
+    VALUE: (N_("“{name}” would have got {value} instead of {other}"),
+        N_("“{name}” got {value} instead of {other}"),
+        N_("“{name}” would have got {n} other values"), N_("“{name}” got {n} other values")),
 }  # fmt: skip
 _OTHERWISE = 2 * (
-    N_("“{name}” would have been given its values in another order"),
-    N_("“{name}” was given its values in another order"),
+    N_("“{name}” would have got its values in another order"),
+    N_("“{name}” got its values in another order"),
 )
 """Wordings of what an actuator would have been given: once and several times, as those of `_SAY`."""
 

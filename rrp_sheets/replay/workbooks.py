@@ -59,7 +59,8 @@ def the_one_that_ran(recorded: Recorded) -> ReplaySource | None:
         message, program = checked.report.errors[0].message, recorded.header.text("program")
         words = N_("The workbook of this run has errors for this version of the program ({version}): {message}")
         remedy = N_(
-            "Replay it with the version that made it ({program}), or --with a corrected workbook.", program=program
+            "Replay it with the version that recorded it ({program}), or use --with and a corrected workbook.",
+            program=program,
         )
         raise SheetsError(N_(words, version=__version__, message=message), remedy)
     name = recorded.header.text("name") or path.name
@@ -100,13 +101,13 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
     found: list[str] = []
     program = recorded.header.text("program") or N_("unknown")
     if program != __version__:
-        words = N_("The run was made with version {program} of the program, and is replayed with {version}.")
+        words = N_("The run was recorded with version {program} of the program and is replayed with {version}.")
         found.append(N_(words, program=program, version=__version__))
     digest = recorded.header.text("workbook")
     was_xlsx = recorded.header.text("name").casefold().endswith(".xlsx")
     if own and digest != source.reading.digest and was_xlsx:
-        words = N_("The copy of the workbook beside the trace is not the one that ran (its SHA-256 is {own}…, "
-                   "the run's {ran}…).")  # fmt: skip
+        words = N_("The copy of the workbook next to the recording is not the one that ran (SHA-256 {own}… instead "
+                   "of {ran}…).")  # fmt: skip
         found.append(N_(words, own=source.reading.digest[:12], ran=digest[:12]))
     changed = []
     for name in ("robot.toml", "gestures.toml") if own else ():
@@ -115,7 +116,7 @@ def remarks(recorded: Recorded, source: ReplaySource, *, own: bool) -> list[str]
             if kept.is_file() and now.is_file() and kept.read_bytes() != now.read_bytes():
                 changed.append(name)
     if changed:
-        words = N_("The robot's catalogue ({changed}) has changed since the run; the one of now is used.")
+        words = N_("The robot's catalogue ({changed}) has changed since the run. The current one is used.")
         found.append(N_(words, changed=", ".join(changed)))
     return found
 
@@ -173,15 +174,17 @@ def differing_remarks(ran: ReplaySource | None, other: ReplaySource, found: Matc
     """Return in words what to know of the two workbooks before they are compared in a session."""
     told: list[str] = []
     if ran is None:
-        told.append(N_("The workbook that ran is not beside the trace: streams are told by their names alone."))
+        told.append(
+            N_("The workbook of the run is not next to the recording, so streams are identified by their names alone.")
+        )
     else:
         was, now = ran.checked.run, other.checked.run
         if was.engine != now.engine or (now.engine == "frame" and was.frame_rate != now.frame_rate):
-            words = N_("The engine is another one ({value} → {value2}), so times may differ by a frame.")
+            words = N_("The engine is different ({value} → {value2}), so times can differ by one frame.")
             told.append(N_(words, value=_engine(was), value2=_engine(now)))
         told += _settings(ran, other, found)
         if ran.checked.scene != other.checked.scene and ran.reading.workbook.scene != other.reading.workbook.scene:
-            told.append(N_("Its Scene is another one; what the robot sensed is what the record says."))
+            told.append(N_("Its Scene is different, but the sensor values are those of the recording."))
     own, dones = other.plan.own, other.plan.dones
     known = own.union(found.streams.values())
     for stream in other.plan.streams:
@@ -189,7 +192,7 @@ def differing_remarks(ran: ReplaySource | None, other: ReplaySource, found: Matc
             rows = [in_words(s.ref) for s in other.plan.steps if stream.id in s.inputs]
             if rows:  # else a row that is switched off, or something else of the workbook, names it
                 get = N_("{row} gets", row=rows[0]) if len(rows) == 1 else N_("{rows} get", rows=listed(rows))
-                words = N_("The session has no record of “{name}”, so {rows} no value of it.")
+                words = N_("The session has no recording of “{name}”, so {rows} no value from it.")
                 told.append(N_(words, name=stream.name, rows=get))
     return told
 
@@ -209,6 +212,6 @@ def _settings(ran: ReplaySource, other: ReplaySource, found: Matching) -> list[s
     for label, there in found.streams.items():
         a, b = was.get(ids[label]), now.get(there)
         if a and b and (a.device, dict(a.settings)) != (b.device, dict(b.settings)):
-            words = N_("“{name}” is another device or set otherwise; its values are those that were recorded.")
+            words = N_("“{name}” is another device or has other settings. Its values are the recorded ones.")
             told.append(N_(words, name=b.name))
     return told

@@ -19,7 +19,7 @@ SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_BYTES = 5_000_000
 MOST_PIXELS = 4_000  # of a side
 LEAST_PIXELS = 32
-_PUT = N_("Put the file beside the workbook, or leave out “with picture”.")
+_PUT = N_("Put the file next to the workbook, or leave out “with picture”.")
 _NOWHERE = (N_("there is no folder to look in."), _PUT, None)
 _PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -46,15 +46,15 @@ def check_pictures(
 def _problem(folder: Path, name: str) -> tuple[str, str, str | None]:
     """Return why a picture cannot be used, the remedy, and the name that may be meant; empty texts when it can."""
     if PurePosixPath(name).name != name or PureWindowsPath(name).name != name or name.startswith("."):
-        remedy = N_("Put the file beside the workbook, and write its name only.")
-        return N_("it is not beside the workbook."), remedy, None
+        remedy = N_("Put the file next to the workbook, and write only its name.")
+        return N_("it is not next to the workbook."), remedy, None
     if Path(name).suffix.casefold() not in SUFFIXES:
         return N_("it is neither a .png nor a .jpg file."), N_("Save the picture as a .png or .jpg file."), None
     path = folder / name
     try:
         if not path.is_file():
             there = [p.name for p in sorted(folder.iterdir()) if p.suffix.casefold() in SUFFIXES]
-            return N_("there is no such file beside the workbook."), _PUT, nearest(name, there)
+            return N_("there is no such file next to the workbook."), _PUT, nearest(name, there)
         if path.stat().st_size > MOST_BYTES:
             why = N_("it is larger than {value} MB.", value=MOST_BYTES // 1_000_000)
             return why, N_("Save it smaller: 400 x 400 pixels are enough."), None
@@ -62,7 +62,7 @@ def _problem(folder: Path, name: str) -> tuple[str, str, str | None]:
     except (OSError, ValueError):
         return N_("it cannot be read."), N_("Save it again as a .png or .jpg file."), None
     if size is None:
-        return N_("it is no picture."), N_("Save it again as a .png or .jpg file."), None
+        return N_("it is not a picture."), N_("Save it again as a .png or .jpg file."), None
     if not all(LEAST_PIXELS <= side <= MOST_PIXELS for side in size):
         why = N_("it is {value} x {value2} pixels large.", value=size[0], value2=size[1])
         return why, N_("Save it with sides from {low} to {high} pixels.", low=LEAST_PIXELS, high=MOST_PIXELS), None
@@ -151,14 +151,14 @@ def _opened(folder: Path, name: str) -> Iterator[wave.Wave_read]:
                 raise BadSoundError("lasts {value:.0f} s; {longest:.0f} s are possible", value=length, longest=LONGEST)
             yield file
     except (wave.Error, EOFError):
-        raise BadSoundError("is no .wav file that can be played: save it as 16-bit PCM") from None
+        raise BadSoundError("is not a .wav file that can be played: save it as 16-bit PCM") from None
     except OSError as error:
         raise BadSoundError("cannot be read ({strerror})", strerror=os_reason(error)) from None
 
 
 def _beside(folder: Path, name: str) -> Path:
     if not is_plain(name):
-        raise BadSoundError("is not the name of a .wav file beside the workbook")
+        raise BadSoundError("is not the name of a .wav file next to the workbook")
     path = folder / name
     try:
         if not path.is_file():

@@ -83,7 +83,7 @@ def _judged(place: Path, name: str, stamp: tuple[tuple[str, int, int], ...]) -> 
         raise CatalogueError("its joints are other ones than those that can be simulated here")
     shape = str(data["robot"]["urdf"])
     if not PLAIN.fullmatch(shape) or not (place / shape).is_file():
-        raise CatalogueError("“{file}” is no file of its folder", file=shape[:80])
+        raise CatalogueError("“{file}” is not a file of its folder", file=shape[:80])
     body = read_shape(place / shape)
     judge_solids(place, body.meshes)
     try:
@@ -105,7 +105,9 @@ def _table(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as problem:
-        raise CatalogueError("“{file}” is no table ({problem})", file=path.name, problem=str(problem)[:100]) from None
+        raise CatalogueError(
+            "“{file}” is not a table ({problem})", file=path.name, problem=str(problem)[:100]
+        ) from None
 
 
 def _judge_values(value: Any, where: str, depth: int = 0) -> None:

@@ -68,7 +68,7 @@ class RunEventSender(RunObserver):
     def _post_missed(self) -> None:
         """Tell how many events were left out, when there is room again."""
         if self._missed:
-            text = N_("{n:,} values came faster than they can be shown. The recording has them all.", n=self._missed)
+            text = N_("{n:,} values came faster than they can be shown. The recording has all of them.", n=self._missed)
             self._writer.post(pack(NoticeEvent(self._missed_us, Notice("note", text))))
             self._missed = 0
 

@@ -41,8 +41,10 @@ STOP_WAITS = 0.05  # s, for another message to the engine, which somebody is jus
 SEND_WITHIN = 2.0  # s, for the engine to take a message; its connection holds hundreds of them
 FINISH_WITHIN = 90.0  # s, to write table and diagram of a run that broke off
 SIMULATOR_CLOSE_WITHIN = 5.0  # s, for the simulator to bring its robot to rest when nobody listens to the run any more
-REMEDY_STUCK = N_("Look at that row's connector and formula; if they are of ours, please report it with the workbook.")
-REMEDY_SLOW = N_("Let these rows work with shorter texts and lists, or less often.")
+REMEDY_STUCK = N_(
+    "Check that row's connector and formula. If they come with the program, please report it with the workbook."
+)
+REMEDY_SLOW = N_("Use shorter texts and lists in these rows, or run them less often.")
 ROW_WITHIN = 2.0
 """Seconds of processor time that one row may take. The budget of a formula ends within a tenth of a second, so that 2 s
 are no slow row but one that never ends; and a robot should not be without its engine for longer."""
@@ -168,7 +170,7 @@ class RunProcess:
                 selector.unregister(self._simulator)
             messages = worker.receive(0)
             if messages is None:
-                words = N_("The run's process has ended unexpectedly{summary}", summary=worker.exit_summary())
+                words = N_("The run's process ended unexpectedly{summary}", summary=worker.exit_summary())
                 return self._finish_without_engine(view, RunBroken(_sentence(words, self._row()), REMEDY_DIED))
             for message in messages:
                 ended = self._take(message, view)
@@ -194,7 +196,7 @@ class RunProcess:
         if failure:
             simulator.kill()
         if simulator.gone:
-            words = N_("The simulator has ended unexpectedly{summary}.", summary=simulator.exit_words())
+            words = N_("The simulator ended unexpectedly{summary}.", summary=simulator.exit_words())
             self._ending = failure or words
             self._send("simulator ended", pack(self._ending))
         if self._resting is None and (simulator.resting or simulator.gone):
@@ -216,7 +218,7 @@ class RunProcess:
             heard=heard, silent_after=patience, waits=self._simulator.working and not self._simulator.gone, rows=rows
         )
         if self._engine_unresponsive and failure is None:
-            failure = _at(N_("The run has taken no message for {seconds:g} s", seconds=SEND_WITHIN), self._row()), False
+            failure = _at(N_("The run has read no message for {seconds:g} s", seconds=SEND_WITHIN), self._row()), False
         if failure is None:
             return None
         words, slow = failure
@@ -275,7 +277,7 @@ class RunProcess:
         self._finisher = WorkerProcess()  # it starts while the robot comes to rest
         notices, hindrance = self._await_rest(view)
         if error is None and hindrance is None:
-            words = N_("The rows did not end within {seconds:g} s of Stop, so the engine was ended")
+            words = N_("The rows did not end within {seconds:g} s of Stop, so the engine was stopped")
             notices = (*notices, Notice("note", _sentence(N_(words, seconds=ROWS_END_WITHIN), row)))
         error = error or hindrance
         by = self._stopped_by if self._asked is not None else ""
@@ -311,7 +313,7 @@ class RunProcess:
 
 def _at(words: str, row: str) -> str:
     """Return what happened, with the row that was being worked out if there is one."""
-    return N_("{what} while the row {row} was being worked out", what=words, row=row) if row else words
+    return N_("{what} while row {row} was being calculated", what=words, row=row) if row else words
 
 
 def _sentence(words: str, row: str = "") -> str:
@@ -412,16 +414,16 @@ class Watchdog:
         self._instant, self._rank = instant, rank
         if not settling:
             if max(self._process.computing, self._process.still) > silent_after:
-                return N_("The run has not gone on for {seconds:g} s", seconds=silent_after), False
+                return N_("The run has not continued for {seconds:g} s", seconds=silent_after), False
             return None
         row = rows.get(rank, "")
         if self._row.computing > ROW_WITHIN:
-            return _at(N_("The run has not gone on for {seconds:g} s", seconds=ROW_WITHIN), row), False
+            return _at(N_("The run has not continued for {seconds:g} s", seconds=ROW_WITHIN), row), False
         if self._row.still > ROWS_STILL_WITHIN:
-            return _at(N_("The run has stood still for {seconds:g} s", seconds=ROWS_STILL_WITHIN), row), False
+            return _at(N_("The run has been stuck for {seconds:g} s", seconds=ROWS_STILL_WITHIN), row), False
         if sum(self._costs.values()) > INSTANT_WITHIN:
             costly = sorted((r for r in self._costs if r in rows), key=lambda r: -self._costs[r])[:_MOST_NAMED]
             named = ", ".join(f"{rows[r]} ({self._costs[r]:.1f} s)" for r in costly)
-            words = N_("The rows of one instant took more than {seconds:g} s; the costliest are {rows}")
+            words = N_("The rows of one moment took more than {seconds:g} s. The slowest are {rows}")
             return N_(words, seconds=INSTANT_WITHIN, rows=named), True
         return None

@@ -114,8 +114,8 @@ def _plan(checked: Checked, settings: RunSettings) -> Plan:
         raise SheetsError(N_("This workbook has errors and cannot run."), N_("See `rrp-sheets check`."))
     if settings.fast and checked.run.engine != "frame":
         raise SheetsError(
-            N_("This workbook asks for the engine “event loop”, which goes by the wall clock and cannot be fast."),
-            N_("Leave out --fast, or write frame as the Engine of its Protocol."),
+            N_("This workbook uses the engine “event loop”, which runs in real time and cannot run fast."),
+            N_("Leave out --fast, or write frame in the field Engine of its Protocol."),
         )
     plan = make_plan(checked, everything=settings.everything)
     if not plan.steps:
@@ -165,7 +165,7 @@ def _go(runner: Runner, until: int, trace: TraceWriter, recorder: Recorder) -> t
             words = N_("The run needs more memory than a run may have.")
             if row:
                 words = N_("The row {row} needs more memory than a run may have.", row=row)
-            broken = RunBroken(words, N_("Keep less in that row: fewer values, or shorter texts and lists."))
+            broken = RunBroken(words, N_("Store less in that row: fewer values, or shorter texts and lists."))
         wall = time.monotonic() - began
         try:
             recorder.view.handle(FinishingEvent())

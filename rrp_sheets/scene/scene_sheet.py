@@ -22,9 +22,7 @@ from rrp_sheets.scene import scene_words
 from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, normalize_signs
 from rrp_sheets.texts import N_, listed, sentences
 
-_ANY = N_(
-    "Write a thing such as Red ball, Blue cup, Table or Wall; Person, Child or a name; Light, Noise, or Operator."
-)
+_ANY = N_("Write for example Red ball, Blue cup, Table, Wall, Person, Child, a name, Light, Noise or Operator.")
 _PROPOSES = 0.8  # how like a known thing a word must be to be taken for a typing mistake
 
 
@@ -72,7 +70,7 @@ def _check_time(time: Cell, report: Report) -> None:
     duration = meant_duration(time.text, "s")
     remedy: str = N_("Write seconds from the start of the run, for example {value}.", value=duration or "2.5")
     if "+" in time.text:
-        remedy = N_("Behind + write seconds: Ask done + 2.")
+        remedy = N_("Write seconds after +: Ask done + 2.")
     elif time.text and not duration:
         remedy = sentences(remedy, N_("Or a stream, and seconds after its event: Say done + 2."))
     report.add("SCENE001", time.address, text=time.text or N_("blank"), remedy=remedy)
@@ -276,7 +274,7 @@ def _choice(part: Part, text: str) -> Value:
         words: dict[object, str] = {}
         for word, value in part.choices.items():
             words.setdefault(value, word)  # one for each
-        raise BadValueError("Behind “{word}” may stand: {names}.", word=part.word, names=", ".join(words.values()))
+        raise BadValueError("You can write after “{word}”: {names}.", word=part.word, names=", ".join(words.values()))
     return choices[key(text)]
 
 
@@ -329,7 +327,7 @@ def _face(said: ValueParts) -> None:
     """Add the height of somebody's face to their place, if it is not given: it depends on height and posture."""
     if "tall" in said:
         if isinstance(said["tall"], RandomRange):
-            raise BadValueError("Write one height, no range.")
+            raise BadValueError("Write one height, not a range.")
         said.setdefault("posture", "standing")
     if len(said["at"]) == 3:
         return

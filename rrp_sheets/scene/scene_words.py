@@ -304,7 +304,7 @@ def choose_random_numbers(
         if action.span_us:
             time_us = round(1e6 * drawer.number("time", RandomRange(time_us / 1e6, (time_us + action.span_us) / 1e6)))
         if drawer.told:
-            told.append((action.row, N_("Drawn by the run: {numbers}.", numbers=listed(drawer.told))))
+            told.append((action.row, N_("Random numbers of this run: {numbers}.", numbers=listed(drawer.told))))
             action = replace(action, time_us=time_us, span_us=0, values=values)
         found.append(action)
     return tuple(found), tuple(told)

@@ -188,7 +188,7 @@ def _refuse_names(content: Mapping[str, Content]) -> None:
     """Raise SheetsError when the bundle could not be unpacked on another system."""
     for name in content:
         if not is_safe(name):
-            message = N_("“{name}” is no name that every system can have.", name=name[:100])
+            message = N_("“{name}” is not a valid name on every system.", name=name[:100])
             raise SheetsError(message, N_('Rename that file: shorter, and without \\ : * ? " < > |.'))
     if len({name.casefold() for name in content}) < len(content):
         raise SheetsError(N_("Two files have names that only differ in capital letters."), N_("Rename one of them."))
@@ -212,7 +212,7 @@ def _run(folder: Path, notes: list[str]) -> dict[str, Content]:
         if path.is_file() and not path.is_symlink():
             content[f"{RUNS}/{folder.name}/{path.relative_to(folder).as_posix()}"] = path
         elif path != folder / bundles.ROBOTS:
-            words = N_("“{file}” of the run {run} is not in it: it is no file of that folder.")
+            words = N_("“{file}” of the run {run} is not included: it is not a file of that folder.")
             notes.append(N_(words, file=path.name, run=folder.name))
     return content
 

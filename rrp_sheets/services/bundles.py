@@ -280,7 +280,7 @@ def _shown(entry: zipfile.ZipInfo) -> str:
 def _list(archive: zipfile.ZipFile, entries: Mapping[str, zipfile.ZipInfo]) -> tuple[dict[str, Any], dict[str, str]]:
     """Return the list of a bundle, and in it the hash of every file, by name."""
     if VERSIONS_FILE not in entries or entries[VERSIONS_FILE].file_size > _MOST_LIST:
-        raise _Refused(N_("its {file} is no list", file=VERSIONS_FILE))
+        raise _Refused(N_("its {file} is not a list", file=VERSIONS_FILE))
     try:
         told = json.loads(archive.read(VERSIONS_FILE).decode())
     except (ValueError, RecursionError):

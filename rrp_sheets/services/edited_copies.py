@@ -62,7 +62,7 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     at = place(spot.strip().upper())
     if at is None:
         remedy = N_("Write a cell as C5, or with its sheet as Tracking!C5.")
-        raise SheetsError(N_("“{cell}” is no cell.", cell=cell), remedy)
+        raise SheetsError(N_("“{cell}” is not a cell.", cell=cell), remedy)
     before = _text(path, name, at)
     edit(path, [SetCell(name, *at, parse_typed(value))], expected_digest=reading.digest)
     _, checked = read_and_check(path)
@@ -133,7 +133,7 @@ def fix_copy(path: Path, target: Path, chosen: Chosen) -> tuple[list[CellChange]
     read(path)  # whatever keeps it from being read is told about the file that the user named
     suffix = target.suffix.casefold()
     if suffix not in WORKBOOK_SUFFIXES:
-        message = N_("“{name}” is no name for the copy.", name=target.name)
+        message = N_("“{name}” is not a name for the copy.", name=target.name)
         remedy = N_("Let the file's name end with one of: {suffixes}.", suffixes=listed(WORKBOOK_SUFFIXES))
         raise SheetsError(message, remedy)
     if target.exists() and target.resolve() == path.resolve():

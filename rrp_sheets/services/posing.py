@@ -94,7 +94,7 @@ def _joint(text: str, robot: Robot) -> tuple[str, float]:
         raise SheetsError(N_("“{text}” names no joint and its angle.", text=text), remedy)
     angle = parse_angle(value)
     if angle is None or (not joint.unit and "°" in value):
-        message = N_("“{value}” is no angle for {joint}.", value=value, joint=joint.name)
+        message = N_("“{value}” is not an angle for {joint}.", value=value, joint=joint.name)
         raise SheetsError(message, N_("Write rad or degrees: {joint}=0.5", joint=joint.name))
     return joint.name, angle
 

@@ -117,7 +117,9 @@ def read_picture(path: Path) -> Pixels:
                 raise SheetsError(why, REMEDY)
             return _upright_as_taken(opened)
     except (OSError, ValueError, SyntaxError, Pillow.DecompressionBombError, UnidentifiedImageError) as error:
-        reason = (error.strerror if isinstance(error, OSError) else "") or N_("it is no PNG or JPEG, or it is broken")
+        reason = (error.strerror if isinstance(error, OSError) else "") or N_(
+            "it is not a PNG or JPEG, or it is broken"
+        )
         why = N_("The picture “{name}” cannot be read: {reason}.", name=name, reason=reason)
         raise SheetsError(why, REMEDY) from None
 

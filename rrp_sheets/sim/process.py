@@ -177,8 +177,8 @@ class Simulator:
             self._still_before_rest = self._still_before_rest + passed if still else 0.0
             if max(since, self._still_before_rest) > REST_BEGINS_WITHIN:
                 return N_(
-                    "The simulator did not react to Stop within {seconds:g} s and was ended. "
-                    "The robot did not come to its rest.",
+                    "The simulator did not react to Stop within {seconds:g} s and was stopped. The robot did not "
+                    "reach its rest position.",
                     seconds=REST_BEGINS_WITHIN,
                 )
         if still > ANSWER_STILL_WITHIN:

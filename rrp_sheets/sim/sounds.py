@@ -212,7 +212,7 @@ SOUNDS: Mapping[str, Callable[[], Signal]] = {
 
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
-NO_SPEECH = N_("There is no sound: the package espeakng-loader is not installed. Durations are estimated.")
+NO_SPEECH = N_("The robot has no sound, because the package espeakng-loader is not installed. Durations are estimated.")
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
 _RATE, _VOLUME, _PITCH = 1, 2, 3
@@ -346,7 +346,7 @@ class Voice:
         """Begin a sentence."""
         self._now = Sounding(text, command, True)
         if len(text) > LONGEST:
-            told = N_("Only the first {n:,} of {of:,} letters are said.", n=LONGEST, of=len(text))
+            told = N_("The robot says only the first {n:,} of {of:,} letters.", n=LONGEST, of=len(text))
             self._tell(Notice("clamp", told, command.stream, command.row))
         speed = float(settings["speed"])
         library = self._speech.library(command.stream, command.row)
@@ -356,7 +356,9 @@ class Voice:
         language = str(settings["language"] or FALLBACK).strip().casefold().replace("_", "-")
         if not library.voice(language):
             library.voice(FALLBACK)
-            told = N_("There is no voice for the language “{language}”; it is spoken in English.", language=language)
+            told = N_(
+                "There is no voice for the language “{language}”, so the robot speaks English.", language=language
+            )
             self._tell(Notice("error", told, command.stream, command.row))
         self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate

@@ -137,8 +137,10 @@ class Talk:
         row = f"Scene!{action.row}" if action.row else ""
         speaking = [name for name, until in self._busy.items() if until > us]
         if len(speaking) >= MOST_AT_ONCE:
-            told = N_("{thing} says “{words}”: nobody hears it, too many speak at the same time.", thing=action.thing,
-                      words=text)  # fmt: skip
+            told = N_(
+                "{thing} says “{words}”: nobody hears it, because too many speak at the same time.",
+                thing=action.thing, words=text,
+            )  # fmt: skip
             self._tell(Notice("note", told, row=row))
             return
         library = self._speech.library()
@@ -236,8 +238,8 @@ class Hearing:
                 self._ear = Ear([piece for word in wanted for piece in pieces(word)], speech.library)
             except ImportError as error:
                 package = error.name or "pocketsphinx"
-                text = N_("Words are not recognised: the package {package} is not installed. "
-                          "Type them in the run panel: Send a value.", package=package)  # fmt: skip
+                text = N_("The robot cannot recognise words, because the package {package} is not installed. Type them "
+                          "in the run panel: Send a value.", package=package)  # fmt: skip
                 self._tell(Notice("error", text))
 
     def listen(self, stream: str, words: Sequence[str]) -> Listener | None:
@@ -277,7 +279,7 @@ class Hearing:
         ]  # fmt: skip
 
     def _unheard(self, said: PendingSpeech, utterance: Utterance) -> str:
-        template = N_("{thing} says “{words}”: the robot has not understood it.")
+        template = N_("{thing} says “{words}”: the robot did not understand it.")
         if not self._listeners:
             template = N_("{thing} says “{words}”: no sensor of this workbook listens for words.")
         elif said.cut:
@@ -285,9 +287,11 @@ class Hearing:
         elif not any(words_in(said.text, words) for words, _ in self._listeners):
             template = N_("{thing} says “{words}”: no sensor of this workbook listens for that.")
         elif not said.text.isascii():
-            template = N_("{thing} says “{words}”: the robot has not understood it; it knows only English words.")
+            template = N_(
+                "{thing} says “{words}”: the robot did not understand it, because it knows only English words."
+            )
         elif utterance.noise >= 0.05:
-            template = N_("{thing} says “{words}”: the robot has not understood it. The noise is {noise}.")
+            template = N_("{thing} says “{words}”: the robot did not understand it. The noise is {noise}.")
         return N_(template, thing=said.action.thing, words=said.text, noise=f"{utterance.noise:.0%}")
 
 

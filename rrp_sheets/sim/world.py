@@ -194,7 +194,7 @@ class SimWorld:
     def unwritten(self, what: str, error: Exception) -> None:
         """Report that a file of the run's record cannot be written; the run goes on without it."""
         why = (error.strerror if isinstance(error, OSError) else "") or str(error)
-        told = N_("{what} cannot be saved ({reason}): make room before the next run.", what=what, reason=why)
+        told = N_("{what} cannot be saved ({reason}). Free some disk space before the next run.", what=what, reason=why)
         self._tell(Notice("note", told))
 
     def _by_people(self, action: SceneAction) -> None:
@@ -386,10 +386,10 @@ CALM_US = 1_000_000  # so long after a push it must have come to rest for the gu
 CALM_RATE = 0.15  # rad/s, of the torso: at rest
 UPSET = 0.12  # rad: a robot that is tilted by more is still on its way
 FALLEN = N_(
-    "The robot has fallen. Its motors rest, and it moves no more in this run; speech and eyes go on. "
-    "Look in the Scene sheet for what pushes it, or run again."
+    "The robot has fallen. Its motors are off for the rest of this run; speech and eyes still work. "
+    "Check what pushes it in the Scene sheet, or run again."
 )
-LIES = N_("The robot lies on the floor: its motors rest, so this is not carried out.")
+LIES = N_("The robot lies on the floor with its motors off, so it cannot do this.")
 
 
 class Falling:

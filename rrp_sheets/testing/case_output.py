@@ -26,7 +26,7 @@ def failure_lines(result: CaseResult) -> list[str]:
     """Return the failures of a test in words, a few lines for each row."""
     name = result.case.name
     unsent: list[str] = [
-        N_("{name} row {row}: this could not be sent: {reason}", name=name, row=row, reason=reason)
+        N_("{name} row {row} could not be sent: {reason}", name=name, row=row, reason=reason)
         for row, reason in result.broken.items()
     ]
     lines = unsent[:MOST_FAILURES]
@@ -60,11 +60,11 @@ def fault_lines(result: CaseResult) -> list[str]:
 def _fault(first: Fault, more: int) -> str:
     row, ms, message = first.row, seconds(first.us), first.message
     if not more:
-        return N_("{row} could not be worked out at {ms}: {message}", row=row, ms=ms, message=message)
+        return N_("{row} could not be calculated at {ms}: {message}", row=row, ms=ms, message=message)
     return N_(
-        "{row} could not be worked out at {ms} and {n} more time: {message}"
+        "{row} could not be calculated at {ms} and {n} more time: {message}"
         if more == 1
-        else "{row} could not be worked out at {ms} and {n} more times: {message}",
+        else "{row} could not be calculated at {ms} and {n} more times: {message}",
         row=row, ms=ms, n=more, message=message,
     )  # fmt: skip
 

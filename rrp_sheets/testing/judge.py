@@ -234,17 +234,17 @@ def _judged(mine: _Wanted, event: Event | None, faults: Sequence[Fault], frames:
             got = N_("{shown} and {n} more", shown=got, n=len(mine.window) - 3)
         hints += [r for r in dict.fromkeys(reasons) if r not in ("", "different")][:2]
         if not all(reasons):
-            hints.append(N_("Another row of this test has taken it; each value counts for one row."))
+            hints.append(N_("Another row of this test has matched it. Each value counts for one row."))
     elif not lane.events:
-        got = N_("nothing came on “{name}” in the whole test", name=row.name)
+        got = N_("no value arrived on “{name}” in this test", name=row.name)
     else:
-        got = N_("nothing came at {ms}", ms=seconds(row.time_us))
+        got = N_("no value arrived at {ms}", ms=seconds(row.time_us))
     if lane.events:
         hints += _elsewhere(mine)
     at = frames.at(row.time_us)
     for fault in [f for f in faults if at - TOLERANCE <= frames.at(f.us) <= at + TOLERANCE][:3]:  # they may explain it
         words = {"row": fault.row, "ms": seconds(fault.us), "message": fault.message}
-        hints.append(N_("{row} could not be worked out at {ms}: {message}", **words))
+        hints.append(N_("{row} could not be calculated at {ms}: {message}", **words))
     return RowResult(row, False, None, got, tuple(hints))
 
 
@@ -257,11 +257,11 @@ def _elsewhere(mine: _Wanted) -> list[str]:
     outside = sorted((i for i in about if i not in inside), key=lambda i: abs(lane.events[i].us - row.time_us))
     fitting = next((i for i in outside if i not in lane.taken and not mine.holds(lane.events[i].value)), None)
     if fitting is not None:
-        return [N_("It came at {ms}.", ms=seconds(lane.events[fitting].us))]
+        return [N_("The expected value arrived at {ms}.", ms=seconds(lane.events[fitting].us))]
     if inside or not outside:
         return []
     event = lane.events[outside[0]]
-    return [N_("The nearest was {value} at {ms}.", value=show(event.value, 80), ms=seconds(event.us))]
+    return [N_("The nearest value was {value} at {ms}.", value=show(event.value, 80), ms=seconds(event.us))]
 
 
 def _nothing(row: CaseRow, since_frame: int, lane: _Lane | None, frames: Frames) -> RowResult:
@@ -376,7 +376,7 @@ def _kind_hint(value: Value, wanted: Value) -> str:
     if isinstance(wanted, str) and is_number(value) and wanted == show(value):
         return N_("It is a number; write {wanted} without quotes to expect it.", wanted=wanted)
     if isinstance(wanted, str) and is_number(value) and _DECIMAL_COMMA.fullmatch(wanted):
-        return N_("Numbers are written with a point: {value}.", value=wanted.replace(",", "."))
+        return N_("Write numbers with a point: {value}.", value=wanted.replace(",", "."))
     if isinstance(value, Record):
         return N_("It is a record; write for example any, or field=value.")
     return "different"
@@ -388,7 +388,7 @@ def _about(expectation: Expectation) -> Holds:
 
     def holds(value: Value) -> str:
         if not is_number(value):
-            return N_("It is no number.")
+            return N_("It is not a number.")
         slack = abs(wanted) * RELATIVE + NEAR_ZERO
         return "" if abs(value - wanted) <= within + slack else "different"
 
@@ -402,7 +402,7 @@ def _condition(expectation: Expectation, interpreter: GuardedInterpreter) -> Hol
     def holds(value: Value) -> str:
         result = evaluate(value)
         if type(result) is Failure:
-            return N_("The condition cannot be worked out for it: {reason}", reason=result.message)
+            return N_("The condition cannot be calculated for it: {reason}", reason=result.message)
         return "" if (result is True or (is_number(result) and result != 0)) else "different"
 
     return holds
@@ -414,7 +414,7 @@ def _fields(expectation: Expectation, interpreter: GuardedInterpreter) -> Holds:
     def holds(value: Value) -> str:
         if not isinstance(value, Record):
             is_text_alike = isinstance(value, str) and equal(value, expectation.text)
-            return "" if is_text_alike else N_("It is no record with fields.")
+            return "" if is_text_alike else N_("It is not a record with fields.")
         for name, one in parts:
             try:
                 field = value.get(name)

@@ -73,9 +73,9 @@ def _explained(result: RowResult, player: Player) -> RowResult:
         return result
     row, hints = result.row, list(result.hints)
     if row.why_silent:
-        hints.append(N_("Nothing ever comes there: {why}.", why=row.why_silent))
+        hints.append(N_("No value can arrive there: {why}.", why=row.why_silent))
     if player.ended_by and row.time_us > player.ended_us:
-        hints.append(N_("{row} had ended the run at {ms}.", row=player.ended_by, ms=seconds(player.ended_us)))
+        hints.append(N_("{row} ended the run at {ms}.", row=player.ended_by, ms=seconds(player.ended_us)))
     return RowResult(row, False, result.event, result.got, tuple(hints))
 
 
@@ -134,8 +134,8 @@ class Player(RunObserver):
             sent = due
             if len(self.events) > MOST_EVENTS:
                 self.broken[self.case.rows[0].row] = N_(
-                    "More than {most:,} values had come by {ms}, so the test was broken off. Let the "
-                    "last row stand at an earlier time, or what comes again and again come less often.",
+                    "More than {most:,} values arrived by {ms}, so the test was stopped. Move the last row to an "
+                    "earlier time, or send repeated values less often.",
                     most=MOST_EVENTS, ms=seconds(now),
                 )  # fmt: skip
                 stop = True

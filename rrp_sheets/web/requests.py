@@ -335,7 +335,7 @@ def seconds_of(text: str) -> float | None:
     except ValueError:
         value = -1.0
     if not 0 <= value < 1e8:
-        raise SheetsError(N_("“{text}” is no time in seconds.", text=text), N_("Write a number, such as 12.5."))
+        raise SheetsError(N_("“{text}” is not a time in seconds.", text=text), N_("Write a number, such as 12.5."))
     return value
 
 

@@ -280,7 +280,9 @@ def rest_notice(summary: Summary, broken: RunBroken | None, by: str) -> JsonObje
         "end run": N_("Row {row} ended the run at {time}.", row=summary.ended_by, time=at),
     }
     if broken:
-        return _ending("broken", N_("The run broke off at {time}: {why}", time=at, why=broken.message), broken.remedy)
+        return _ending(
+            "broken", N_("The run stopped unexpectedly at {time}: {why}", time=at, why=broken.message), broken.remedy
+        )
     return _ending(summary.ended, endings.get(summary.ended) or N_("Ended at {time}.", time=at))
 
 

@@ -40,18 +40,20 @@ class SetCell:
         r"""The value as it can be stored, line breaks as `\n`; raises SheetsError when a cell cannot hold it."""
         value, at = self.value, self.place
         if isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isfinite(value):
-            message = N_("{value} is no number that a cell can hold ({cell}).", value=str(value), cell=at)
+            message = N_("A cell cannot contain the number {value} ({cell}).", value=str(value), cell=at)
             raise SheetsError(message, N_("Write a number, or a text."))
         if not isinstance(value, str):
             return value
         value = value.replace("\r\n", "\n").replace("\r", "\n")
         n, most = len(value.encode("utf-16-le", "surrogatepass")) // 2, limits.CELL_CHARACTERS  # as Excel counts
         if n > most:
-            told = N_("The text for {cell} has {n:,} characters; a cell holds {most:,}.", cell=at, n=n, most=most)
+            told = N_(
+                "The text for {cell} has {n:,} characters. The limit of a cell is {most:,}.", cell=at, n=n, most=most
+            )
             raise SheetsError(told, N_("Shorten it, or split it over several cells."))
         if match := _IMPOSSIBLE.search(value):
             code = f"U+{ord(match[0]):04X}"
-            told = N_("The text for {cell} contains something that is no character ({code}).", cell=at, code=code)
+            told = N_("The text for {cell} contains an invalid character ({code}).", cell=at, code=code)
             raise SheetsError(told, N_("Type the text again instead of pasting it."))
         return value
 

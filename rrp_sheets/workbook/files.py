@@ -427,7 +427,7 @@ def refuse_open_file(path: Path) -> None:
     for program, lock in (("Excel", f"~${path.name}"), ("LibreOffice", f".~lock.{path.name}#")):
         if os.path.exists(path.parent / lock):  # False, not an error, where that name is too long for the system
             told = N_("“{name}” is open in {program}.", name=path.name, program=program)
-            how = N_("Close it there and try again; if it is not open, delete the file “{lock}” beside it.", lock=lock)
+            how = N_("Close it there and try again. If it is not open, delete the file “{lock}” next to it.", lock=lock)
             raise SheetsError(told, how)
 
 
@@ -451,9 +451,9 @@ def refuse_workbook(target: Path, source: Path) -> None:
     if os.path.exists(target) and os.path.exists(source) and target.samefile(source):
         message = N_("“{file}” is the workbook itself; nothing was written.", file=str(target))
     elif suffix == ".jsonl":
-        message = N_("“{file}” would be taken for a run's record; nothing was written.", file=str(target))
+        message = N_("“{file}” has the name of a run's recording, so nothing was written.", file=str(target))
     elif suffix in (".xlsx", ".xlsm", *SUFFIXES) or (suffix in KNOWN_SUFFIXES and _is_workbook(target)):
-        message = N_("“{file}” would be taken for a workbook; nothing was written.", file=str(target))
+        message = N_("“{file}” has the name of a workbook, so nothing was written.", file=str(target))
     else:
         return
     raise SheetsError(message, N_("Give the file another name, such as “{name}”.", name=f"{target.stem}.txt"))

@@ -313,7 +313,7 @@ def _set_text(cell: Any, text: str) -> None:
     n, most = len(text), limits.CELL_CHARACTERS
     if n > most:
         at = f"{cell.parent.title}!{cell.coordinate}"
-        told = N_("The text of {cell} has {n:,} characters; a cell holds {most:,}.", cell=at, n=n, most=most)
+        told = N_("The text of {cell} has {n:,} characters. The limit of a cell is {most:,}.", cell=at, n=n, most=most)
         raise SheetsError(told, N_("Shorten it."))
     if text:
         cell.value = escape_literal(IMPOSSIBLE.sub("\ufffd", text))

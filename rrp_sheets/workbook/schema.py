@@ -451,19 +451,20 @@ _FIELDS = (
     ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15")),
                   synonyms=("フレームレート",)),
     ProtocolField("Run", synonyms=("実行する動作", "実行"), also={"すべて": "all"}),
-    ProtocolField("Seed", (CellChoice("0", N_("a whole number that PICK and the simulator draw by")),),
-                  synonyms=("乱数の種",)),
+    ProtocolField("Seed", (
+        CellChoice("0", N_("a whole number that sets the random choices of PICK and the simulator")),
+    ), synonyms=("乱数の種",)),
     ProtocolField("Time limit", tuple(map(CellChoice, ("30 s", "90 s", "5 min", "10 min"))),
                   synonyms=("制限時間", "時間の上限")),
     ProtocolField("Face memory", (
-        CellChoice("ends with the run", N_("what blank means")),
+        CellChoice("ends with the run", N_("a blank means the same")),
         CellChoice("kept", N_("for the next runs too, in runs/faces.json")),
     ), True, N_("How long the robot remembers faces."), ("顔の記憶",),
         {"実行の終わりまで": "ends with the run", "残す": "kept", "保存する": "kept"}),
     ProtocolField("Camera pictures", (
-        CellChoice("kept", N_("with the record of a run; what blank means")),
+        CellChoice("kept", N_("with the recording of a run; a blank means the same")),
         CellChoice("not kept", N_("no picture of the robot's camera is stored")),
-    ), True, N_("Whether pictures of the robot's camera are kept with a run's record."), ("カメラの画像",),
+    ), True, N_("Whether a run's recording contains pictures of the robot's camera."), ("カメラの画像",),
         {"残す": "kept", "残さない": "not kept", "保存する": "kept", "保存しない": "not kept"}),
     ProtocolField("Language", tuple(
         CellChoice(names[0], N_("the same in {language}", language=names[1]) if code != "en" else

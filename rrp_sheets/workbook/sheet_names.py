@@ -26,7 +26,7 @@ def sheet_name(text: str, others: Iterable[str] = ()) -> str:
     if not name:
         raise SheetsError(N_("A sheet needs a name."), N_("Write a short one, such as “Greeting”."))
     if found := FORBIDDEN.search(name):
-        message = N_("“{mark}” cannot stand in the name of a sheet.", mark=found[0])
+        message = N_("The name of a sheet cannot contain “{mark}”.", mark=found[0])
         raise SheetsError(message, N_(r"Leave out [ ] : * ? / and \, which Excel refuses."))
     if (n := len(name.encode("utf-16-le")) // 2) > LONGEST:
         message = N_("This name has {n} letters; Excel takes {most}.", n=n, most=LONGEST)
@@ -63,7 +63,7 @@ def refuse_more(names: Sequence[str]) -> None:
 
 def header_row(sheet: str, row: int) -> SheetsError:
     """The error for rows that cannot be changed, as the headers stand there or below."""
-    told = N_("Row {row} of “{sheet}” holds the headers; they and what is above them stay where they are.",
+    told = N_("Row {row} of “{sheet}” has the headers. You cannot move them or the rows above them.",
               row=row, sheet=sheet)  # fmt: skip
     return SheetsError(told, N_("Choose rows from {row} on.", row=row + 1))
 

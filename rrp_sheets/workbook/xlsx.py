@@ -342,7 +342,7 @@ class XlsxBook:
         try:
             self._zip = zipfile.ZipFile(io.BytesIO(data))
         except BROKEN_ZIP as error:
-            raise unreadable("FILE008", name=name, what=N_("it is cut off or not whole")) from error
+            raise unreadable("FILE008", name=name, what=N_("it is incomplete")) from error
         entries = self._zip.infolist()
         self._check_entries(entries)
         self.parts = {e.filename.casefold(): e for e in entries if not e.is_dir()}

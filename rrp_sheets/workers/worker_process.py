@@ -187,7 +187,7 @@ class WorkerProcess:
             if told and not messages:
                 told(None)
         self.kill()
-        raise WorkerError(N_("did not come to an end within {n:g} s", n=within))
+        raise WorkerError(N_("did not end within {n:g} s", n=within))
 
     def kill(self) -> None:
         """End the process at once."""

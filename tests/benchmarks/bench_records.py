@@ -41,7 +41,7 @@ def long_run(folder: Path, events: int) -> Path:
             if number % 997 == 5:
                 entry |= {"happening": "say", "text": "Hello there"}
             elif number % 501 == 7:
-                entry |= {"error": "This divides by zero.", "code": "FORM101", "inputs": [0]}
+                entry |= {"error": "This formula divides by zero.", "code": "FORM101", "inputs": [0]}
             else:
                 entry |= {"stream": KINDS[number % 4], "value": far if number % 4 == 1 else ball}
             file.write(json.dumps(entry, separators=(",", ":")) + "\n")

@@ -127,8 +127,8 @@ def _in_the_way(one: _Driver, other: _Driver, resource: str, context: LintContex
     if _follow(one, other, context) or _follow(other, one, context):
         return ""
     if steady is None:
-        return N_("they stand in two behaviours that know nothing of each other")
-    return N_("{row} does so again and again", row=row_of(steady.step, one.step))
+        return N_("they belong to two behaviours that do not know each other")
+    return N_("{row} does so repeatedly", row=row_of(steady.step, one.step))
 
 
 def _follow(one: _Driver, other: _Driver, context: LintContext) -> bool:

@@ -65,7 +65,7 @@ class LintContext:
     def name(self, stream: str) -> str:
         """Return a stream's name or, for one without a name, the row that gives it."""
         found = self.graph.streams[stream]
-        return found.name or N_("what row {row} gives", row=found.address.row)
+        return found.name or N_("the result of row {row}", row=found.address.row)
 
 
 def row_of(step: Step, seen_from: Step) -> str:

@@ -97,7 +97,7 @@ def _stands(value: Value, context: LintContext) -> str:
     columns = ((f.name, t) for t in context.compiled.tables.values() for f in t.type.fields)
     for column, table in columns if isinstance(value, str) else ():
         if value in table.column(column):
-            return N_("{value} stands in the column {column} of the sheet {sheet}.",
+            return N_("{value} is in the column {column} of the sheet {sheet}.",
                       value=show(value), column=column, sheet=table.name)  # fmt: skip
     return ""
 
@@ -116,7 +116,7 @@ def _colour(value: Value, stream: Stream, context: LintContext) -> str:
         return "" if isinstance(value.values.get("colour"), str) else N_("a record without a colour")
     if isinstance(value, (list, tuple)):
         fine = len(value) == 3 and all(is_number(v) and 0 <= v <= 1 for v in value)
-        return "" if fine else N_("{value}, which is no (red, green, blue) from 0 to 1", value=show(value))
+        return "" if fine else N_("{value}, which is not (red, green, blue) from 0 to 1", value=show(value))
     _, wants = understand(Setting("Colour", "colour"), str(value), context.robot)
     return N_("{value}, which is not {wants}", value=show(value), wants=wants) if wants else ""
 
@@ -138,13 +138,13 @@ def _gesture(value: Value, stream: Stream, context: LintContext) -> str:
 def _no_name(value: Value, what: str, names: Iterable[str]) -> str:
     guess = nearest(str(value), names)
     if guess:
-        return N_("{value}, which is no {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
-    return N_("{value}, which is no {what}", value=show(value), what=what)
+        return N_("{value}, which is not a {what} (did you mean {guess}?)", value=show(value), what=what, guess=guess)
+    return N_("{value}, which is not a {what}", value=show(value), what=what)
 
 
 def _duration(value: Value, stream: Stream, context: LintContext) -> str:
     if isinstance(value, str) and parse_duration(value, bare="s") is None:
-        return N_("{value}, which is no time", value=show(value))
+        return N_("{value}, which is not a time", value=show(value))
     return ""
 
 
@@ -161,7 +161,7 @@ def _angles(value: Value, stream: Stream, context: LintContext) -> str:
 _ANGLE = N_("Send an angle in rad, or a list with one for each joint.")
 _SPOKEN = frozenset({TEXT, NUMBER})
 _TAKERS: Mapping[str, InputSpec] = {
-    "SayInput": InputSpec(_SPOKEN, N_('Make a text of it in a map row, for example "I see "&colour.')),
+    "SayInput": InputSpec(_SPOKEN, N_("Turn it into a text in a map row, for example \"I see \"&colour.")),
     "EyeLedColor": InputSpec(
         frozenset({TEXT, LIST, RECORD}), N_('Send "red", "#ff8000" or three numbers such as (1, 0.5, 0).'), _colour,
         needs=frozenset({"colour"}), lacks=N_("a record without a colour")
@@ -169,13 +169,13 @@ _TAKERS: Mapping[str, InputSpec] = {
     "EyeBrightness": InputSpec(frozenset({NUMBER}), N_("Send a number from 0 (dark) to 1.")),
     "SetJointPosition": InputSpec(frozenset({NUMBER, LIST}), _ANGLE, _angles),
     "Posture": InputSpec(
-        frozenset({TEXT}), N_("Send the name of a posture, such as StandInit, or fill the setting Name in."), _posture
+        frozenset({TEXT}), N_("Send the name of a posture, such as StandInit, or fill in the setting Name."), _posture
     ),
     "Gesture": InputSpec(
-        frozenset({TEXT, RECORD}), N_("Send the name of a gesture, such as Wave, or fill the setting Name in."),
+        frozenset({TEXT, RECORD}), N_("Send the name of a gesture, such as Wave, or fill in the setting Name."),
         _gesture, needs=frozenset({"x", "y"}), lacks=N_("a record without a place to point at")
     ),
-    "Wait": InputSpec(_SPOKEN, N_("Send a time such as 8 s, or fill the setting Time in."), _duration),
+    "Wait": InputSpec(_SPOKEN, N_("Send a time such as 8 s, or fill in the setting Time."), _duration),
 }  # fmt: skip
 _SETTING_DECIDES = {"Posture": "name", "Gesture": "name", "Wait": "time"}
 

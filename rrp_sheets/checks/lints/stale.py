@@ -48,7 +48,7 @@ def lint_stale(context: LintContext) -> None:
         filters = [steps[ref] for ref in inputs[rare].filters - inputs[steady].filters]
         why = N_("when something happens")
         if filters:
-            why = N_("{row} lets only some values pass", row=row_of(min(filters, key=lambda s: s.number), step))
+            why = N_("{row} passes only some values on", row=row_of(min(filters, key=lambda s: s.number), step))
         context.report.add(
             "LINT001", step.row.connector.address, fixes=remedies(step, step.inputs[rare], context),
             rare=context.name(step.inputs[rare]), steady=context.name(step.inputs[steady]), why=why, row=step.number,
@@ -167,7 +167,7 @@ def _timing(step: Step, context: LintContext) -> Fix | None:
     row.put(", ".join(timed.values()), None, f"({inner}, MAX({times}) - MIN({times}))", pair)
     row.insert(pair, "filter", f"{argument_name(pair)}[1] < {LONGEST_SECONDS}", fresh, after=True)
     row.insert(fresh, "map", f"{argument_name(fresh)}[0]", step.row.output.text, after=True)
-    title = N_("Join only what came within {age} of each other (timestamp)", age=LONGEST_AGE)
+    title = N_("Join only values that came within {age} of each other (timestamp)", age=LONGEST_AGE)
     return Fix("join-close-in-time", title, tuple(row.edits))
 
 

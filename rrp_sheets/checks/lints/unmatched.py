@@ -53,7 +53,7 @@ def _tell(column: _Column, context: LintContext) -> None:
         return
     can = list(column.comes.values())
     guess = nearest(missing[0], can) if len(missing) == 1 else None
-    remedy = meant(guess, N_("Write one of these, or let the sensor give it as well."), quoted=True)
+    remedy = meant(guess, N_("Write one of these, or add this value to the sensor."), quoted=True)
     context.report.add(
         "LINT016", column.step.row.formula.address, texts=_listed([f"“{t}”" for t in missing]), column=column.name,
         sheet=column.table.name, can=_listed(can), **remedy,

@@ -12,6 +12,8 @@ from rrp_sheets.graph import Step, StreamKind
 from rrp_sheets.model.values import show
 from rrp_sheets.texts import N_, listed
 
+_MOST_CHOICES = 5  # values that are named
+
 
 def lint_unreachable(context: LintContext) -> None:
     """Report filters that pass nothing or everything, and done streams that never have a value."""
@@ -38,12 +40,17 @@ def _filter(step: Step, context: LintContext) -> None:
         routes = context.routes.of.get(step.inputs[0]) or ()
         steps = {s.ref: s for s in context.steps()} if routes else {}
         before = [steps[ref] for ref in dict.fromkeys(ref for r in routes for ref in r.filters)][:3]
-        why = N_("its condition is never true for what its input can be")
-        remedy = N_("what its input can be")
+        why = N_("its condition is never true for the values that its input can have")
+        remedy = N_("Compare it with the values that its input can have.")
+        first = step.inputs[0]
+        can = context.fact(first).known.choices
         if before:
             rows = listed([row_of(s, step) for s in before], "and")
-            why = N_("its condition contradicts {rows}, or what is known of its input", rows=rows)
-            remedy = N_("that of {rows}", rows=rows)
+            why = N_("its condition contradicts {rows}, or the values that its input can have", rows=rows)
+            remedy = N_("Compare it with the condition of {rows}.", rows=rows)
+        elif can is not None and 0 < len(can) <= _MOST_CHOICES:
+            values = listed([N_("“{text}”", text=v) if isinstance(v, str) else show(v) for v in can], "or")
+            why = N_("“{name}” can only be {values}, so this never matches", name=context.name(first), values=values)
         context.report.add("LINT005", address, why=why, remedy=remedy)
     elif not formula.used:
         _without_input(step, formula, context)
@@ -51,7 +58,7 @@ def _filter(step: Step, context: LintContext) -> None:
         names = {n: context.fact(i).known for n, i in zip(formula.names, step.inputs, strict=True)}
         known = known_of(formula.tree, names)
         if known.kind == NUMBER and not known.blank and (known.low > 0 or known.high < 0):
-            why = N_("a number passes unless it is 0, and this one never is")
+            why = N_("a number passes unless it is 0, and this number never is 0")
             context.report.add("LINT015", address, why=why, example=f"{formula.text.strip()[:40]} > 1")
 
 
@@ -69,4 +76,4 @@ def _without_input(step: Step, formula: Formula, context: LintContext) -> None:
         example = f"{formula.names[0]} > 1" if formula.names else "distance < 0.5"
         context.report.add("LINT015", address, why=why, example=example)
     else:
-        context.report.add("LINT005", address, why=why, remedy=N_("use the input in it"))
+        context.report.add("LINT005", address, why=why, remedy=N_("Use the input in the condition."))

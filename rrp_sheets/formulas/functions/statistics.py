@@ -15,7 +15,7 @@ from rrp_sheets.texts import N_
 def _numbers(values: tuple[Value, ...]) -> list[Number]:
     found = [number(v) for v in flat(values)]
     if not found:
-        raise FormulaProblem("FORM107", what=N_("There is no number in an empty list"))
+        raise FormulaProblem("FORM107", what=N_("An empty list has no number"))
     return found
 
 
@@ -85,7 +85,7 @@ def stdev(*values: Value) -> float:
     """
     found = _numbers(values)
     if len(found) < 2:
-        raise FormulaProblem("FORM107", what=N_("There is no deviation of less than two numbers"))
+        raise FormulaProblem("FORM107", what=N_("A deviation needs at least two numbers"))
     mean = _total(found) / len(found)
     return math.sqrt(_total([(n - mean) ** 2 for n in found]) / (len(found) - 1))
 

@@ -241,7 +241,7 @@ def textsplit(value: Value, between: Value = " ", *, charge: Charge = free) -> l
     ['red', 'blue']
     """
     if not text(between):
-        raise FormulaProblem("FORM107", what=N_("TEXTSPLIT needs to know what stands between the parts"))
+        raise FormulaProblem("FORM107", what=N_("TEXTSPLIT needs the separator between the parts"))
     charge(searching(text(between), text(value)))
     return bounded(text(value).split(text(between)))  # type: ignore[no-any-return]
 

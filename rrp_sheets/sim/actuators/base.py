@@ -56,7 +56,7 @@ class SimActuator(ABC):
         self.spec, self.parts = spec, parts
         self.settings: Mapping[str, Value] = spec.settings
         self.uses = parts.body.robot.devices[key(spec.device)].resources_for(spec.settings)
-        self.refused = N_("{name} does nothing now: what moves the robot has a higher priority.", name=spec.name)
+        self.refused = N_("{name} does nothing now: the current movement has a higher priority.", name=spec.name)
 
     @abstractmethod
     def take(self, command: Command, us: int) -> None:

@@ -113,7 +113,7 @@ class Walk(SimActuator, device="Walk"):
             self.wrong(command, N_("a way: (forward, left, turn) in m, m and rad, for example (0.3, 0, 0)"))
             return
         if not any(asked):
-            text = N_("{name} walks nowhere: it needs Forward, Left or Turn, or a value that says so.",
+            text = N_("{name} does not walk: it needs Forward, Left or Turn, or a value for them.",
                       name=self.spec.name)  # fmt: skip
             self.fail(command, text)
             return

@@ -31,7 +31,7 @@ class _Say(SimActuator):
             if self._talking is not None:
                 self._talking.begin(command, us)
 
-        refused = N_("“{text}” is not said: what is being said has a higher priority.", text=text)
+        refused = N_("“{text}” is not said: the current speech has a higher priority.", text=text)
         self.parts.arbiter.take(Job(command, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
 
@@ -126,7 +126,7 @@ class PlaySound(SimActuator, device="PlaySound"):
         def begin(command: Command, us: int) -> None:
             voice.play(name, audio, rate, volume, command, us)
 
-        refused = N_("“{name}” is not played: what is being said or played has a higher priority.", name=name)
+        refused = N_("“{name}” is not played: the current speech or sound has a higher priority.", name=name)
         self.parts.arbiter.take(Job(command, self.uses, begin, voice.stop, voice.over, refused=refused), us)
 
     def _read(self, file: str) -> tuple[Audio, int]:

@@ -275,7 +275,7 @@ class TrackerActuator(SimActuator, device="Tracker"):
             self.fail(command, text)
             return
         if self._moves_nothing:
-            text = N_("{name} moves nothing: in the mode Move it needs an Effector, for example Nearest arm.",
+            text = N_("{name} does not move: in the mode Move it needs an Effector, for example Nearest arm.",
                       name=self.spec.name)  # fmt: skip
             self.fail(command, text)
             return

@@ -56,7 +56,7 @@ def everything(run: str) -> Response:
                 whole.write(target, f"{run}/trace.csv")
             except SheetsError:  # a record that cannot be read is taken along as it is
                 language = services().runs.metadata([run])[0].language
-                why = translate(N_("{file} is no whole record of a run.", file=TRACE), language)
+                why = translate(N_("{file} is not a complete recording of a run.", file=TRACE), language)
                 whole.writestr(f"{run}/trace-could-not-be-read.txt", f"{why}\n")
     packed.seek(0)
     return send_file(packed, mimetype="application/zip", as_attachment=True, download_name=f"{run}.zip")

@@ -173,7 +173,7 @@ def _stays(participant: str, answer: Mapping[str, Any], below: list[Mapping[str,
     stays += [N_("The runs of “{code}”, which is spelled nearly the same.", code=code) for code in similar]
     if answer["unreadable_runs"]:
         runs = listed([printable(str(n)) for n in answer["unreadable_runs"][:12]])
-        stays.append(N_("Runs whose record cannot be read, so that nobody knows whose they are: {runs}", runs=runs))
+        stays.append(N_("Runs with unreadable recordings, so their participants are unknown: {runs}", runs=runs))
     places = answer["code_still_in"]
     stays += [N_("“{code}” in {place}", code=participant, place=place) for place in places[:_MOST_NAMED]]
     left = len(places) - _MOST_NAMED

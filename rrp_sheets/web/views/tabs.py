@@ -109,7 +109,7 @@ def _move(session: WorkbookSession, author: str, given: Asked, document: Documen
     group = list(document.grids) if sheet in document.grids else list(document.own)
     to = group.index(sheet) + by if sheet in group else -1
     if not 0 <= to < len(group):
-        raise Refused(N_("It stands at the end already." if sheet in group else "This sheet no longer exists."))
+        raise Refused(N_("It is already at the end." if sheet in group else "This sheet no longer exists."))
     names = list(document.reading.workbook.sheets)
     after = names[names.index(group[to]) + 1 :][:1] if by > 0 else [group[to]]
     return document.sheets.move(author, sheet, after[0] if after else "")

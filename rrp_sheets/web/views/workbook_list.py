@@ -203,7 +203,7 @@ def _copy(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
     target = _numbered(source)
     if not source.is_file():  # of a pipe the end would be waited for
-        message = N_("“{name}” is no file any more.", name=source.name)
+        message = N_("“{name}” is not a file any more.", name=source.name)
         raise SheetsError(message, N_("Put the workbook there again."))
     write_atomically(target, source.read_bytes(), replace=False)
     return N_("Created {name}.", name=target.name), target.name

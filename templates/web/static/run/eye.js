@@ -11,7 +11,7 @@ const LOOK = 250; // ms
 const OLD = 2000; // ms: a picture that is older says so
 const WIDE = 640; // of the overlay, in its own units
 const LABEL = 28;
-const EMPTY = t("The robot’s eye opens when it runs");
+const EMPTY = t("The camera picture appears during a run");
 const TITLE = t("Robot’s eye");
 const oldBy = (n) => t("old by {n} s", { n });
 const sees = (things) => t("What the robot’s camera sees: {things}", { things: things || t("nothing that its sensors look for") });
