@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 63_650,
+    "lines of Python": 64_400,
     "modules": 300,
     "docstrings that begin as a question": 0,
     "lines of README": 130,

@@ -16,9 +16,13 @@ from babel.messages.pofile import read_po, write_po
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph.device_table import COLOURS
+from rrp_sheets.help.functions import words
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
+from rrp_sheets.scene.scene_words import KINDS
 from rrp_sheets.texts import LANGUAGES
 
 ROOT = Path(__file__).parents[1]
@@ -44,8 +48,14 @@ def extract() -> Catalog:
     for name, text in texts("en").entries.items():
         if text:
             found.add(text, context=name)
+    for text, context in _help_texts():
+        found.add(text, context=context)
     for connector in dict.fromkeys(connectors()):
-        for message in (connector.legend_message(), *map(connector.sentence_for, ("", *connector.variants))):
+        for message in (
+            connector.help_message(),
+            connector.legend_message(),
+            *map(connector.sentence_for, ("", *connector.variants)),
+        ):
             found.add(message.template, context=message.context)
     for name in robot_names():
         for text, context in _robot_texts(load_robot(name)):
@@ -61,16 +71,28 @@ def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
         for field in device.payload.fields if device.payload else ():
             yield field.name.replace("_", " "), f"{device.name}.{field.name}"
             yield field.help, f"{device.name}.{field.name}"
+        yield device.example.partition("\n")[0].lstrip("# "), "example"
         for setting in device.settings.values():
             yield setting.name, "setting"
+            yield setting.help, "setting's help"
             yield from ((choice, "value") for choice in setting.choices)
             yield setting.unit if " " in setting.unit else "", "value"  # the others are symbols
     yield from ((resource, None) for device in robot.devices.values() for resource in device.resources)
     yield from ((word, "value") for word in (*robot.touch_zones, *robot.languages.values(), *COLOURS, "TRUE", "FALSE"))
+    yield from ((gesture.help, "gesture") for gesture in robot.motions.values())
     yield from ((name, "posture") for name in (*robot.postures, *robot.gestures))
 
 
-TEMPLATES = ("templates/web/*.html", "templates/compare/*.html")
+def _help_texts() -> Iterator[tuple[str, str]]:
+    for function in dict.fromkeys(library()):
+        yield from ((message.template, message.context) for message in words(function))
+    yield from ((field.help, "done") for field in DONE.fields)
+    for kind in KINDS.values():
+        yield from ((text, "scene") for text in (kind.title, kind.help) if text)
+        yield from ((line, "scene") for verb in kind.verbs for _, line in verb.examples if line)
+
+
+TEMPLATES = ("templates/web/*.html", "templates/help/*.html", "templates/compare/*.html")
 SCRIPTS = ("templates/web/static/**/*.js",)
 _IN_TEMPLATES = {"_": None, "pgettext": ((1, "c"), 2), "ngettext": (1, 2)}
 _IN_SCRIPTS = {"t": 1, "tn": 2}  # to the number of the texts that they take

@@ -2,22 +2,36 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.texts import LANGUAGES, N_, translate
 
 
 @click.command(name="help")
 @click.argument("topic", nargs=-1)
-def help_command(topic: tuple[str, ...]) -> None:
+@click.option("--language", type=click.Choice(list(LANGUAGES)), default="en", help="of the texts  [default: en]")
+@click.option(
+    "--html", "folder", type=click.Path(path_type=Path), metavar="DIR",
+    help="write all help, in every language, as pages into the folder DIR",
+)  # fmt: skip
+def help_command(topic: tuple[str, ...], language: str, folder: Path | None) -> None:
     """Explain TOPIC: connectors, formulas, functions, devices, scene, tests, codes, or a name.
 
     A name is that of a connector (sample), a function (CLAMP), a device (Red ball), a done stream (Say done), a finding
     of a check (FORM003), a command (replay), or helpers, Priority, total, Protocol, Engine, keys. Without TOPIC there
     is an overview.
+
+    The pages of --html need no server and no program: a laboratory can publish them.
     """
+    from rrp_sheets.help.as_text import as_text
     from rrp_sheets.help.topics import text_on
 
+    if folder is not None:
+        _write(folder, topic, language)
+        return
     name = " ".join(topic)
     here = click.get_current_context()
     above = here.parent or here
@@ -25,11 +39,22 @@ def help_command(topic: tuple[str, ...]) -> None:
     command = commands.get_command(above, name)
     context = None if command is None else click.Context(command, info_name=name, parent=above)
     try:
-        told = "\n\n".join(text_on(name, commands.list_commands(above)))
+        told = as_text(text_on(name, commands.list_commands(above), language), language)
         if context is not None and name != "help":
-            told += f"\n\nThere is a command {name} too: rrp-sheets {name} --help"
+            also = N_("There is a command {name} too: rrp-sheets {name} --help", name=name)
+            told += f"\n\n{translate(also, language)}"
     except SheetsError:
         if context is None:
             raise
         told = context.get_help()
     click.echo(told)
+
+
+def _write(folder: Path, topic: tuple[str, ...], language: str) -> None:
+    from rrp_sheets.help.publishing import write_site
+
+    if topic:
+        raise click.UsageError("--html writes all topics: leave TOPIC out.")
+    count = write_site(folder)
+    first = folder / language / "index.html"
+    click.echo(translate(N_("{n} pages are written. Open {path}", n=count, path=first), language))
