@@ -41,10 +41,8 @@ def extract() -> Catalog:
     for path in sorted((ROOT / "rrp_sheets").rglob("*.py")):
         for text in _marked(path):
             found.add(text)
-    for code in CODES.values():
-        for part in ("title", "message", "remedy"):
-            if getattr(code, part) != "{remedy}":  # which the finding brings
-                found.add(getattr(code, part), context=f"{code.id}.{part}")
+    for text, context in _code_texts():
+        found.add(text, context=context)
     for name, text in texts("en").entries.items():
         if text:
             found.add(text, context=name)
@@ -81,6 +79,13 @@ def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
     yield from ((word, "value") for word in (*robot.touch_zones, *robot.languages.values(), *COLOURS, "TRUE", "FALSE"))
     yield from ((gesture.help, "gesture") for gesture in robot.motions.values())
     yield from ((name, "posture") for name in (*robot.postures, *robot.gestures))
+
+
+def _code_texts() -> Iterator[tuple[str, str]]:
+    for code in CODES.values():
+        for part in ("title", "message", "remedy"):
+            if getattr(code, part) != "{remedy}":  # which the finding brings
+                yield getattr(code, part), f"{code.id}.{part}"
 
 
 def _help_texts() -> Iterator[tuple[str, str]]:

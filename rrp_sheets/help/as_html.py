@@ -113,7 +113,7 @@ def _marbles(block: Block, language: str) -> Markup | str:
 
 def diagrams(block: Block, language: str) -> Iterator[Markup]:
     """Yield the diagrams of the behaviours of an example; none where they cannot be drawn."""
-    for number, svg in enumerate(_drawn(block.source, language) if block.source else (), 1):
+    for number, svg in enumerate(_drawn(block.source, language) if block.drawn else (), 1):
         yield Markup(svg.replace("b1-", f"{block.anchor}-{number}-"))
 
 

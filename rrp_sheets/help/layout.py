@@ -14,6 +14,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rrp_sheets.diagnostics.catalogue import completed
 from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ class Block:
         parts: of a titled block; of an example its sheets.
         anchor: by which a page has a link to the block; of an example by which it is opened as a workbook.
         headed: whether the first row of columns has their titles.
-        source: of an example that is drawn, its Markdown.
+        source: of an example, its Markdown.
+        drawn: whether an example has a diagram, and a file in published pages.
     """
 
     kind: str
@@ -46,6 +48,7 @@ class Block:
     anchor: str = ""
     headed: bool = False
     source: str = ""
+    drawn: bool = False
 
 
 def heading(text: str, anchor: str = "") -> Block:
@@ -98,7 +101,7 @@ def workbook(about: str, markdown: str, *, drawn: bool = True) -> Block:
         texts = {at: cell.text for at, cell in cells.items()}
         rows = tuple(tuple(texts.get((r, c), "") for c in range(1, right + 1)) for r in range(1, bottom + 1))
         sheets.append(Block("sheet", name, rows))
-    return Block("example", about, parts=tuple(sheets), anchor=slug(about), source=source if drawn else "")
+    return Block("example", about, parts=tuple(sheets), anchor=slug(about), source=source, drawn=drawn)
 
 
 def slug(text: str) -> str:
@@ -108,6 +111,11 @@ def slug(text: str) -> str:
     ('Red-ball-sensor', 'CLAMP-value-low-high', 'Where-and-how')
     """
     return re.sub(r"\W+", "-", str(text)).strip("-")
+
+
+def rows_to_open(example: Block) -> dict[str, Rows]:
+    """Return the sheets of an example as a workbook that can be opened: one without a behaviour gets one."""
+    return {sheet.head: sheet.rows for sheet in workbook("", completed(example.source)).parts}
 
 
 def mapped(block: Block, change: Callable[[str], str]) -> Block:
@@ -140,15 +148,15 @@ def from_file(name: str, language: str, **made: str) -> Iterator[Block]:
     for place, told in made.items():
         text = text.replace(f"{{{place}}}", told)
     given = iter(anchors(name))
-    for block in from_markdown(text):
+    for block in from_markdown(text, name):
         yield replace(block, anchor=next(given, block.anchor)) if block.kind == "heading" else block
 
 
-def from_markdown(text: str) -> Iterator[Block]:
+def from_markdown(text: str, name: str = "") -> Iterator[Block]:
     """Yield the blocks of a topic's text: `# ` headings, `* term | meaning` lists, tables, code, examples, paragraphs.
 
-    An example is a workbook: `### ` headings, each with a table below. A list of which an entry has more than one `|`
-    is a table.
+    An example is a workbook: `### ` headings, each with a table below; `name` is what it is about. A list of which an
+    entry has more than one `|` is a table.
     """
     found = re.split(r"\n{2,}", text.strip("\n"))
     while found:
@@ -158,7 +166,7 @@ def from_markdown(text: str) -> Iterator[Block]:
             sheets = [block]
             while found and found[0].startswith(("### ", "|")):
                 sheets.append(found.pop(0))
-            yield workbook(block[4:].partition("\n")[0], "\n\n".join(sheets))
+            yield workbook(name, "\n\n".join(sheets))
         elif block.startswith("# "):
             yield heading(block[2:])
         elif block.startswith("* "):

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.help.as_html import render
-from rrp_sheets.help.layout import Block
-from rrp_sheets.help.site import SEARCH, files, framed, other_language, page, search_index
+from rrp_sheets.help.layout import rows_to_open
+from rrp_sheets.help.site import files, framed, other_language, page, search_index
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import LANGUAGES, N_
 from rrp_sheets.workbook.maker import workbook_bytes
@@ -76,11 +76,7 @@ def _files() -> list[tuple[str, bytes]]:
             shown = framed("site.html", file, language, opens="../examples", level=1, other=there, styles=STYLES)
             found.append((f"{language}/{file}", shown.encode()))
         found.append((f"{language}/search-index.js", search_index(language).encode()))
-    examples = {example.anchor: example for file in files() if file != SEARCH for example in page(file, "en").examples}
-    found += [(f"examples/{anchor}.xlsx", _book(example)) for anchor, example in examples.items()]
+    examples = [example for file in files() for example in page(file, "en").examples if example.drawn]
+    found += [(f"examples/{example.anchor}.xlsx", workbook_bytes(rows_to_open(example))) for example in examples]
     static = bundled("templates", "web", "static")
     return [*found, *((f"assets/{name}", (static / source).read_bytes()) for source, name in _ASSETS.items())]
-
-
-def _book(example: Block) -> bytes:
-    return workbook_bytes({sheet.head: sheet.rows for sheet in example.parts})

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from rrp_sheets.help.layout import FOR_EXAMPLE, Block, columns, entries, from_file, heading, paragraph, slug, titled
+from rrp_sheets.help.layout import (
+    FOR_EXAMPLE,
+    Block,
+    columns,
+    entries,
+    from_file,
+    heading,
+    paragraph,
+    slug,
+    titled,
+    workbook,
+)
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_sheet import MOST_THINGS, WAITING_US
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
@@ -49,9 +60,9 @@ def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
 def scene(language: str = "en") -> Iterator[Block]:
     """Yield the help on the Scene sheet: the page `scene.md` with its times, things, verbs and values."""
     robot = load_robot()
-    sheet = Block("sheet", "Scene", tuple(map(tuple, EXAMPLE)))
+    table = "\n".join(f"| {' | '.join(row)} |" for row in [EXAMPLE[0], ["---"] * len(EXAMPLE[0]), *EXAMPLE[1:]])
     made: dict[str, list[Block]] = {
-        "{example}": [titled(FOR_EXAMPLE, Block("example", "Scene", parts=(sheet,), anchor="Scene"))],
+        "{example}": [titled(FOR_EXAMPLE, workbook("Scene", f"## Scene\n{table}\n", drawn=False))],
         "{times}": [entries(TIMES)],
         "{kinds}": [block for kind in KINDS.values() for block in _kind(kind)],
     }

@@ -173,7 +173,8 @@ def body(file: str, language: str, opens: str, level: int) -> Markup:
     for section in page(file, language).sections:
         if section.anchor:
             shown.append(render("heading.html", language, section=section, level=level + 1))
-        shown.append(as_html(section.blocks, language, place_of, level=level + 1, opens=opens, page=file))
+        below = level + 1 if section.anchor else level
+        shown.append(as_html(section.blocks, language, place_of, level=below, opens=opens, page=file))
     return Markup("").join(shown)
 
 

@@ -14,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.help import site
 from rrp_sheets.help.as_html import as_html
 from rrp_sheets.help.functions import one_helper
-from rrp_sheets.help.layout import Block
+from rrp_sheets.help.layout import Block, rows_to_open
 from rrp_sheets.help.topics import HelpEntry, all_names, near, search, text_on
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.texts import LANGUAGES, N_
@@ -110,7 +110,7 @@ def open_example() -> Response | str:
     try:
         as_proposed = name == found.head
         path = numbered_path(repository.folder / f"{name}.xlsx") if as_proposed else new_path(repository, name)
-        make_workbook({sheet.head: sheet.rows for sheet in found.parts}, path, replace=False)
+        make_workbook(rows_to_open(found), path, replace=False)
     except SheetsError as error:
         return render_template("notice.html", text=error_text(error))
     answer = Response("")
