@@ -17,12 +17,13 @@ from rrp_sheets import api
 from rrp_sheets.cli.help import help_command
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics.catalogue import load_page
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help import layout, publishing, site
 from rrp_sheets.help.topics import TITLES, all_names
 from rrp_sheets.robots import load_robot
-from rrp_sheets.texts import LANGUAGES
+from rrp_sheets.texts import LANGUAGES, translate
 
 FILES = sorted(path.stem for path in layout.FILES.glob("*.md"))
 OTHERS = [language for language in LANGUAGES if language != "en"]
@@ -83,6 +84,17 @@ def test_a_topic_without_a_translation_is_english(monkeypatch: pytest.MonkeyPatc
     (tmp_path / "only.md").write_text("# One\n\nA text.\n", encoding="utf-8")
     monkeypatch.setattr(layout, "FILES", tmp_path)
     assert [block.head for block in layout.from_file("only", "ja")] == ["One", "A text."]
+
+
+@pytest.mark.parametrize("language", OTHERS)
+def test_texts_of_codes_have_the_same_commands_in_every_language(language: str) -> None:
+    wrong = {}
+    for code in CODES:
+        page = load_page(code)
+        for text in (page.text(part) for part in ("means", "why", "mend", "untabled") if getattr(page, part)):
+            if Counter(_COMMAND.findall(text)) != Counter(_COMMAND.findall(translate(text, language))):
+                wrong[text.context] = _COMMAND.findall(text)
+    assert wrong == {}
 
 
 def test_headings_have_the_same_anchors_in_every_language() -> None:

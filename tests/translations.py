@@ -16,6 +16,7 @@ from babel.messages.pofile import read_po, write_po
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics.catalogue import load_page
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.help.functions import words
@@ -86,6 +87,10 @@ def _code_texts() -> Iterator[tuple[str, str]]:
         for part in ("title", "message", "remedy"):
             if getattr(code, part) != "{remedy}":  # which the finding brings
                 yield getattr(code, part), f"{code.id}.{part}"
+        page = load_page(code.id)
+        for part in ("means", "why", "mend", "untabled"):
+            if text := getattr(page, part):
+                yield text, f"{code.id}.{part}"
 
 
 def _help_texts() -> Iterator[tuple[str, str]]:
