@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -22,6 +23,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_, translate
 
 _SECONDS = 5.0  # in which a diagram is laid out
+_AT_ONCE = 4  # processes that lay out
 _ASKS = re.compile(r'^rrp-sheets help "?([^"]+?)"?$')
 _CODE = re.compile(r"`([^`]+)`")
 _PICTURED = N_("As marbles: time goes to the right")  # its text in a terminal has places instead
@@ -50,11 +52,12 @@ def as_html(
         level: of headings; titles within a topic are one below.
         opens: `server` for examples that are opened as workbooks of the server, the address of a folder with their
             files, or an empty text.
-        page: the file of the page, by which its examples are opened.
+        page: the file of the page that the blocks are on.
     """
     return render(
-        "blocks.html", language, blocks=blocks, link=link, level=level, opens=opens, page=page, ids=page == "codes.html"
-    )
+        "blocks.html", language, blocks=blocks, link=link, level=level, opens=opens, page=page,
+        ids=page == "codes.html", linked=page != "glossary.html",  # the word behaviour is no device
+    )  # fmt: skip
 
 
 def render(template: str, language: str, **shown: object) -> Markup:
@@ -109,6 +112,12 @@ def term(text: str, language: str) -> list[HelpText]:
 def _marbles(block: Block, language: str) -> Markup | str:
     connector = connectors().get(block.head)
     return draw_example(example_score(connector), language) if connector is not None else ""
+
+
+def draw(examples: Iterable[Block], language: str) -> None:
+    """Draw the diagrams of examples ahead, several at once."""
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        list(pool.map(lambda block: _drawn(block.source, language), [b for b in examples if b.drawn]))
 
 
 def diagrams(block: Block, language: str) -> Iterator[Markup]:

@@ -64,9 +64,10 @@ def one_device(found: FoundDevice) -> Iterator[Block]:
         field = f"{argument_name(name)}.{device.payload.fields[0].name}"
         yield paragraph(N_("It gives a record. In a formula, {field} is one of its fields. The fields:", field=field))
         about = f"{device.name}."
-        yield columns([
+        fields = [
             (f.name, f.unit, literal_text(f.example), N_(f.help, msgctxt=about + f.name)) for f in device.payload.fields
-        ])  # fmt: skip
+        ]
+        yield columns([(N_("Field"), N_("Unit"), N_("Example"), N_("Meaning")), *fields], headed=True)
     elif device.kind == "sensor" and device.unit:
         yield paragraph(N_("It gives a number ({unit}).", unit=device.unit))
     if device.takes:
@@ -118,8 +119,8 @@ def done_stream(found: FoundDevice) -> Iterator[Block]:
             name=found.name,
         )
     )
-    fields = columns([(f.name, f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields])
-    yield titled(N_("Its fields"), fields)
+    fields = [(f.name, f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
+    yield titled(N_("Its fields"), columns([(N_("Field"), N_("Unit"), N_("Meaning")), *fields], headed=True))
     about = N_("say hello, wait for two seconds, then turn the eyes red")
     yield titled(N_("For example: {about}", about=about), workbook("Say done", DONE_EXAMPLE))
 

@@ -17,7 +17,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph.device_table import done_of
-from rrp_sheets.help.as_html import as_html, render
+from rrp_sheets.help.as_html import as_html, draw, render
 from rrp_sheets.help.codes import one_code
 from rrp_sheets.help.connectors import one_connector
 from rrp_sheets.help.devices import done_stream, names_of, one_device
@@ -170,6 +170,7 @@ def _section(blocks: Sequence[Block], language: str, others: Sequence[str] = ())
 def body(file: str, language: str, opens: str, level: int) -> Markup:
     """Return the HTML of a page's sections; see `as_html` for `opens` and `level`."""
     shown = []
+    draw(page(file, language).examples, language)
     for section in page(file, language).sections:
         if section.anchor:
             shown.append(render("heading.html", language, section=section, level=level + 1))

@@ -72,11 +72,11 @@ def on() -> AnyResponse | str:
     if query and not asked:
         asked = [found[0].name] if len(found) == 1 else []
     book = request.args.get("book", "")
-    texts = (_helper(book, t) if t.startswith(_HELPER) else _topic(t, language) for t in dict.fromkeys(asked))
-    topics = [blocks for blocks in texts if blocks]
+    texts = [(t, _helper(book, t) if t.startswith(_HELPER) else _topic(t, language)) for t in dict.fromkeys(asked)]
+    topics = [(t, blocks) for t, blocks in texts if blocks]
     if not topics and not query:
-        topics = [_topic("", language)]
-    shown = tuple(as_html(blocks, language, _address) for blocks in topics)
+        topics = [("", _topic("", language))]
+    shown = tuple(as_html(blocks, language, _address, page=_file(t)) for t, blocks in topics)
     names = tuple(n.name for n in all_names())
     return show(HelpPiece(shown, query, found, tries, names, site.navigation()))
 
@@ -123,6 +123,10 @@ def _is_navigation() -> bool:
     headers = request.headers
     wanted = headers.get("Sec-Fetch-Dest")
     return wanted == "document" if wanted else headers.get("Accept", "").startswith("text/html")
+
+
+def _file(name: str) -> str:
+    return site.place_of(name).partition("#")[0]
 
 
 def _address(name: str) -> str:
