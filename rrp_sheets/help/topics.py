@@ -221,8 +221,13 @@ def search(text: str, language: str = "en", most: int = 20) -> list[HelpEntry]:
             return 0 if k == wanted else 1 if k.startswith(wanted) else 2
         return 3 if all(word in whole for word in words) else 4
 
-    found = sorted(all_names(), key=rank)
-    return [n for n in found if rank(n) < 4][:most]
+    found: dict[str, HelpEntry] = {}
+    for name in sorted((n for n in all_names() if rank(n) < 4), key=rank):
+        found.setdefault(name.name if rank(name) < 3 else name.line, name)  # the joints of a robot have one line
+    return list(found.values())[:most]
+
+
+_TELLING = re.compile("[一-龯々]+|[ァ-ヴー]+|[^\\W一-龯々ァ-ヴーぁ-ん]{3,}")  # Japanese has no blanks between words
 
 
 def near(text: str, language: str = "en", most: int = 8) -> list[HelpEntry]:
@@ -230,15 +235,17 @@ def near(text: str, language: str = "en", most: int = 8) -> list[HelpEntry]:
 
     >>> near("How do I make the robot sleep or speak a text?")[0].name in {n.name for n in all_names()}
     True
-    >>> near("how do I xyzzy")
-    []
+    >>> near("how do I xyzzy"), near("ロボットの手をどうやって上げますか", "ja") != []
+    ([], True)
     """
-    words = [w for w in re.findall(r"\w{3,}", text.casefold()) if w not in SMALL_WORDS]
+    words = [w for w in _TELLING.findall(text.casefold()) if w not in SMALL_WORDS]
     roots = list(dict.fromkeys(w.removesuffix("ing").removesuffix("s") for w in words))
 
     def hits(text: str) -> int:
         inside = re.findall(r"\w+", text.casefold())
-        return sum(any(word.startswith(root) for word in inside) for root in roots)
+        return sum(
+            any(word.startswith(root) or (not root.isascii() and root in word) for word in inside) for root in roots
+        )
 
     entries = (n for n in all_names() if n.what not in ("error", "warning", "info"))
     found = [(-hits(f"{n.name} {n.line} {translate(n.line, language)}") - hits(n.name), n) for n in entries]

@@ -26,7 +26,8 @@
     const ranked = (wanted) => sections.map((section) => [rank(section, wanted), section]).filter(([r]) => r < wanted.length * 10).sort(([a], [b]) => a - b);
     const full = ranked(words).filter(([r]) => r < 10);
     if (full.length || !words.length) return { words, found: full.map(([, section]) => section), whole: true };
-    const telling = words.filter((word) => word.length > 2 && !SMALL.has(word)).map((word) => word.replace(/(ing|s)$/, ""));
+    const pieces = words.flatMap((word) => word.match(/[a-z0-9]+|\p{Script=Han}+|[\p{Script=Katakana}ー]+/gu) ?? [word]); // Japanese has no blanks
+    const telling = pieces.filter((word) => (word.length > 2 || !/[a-z0-9]/.test(word)) && !SMALL.has(word)).map((word) => word.replace(/(ing|s)$/, ""));
     return { words: telling, found: ranked(telling).map(([, section]) => section), whole: false };
   }
 
