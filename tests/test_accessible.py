@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from chromium import LOOKS, axe, let_in, serving, violations_by_look
 
+from rrp_sheets.help.publishing import write_site
 from rrp_sheets.resources import bundled
 from rrp_sheets.texts import LANGUAGES
 from rrp_sheets.web.password import Password
@@ -272,7 +273,10 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "no versions": at("/book/empty.xlsx/versions"), "versions": versions, "no runs": at("/runs?book=empty.xlsx"),
     "empty sheet": nothing_yet, "tutorial": tutorial, "long sheet": too_long, "menu of the page": menu_of_the_page,
     "compare": at("/compare?first=book/all.xlsx&second=book/wrong.xlsx", ".changed-rows svg"),
-    "print": at("/book/all.xlsx/print", ".protocol"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
+    "print": at("/book/all.xlsx/print", ".protocol"), "nothing there": at("/book/none.xlsx"),
+    "help": at("/help?topic=scene", "main.docs-main"), "help, devices": at("/help/devices.html", ".diagram svg"),
+    "help, a code": at("/help/FORM007.html?lang=ja", ".help-grid"), "help, connectors": at("/help/connectors.html?lang=ja", ".marble-picture"),
+    "help, searched": at("/help/search.html?q=hand", ".docs-hits li"),
     "refused": refused,
 }  # fmt: skip
 
@@ -328,6 +332,16 @@ def test_no_screen_has_a_violation(tour: Tour, language: str, screen: str) -> No
     expect(tour.page.locator("html")).to_have_attribute("lang", "en" if screen == "refused" else language)
     assert tour.violations(looks_of(screen), UNCHANGED.get(screen, ())) == {}
     tour.page.unroute_all()
+
+
+@pytest.mark.slow
+def test_no_published_help_page_has_a_violation(tour: Tour, tmp_path: Path) -> None:
+    write_site(tmp_path / "help")
+    page = tour.page.context.browser.new_page(reduced_motion="reduce")
+    for place in ("index.html", "en/index.html", "ja/formulas.html", "ja/search.html?q=赤"):
+        page.goto(f"{(tmp_path / 'help').as_uri()}/{place}")
+        assert violations_by_look(page, LOOKS) == {}, place
+    page.close()
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ import pytest
 from rrp_sheets import api
 from rrp_sheets.checks import Checked
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.help.as_text import as_text
 from rrp_sheets.help.topics import text_on
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
@@ -48,7 +49,7 @@ def test_it_is_in_order_uses_the_device_and_its_test_holds(name: str, checked: C
 def test_its_help_shows_it_whole(name: str, checked: Callable[[str], Checked]) -> None:
     title = ROBOT.devices[key(name)].example.partition("\n")[0].removeprefix("# ")
     assert len(title) > 10
-    text = "\n\n".join(text_on(name))
+    text = as_text(text_on(name))
     assert f"For example: {title}" in " ".join(text.split())
     shown = text.partition("For example: ")[2]
     assert "…" not in shown and "Expect" not in shown

@@ -7,6 +7,7 @@ from chromium import becomes, eventually
 from grid_books import HEADER, Books
 from playwright.sync_api import expect
 
+from rrp_sheets.help.as_text import as_text
 from rrp_sheets.help.topics import text_on
 
 SHEETS = {
@@ -45,7 +46,8 @@ def test_f1_explains_what_stands_in_the_cell_or_is_typed_and_gives_the_focus_bac
     grid.press("F1")
     expect(panel.locator("h3").first).to_have_text("ABS(value)")
     expect(editor).to_have_value('"a" & ABS(')
-    panel.locator("a:text-is('functions')").first.click()  # which is another piece of help
+    panel.locator(".help-ways summary").click()
+    panel.locator("a:text-is('Functions')").first.click()  # which is another piece of help
     expect(panel.locator("h3").first).not_to_have_text("ABS(value)")
     expect(editor).to_have_value('"a" & ABS(')
     grid.press("Escape")
@@ -166,12 +168,12 @@ def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_o
     grid.press("F1")
     panel = grid.page.locator("#help .help-topic")
     panel.locator("svg.marble-picture").wait_for()
-    for block in list(text_on("sample"))[1:3]:
-        for word in block.split():
-            expect(panel).to_contain_text(word)
+    for word in as_text(list(text_on("sample"))[1:3]).split():
+        expect(panel).to_contain_text(word)
     eventually(lambda: grid.page.locator("#help svg .is-out .marble").count() >= 2)
     assert grid.faults() == []
-    grid.page.click("#help .help-ways a:text-is('functions')")
+    grid.page.click("#help .help-ways summary")
+    grid.page.click("#help .help-ways a:text-is('Functions')")
     grid.page.click("#help a:text-is('CLAMP(value; low; high)')")
     grid.page.wait_for_selector("#help h3:has-text('CLAMP')")
     assert grid.page.url.endswith("/sheet/T")  # no other page

@@ -20,12 +20,13 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas import FormulaProblem, compile_formula, make_scope
 from rrp_sheets.formulas.evaluator import GuardedInterpreter
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.help.as_text import as_text
 from rrp_sheets.help.connectors import IN_USE, marbles, one_connector, workbook
 from rrp_sheets.help.devices import DONE_EXAMPLE
 from rrp_sheets.help.functions import examples, literal_text
 from rrp_sheets.help.layout import checked
 from rrp_sheets.help.scene_page import EXAMPLE, TIMES
-from rrp_sheets.help.topics import EXAMPLES, TOPICS
+from rrp_sheets.help.topics import EXAMPLES, TOPICS, text_on
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
 from rrp_sheets.robots import load_robot
@@ -151,7 +152,7 @@ def test_every_function_has_examples_and_they_are_right():
 def table(name: str, heading: str) -> list[list[str]]:
     """The rows of the list below a heading of a topic's file."""
     text = (FILES / f"{name}.md").read_text(encoding="utf-8").partition(f"# {heading}\n")[2].partition("\n# ")[0]
-    return [re.split(r" +\| +", line[2:]) for line in text.split("\n") if line.startswith("* ")]
+    return [re.split(r" +\| +", line[2:].removesuffix(" |")) for line in text.split("\n") if re.match(r"\* |\| ", line)]
 
 
 @pytest.mark.slow
@@ -169,16 +170,8 @@ def test_what_the_page_says_is_refused_is_refused(line):
 
 
 def test_the_example_of_a_test_sheet_holds(tmp_path):
-    text = (FILES / "tests.md").read_text(encoding="utf-8")
-    grid = [line[7:] for line in text.split("\n") if re.match(r"    +\d  ", line)]
-    starts = [grid[0].index(header) for header in ("Time", "Stream", "Send", "Expect")]
-    cells = [[line[a:b].strip() for a, b in zip(starts, [*starts[1:], None], strict=True)] for line in grid]
-    sheet = "\n".join(f"| {' | '.join(line)} |" for line in [cells[0], ["---"] * 4, *cells[1:]])
-    book = rows(
-        "| Red ball | filter | redBall.distance < 1 | Close ball |\n| Close ball | subscribe | | Head tracker |",
-        f"\n## Near and far\n{sheet}\n",
-    )
-    (tmp_path / "book.md").write_text(book, encoding="utf-8")
+    (found,) = [block for block in text_on("tests") if block.kind == "example"]
+    (tmp_path / "book.md").write_text(found.source, encoding="utf-8")
     seen, report = api.test(tmp_path / "book.md")
     assert seen.report.flatten(["code", "cell"]) == [] and report is not None and report.passed
 
@@ -264,7 +257,7 @@ def test_a_time_of_a_setting_says_its_unit():
 @pytest.mark.parametrize("name", CONNECTORS)
 def test_the_example_of_a_connector_is_a_workbook_in_order(name):
     assert not checked(workbook(CONNECTORS[name])).report.errors
-    assert any("As marbles" in block for block in one_connector(CONNECTORS[name]))
+    assert "As marbles" in as_text(one_connector(CONNECTORS[name]))
 
 
 @pytest.mark.parametrize(
@@ -272,7 +265,7 @@ def test_the_example_of_a_connector_is_a_workbook_in_order(name):
 )
 def test_a_connector_of_somebody_else_may_have_an_odd_example(example):
     odd = replace(CONNECTORS["sample"], name="sample", example=example)
-    assert "sample (connector)" in next(iter(one_connector(odd)))
+    assert "sample (connector)" in as_text(one_connector(odd))
     assert len(list(one_connector(odd))) >= 3
 
 

@@ -20,7 +20,11 @@ from rrp_sheets.cli.language import language_option, paragraphs
 from rrp_sheets.cli.main import COMMANDS, group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import CODES
+from rrp_sheets.diagnostics.catalogue import load_page
+from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph.device_table import COLOURS
+from rrp_sheets.help.functions import words
+from rrp_sheets.model.exchange import DONE
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
 from rrp_sheets.scene.scene_words import KINDS
@@ -50,17 +54,21 @@ def extract() -> Catalog:
     for path in sorted((ROOT / "rrp_sheets").rglob("*.py")):
         for text in _marked(path):
             found.add(text)
-    for code in CODES.values():
-        for part in ("title", "message", "remedy"):
-            if getattr(code, part) != "{remedy}":  # which the finding brings
-                found.add(getattr(code, part), context=f"{code.id}.{part}")
-    for text in {*_help_texts(), *_click_texts()}:
+    for text, context in _code_texts():
+        found.add(text, context=context)
+    for text in {*_command_texts(), *_click_texts()}:
         found.add(text)
     for name, text in texts("en").entries.items():
         if text:
             found.add(text, context=name)
+    for text, context in _help_texts():
+        found.add(text, context=context)
     for connector in dict.fromkeys(connectors()):
-        for message in (connector.legend_message(), *map(connector.sentence_for, ("", *connector.variants))):
+        for message in (
+            connector.help_message(),
+            connector.legend_message(),
+            *map(connector.sentence_for, ("", *connector.variants)),
+        ):
             found.add(message.template, context=message.context)
     of_robots = chain.from_iterable(_robot_texts(load_robot(name)) for name in robot_names())
     verbs = [verb for kind in KINDS.values() for verb in kind.verbs]
@@ -70,7 +78,7 @@ def extract() -> Catalog:
     return found
 
 
-def _help_texts() -> Iterator[str]:
+def _command_texts() -> Iterator[str]:
     """Yield the texts of the help of commands and options."""
     yield from (summary for _, summary in COMMANDS.values())
     context = click.Context(group)
@@ -99,16 +107,39 @@ def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
         for field in device.payload.fields if device.payload else ():
             yield field.name.replace("_", " "), f"{device.name}.{field.name}"
             yield field.help, f"{device.name}.{field.name}"
+        yield device.example.partition("\n")[0].lstrip("# "), "example"
         for setting in device.settings.values():
             yield setting.name, "setting"
+            yield setting.help, "setting's help"
             yield from ((choice, "value") for choice in setting.choices)
             yield setting.unit if " " in setting.unit else "", "value"  # the others are symbols
     yield from ((resource, None) for device in robot.devices.values() for resource in device.resources)
     yield from ((word, "value") for word in (*robot.touch_zones, *robot.languages.values(), *COLOURS, "TRUE", "FALSE"))
+    yield from ((gesture.help, "gesture") for gesture in robot.motions.values())
     yield from ((name, "posture") for name in (*robot.postures, *robot.gestures))
 
 
-TEMPLATES = ("templates/web/*.html", "templates/compare/*.html")
+def _code_texts() -> Iterator[tuple[str, str]]:
+    for code in CODES.values():
+        for part in ("title", "message", "remedy"):
+            if getattr(code, part) != "{remedy}":  # which the finding brings
+                yield getattr(code, part), f"{code.id}.{part}"
+        page = load_page(code.id)
+        for part in ("means", "why", "mend", "untabled"):
+            if text := getattr(page, part):
+                yield text, f"{code.id}.{part}"
+
+
+def _help_texts() -> Iterator[tuple[str, str]]:
+    for function in dict.fromkeys(library()):
+        yield from ((message.template, message.context) for message in words(function))
+    yield from ((field.help, "done") for field in DONE.fields)
+    for kind in KINDS.values():
+        yield from ((text, "scene") for text in (kind.title, kind.help) if text)
+        yield from ((line, "scene") for verb in kind.verbs for _, line in verb.examples if line)
+
+
+TEMPLATES = ("templates/web/*.html", "templates/help/*.html", "templates/compare/*.html")
 SCRIPTS = ("templates/web/static/**/*.js",)
 _IN_TEMPLATES = {"_": None, "pgettext": ((1, "c"), 2), "ngettext": (1, 2)}
 _IN_SCRIPTS = {"t": 1, "tn": 2}  # to the number of the texts that they take

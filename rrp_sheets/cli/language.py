@@ -39,6 +39,11 @@ def readers_language() -> str:
     return _readers.get()
 
 
+def spoken() -> str:
+    """Return the code of the language in which this command prints."""
+    return _spoken.get()
+
+
 def translated(text: str) -> str:
     """Return a text of the program in the language of this command."""
     return translate(text, _spoken.get())

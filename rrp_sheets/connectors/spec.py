@@ -101,6 +101,10 @@ class Connector:
             return LazyMessage(self.sentence, msgctxt=f"row.{self.name}")
         return LazyMessage(self.variants[case], msgctxt=f"row.{self.name}_{case}")
 
+    def help_message(self) -> LazyMessage:
+        """Return the help as a message for the catalogues."""
+        return LazyMessage(self.help, msgctxt=f"connector.{self.name}")
+
     def legend_message(self) -> LazyMessage:
         """Return the words of the legend as a message for the catalogues."""
         return LazyMessage(self.legend, msgctxt=f"legend.connector.{self.name}")

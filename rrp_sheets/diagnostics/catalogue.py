@@ -15,14 +15,14 @@ from functools import cache
 from pathlib import Path
 from string import Formatter
 
-from rrp_sheets.texts import LazyMessage
+from rrp_sheets.texts import N_, LazyMessage
 
 PAGES = Path(__file__).parent / "pages"
 TOPICS = {
-    "FILE": "The file", "SHEET": "What stands in the sheets", "CONN": "Connectors",
-    "GRAPH": "Streams, and how rows are connected", "FORM": "Formulas and helpers", "DEV": "Devices",
-    "SCENE": "The scene", "GEST": "Gestures", "TEST": "Tests", "LINT": "What is probably not meant",
-    "PROT": "The Protocol sheet",
+    "FILE": N_("The file"), "SHEET": N_("What stands in the sheets"), "CONN": N_("Connectors"),
+    "GRAPH": N_("Streams, and how rows are connected"), "FORM": N_("Formulas and helpers"), "DEV": N_("Devices"),
+    "SCENE": N_("The scene"), "GEST": N_("Gestures"), "TEST": N_("Tests"), "LINT": N_("What is probably not meant"),
+    "PROT": N_("The Protocol sheet"),
 }  # fmt: skip
 """Subjects of the codes by their beginnings, in the catalogue's order. FORM101 and later are found by evaluating."""
 
@@ -100,6 +100,10 @@ class CodePage:
     wrong: str = ""  # sheets with the fault, as a Markdown workbook; empty when no table can show it
     right: str = ""  # the same sheets, mended
     untabled: str = ""  # where the fault comes from when no table can show it
+
+    def text(self, part: str) -> LazyMessage:
+        """Return its `means`, `why`, `mend` or `untabled` as a message for the catalogues."""
+        return LazyMessage(getattr(self, part), msgctxt=f"{self.code}.{part}")
 
 
 def load_page(code: str) -> CodePage:

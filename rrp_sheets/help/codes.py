@@ -6,34 +6,43 @@ from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
 from rrp_sheets.diagnostics.catalogue import TOPICS, completed, load_page
-from rrp_sheets.help.layout import checked, entries, grids, heading, paragraph, titled
+from rrp_sheets.help.layout import Block, checked, entries, heading, paragraph, remark, titled, workbook
+from rrp_sheets.texts import N_, LazyMessage
+
+_KINDS = {
+    "error": N_("{code} (error): {title}"), "warning": N_("{code} (warning): {title}"),
+    "info": N_("{code} (note): {title}"),
+}  # fmt: skip
+_LISTED = {"error": N_("{title}"), "warning": N_("{title} (warning)"), "info": N_("{title} (note)")}
 
 
-def all_codes() -> Iterator[str]:
-    """Every code with its title, by topic."""
-    yield paragraph("What a check can find. `rrp-sheets help FORM003`, say, explains one and shows an example.")
+def all_codes() -> Iterator[Block]:
+    """Yield every code with its title, by topic."""
+    yield paragraph(N_("What a check can find. For one with an example: `rrp-sheets help FORM003`."))
     for prefix, title in TOPICS.items():
-        yield heading(title)
+        yield heading(title, prefix)
         yield entries((code.id, _titled(code)) for code in CODES.values() if code.id.rstrip("0123456789") == prefix)
 
 
 def _titled(code: Code) -> str:
-    return code.title if code.severity.value == "error" else f"{code.title} ({code.severity.value})"
+    return LazyMessage(_LISTED[code.severity.value], title=code.text("title", {}))
 
 
-def one_code(code: Code) -> Iterator[str]:
-    """The page of a code, with what the check says of its wrong example."""
-    yield heading(f"{code.id} ({code.severity.value}): {code.title}")
+def one_code(code: Code) -> Iterator[Block]:
+    """Yield the page of a code, with what the check says of its wrong example."""
+    title = LazyMessage(_KINDS[code.severity.value], code=code.id, title=code.text("title", {}))
+    yield heading(title, code.id)
     page = load_page(code.id)
-    for title, text in (("What it means", page.means), ("Why it matters", page.why), ("How to fix it", page.mend)):
-        yield titled(title, paragraph(text, 2))
+    yield titled(N_("What it means"), remark(page.text("means")))
+    yield titled(N_("Why it matters"), remark(page.text("why")))
+    yield titled(N_("How to fix it"), remark(page.text("mend")))
     if page.untabled:
-        yield titled("For example", paragraph(page.untabled, 2))
+        yield titled(N_("For example"), remark(page.text("untabled")))
         return
-    yield titled("Wrong", *grids(page.wrong), between="\n\n")
+    yield titled(N_("Wrong"), workbook(f"{code.id} wrong", page.wrong, drawn=False))
     for finding in checked(completed(page.wrong)).report:
         if finding.code == code.id and finding.address is not None:
-            said = paragraph(f"{finding.address}: {finding.message}", 2)
-            yield titled("The check says", said, paragraph(f"→ {finding.remedy}", 4))
+            said = remark(N_("{address}: {message}", address=finding.address, message=finding.message))
+            yield titled(N_("The check says"), said, remark(N_("→ {remedy}", remedy=finding.remedy)))
             break
-    yield titled("Right", *grids(page.right), between="\n\n")
+    yield titled(N_("Right"), workbook(f"{code.id} right", page.right, drawn=False))

@@ -11,87 +11,93 @@ import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import reduce
 
 from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import Connector, Parameter, connectors
 from rrp_sheets.engine.run_events import RunObserver
-from rrp_sheets.help.layout import checked, entries, example, grids, heading, paragraph, titled
+from rrp_sheets.help.layout import FOR_EXAMPLE, Block, checked, entries, example, heading, paragraph, remark, titled
+from rrp_sheets.help.layout import workbook as example_block
 from rrp_sheets.model.exchange import Arrivals, Command, SceneAction, WorldSnapshot, WorldState
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Failure, Record, Value
 from rrp_sheets.render.marble_diagram import Bar, Lane, Marble, MarbleDiagram, make_score, short
+from rrp_sheets.texts import N_, listed, translate
 from rrp_sheets.workbook.schema import BEHAVIOUR
 
 _INPUTS, _CONNECTOR, _FORMULA, _OUTPUT = (column.name for column in BEHAVIOUR.required)
 _CELLS = {
-    Parameter.FORMULA: "a formula, or the name of a helper",
-    Parameter.OPTIONAL_FORMULA: "a formula or the name of a helper; may be blank",
-    Parameter.PERIOD: "a time: 500 ms, 2 s, 1 min; a number alone means milliseconds",
-    Parameter.NONE: "blank",
+    Parameter.FORMULA: N_("a formula, or the name of a helper"),
+    Parameter.OPTIONAL_FORMULA: N_("a formula or the name of a helper; may be blank"),
+    Parameter.PERIOD: N_("a time: 500 ms, 2 s, 1 min; a number alone means milliseconds"),
+    Parameter.NONE: N_("blank"),
 }
-
 IN_USE = {
-    "once": ("To count each visitor once: the formula says what makes a visitor another one", example("once")),
+    "once": (N_("To count each visitor once: the formula says what makes a visitor another one"), example("once")),
 }
 """A workbook that shows what a connector is good for, with its title."""
 
 
-def all_connectors() -> Iterator[str]:
-    """The connectors, the small set first."""
+def all_connectors() -> Iterator[Block]:
+    """Yield the connectors, the small set first."""
     found = {c.name: c for c in connectors()}.values()
     yield paragraph(
-        "What a row does with its input streams. `rrp-sheets help sample`, say, shows one with an example. "
-        "Spelling is free: combineLatest, combine latest and COMBINE_LATEST are the same."
+        N_(
+            "A connector says what a row does with its input streams. For one with an example: `rrp-sheets help "
+            "sample`. You can spell a name in several ways: combineLatest, combine latest and COMBINE_LATEST are the "
+            "same."
+        )
     )
-    yield heading("To begin with")
-    yield entries((c.name, c.help) for c in found if not c.advanced)
-    advanced = [(c.name, c.help) for c in found if c.advanced]
-    if advanced:
-        yield heading("Advanced")
-        yield entries(advanced)
+    for title, group in (
+        (N_("To begin with"), [c for c in found if not c.advanced]),
+        (N_("Advanced"), [c for c in found if c.advanced]),
+    ):
+        if group:
+            yield heading(title)
+            yield entries((c.name, c.help_message()) for c in group)
 
 
-def one_connector(connector: Connector) -> Iterator[str]:
-    """A connector: what it does, what it takes, its sentence and its example."""
-    yield heading(f"{connector.name} (connector{', advanced' if connector.advanced else ''})")
-    yield paragraph(connector.help)
-    facts = [(_INPUTS, _count(connector)), (_FORMULA, _CELLS[connector.parameter])]
-    facts.append((_OUTPUT, "an actuator" if connector.is_sink else "a new name"))
+def one_connector(connector: Connector, language: str = "en") -> Iterator[Block]:
+    """Yield a connector: what it does, what it takes, its sentence and its example."""
+    title = N_("{name} (connector, advanced)" if connector.advanced else "{name} (connector)", name=connector.name)
+    yield heading(title, connector.name)
+    yield paragraph(connector.help_message())
+    facts = [(N_("Inputs"), _count(connector)), (N_("Formula"), _CELLS[connector.parameter])]
+    facts.append((N_("Output"), N_("an actuator") if connector.is_sink else N_("a new name")))
     synonyms = [s for s in connector.synonyms if key(s) != key(connector.name)]
     if synonyms:
-        facts.append(("Also called", ", ".join(synonyms)))
+        facts.append((N_("Also called"), ", ".join(synonyms)))
     yield entries(facts)
     if 1 <= len(parts(connector)[0]) <= len(_NAMES) and not checked(workbook(connector)).report.errors:
-        yield from _example(connector)
+        yield from _example(connector, language)
     if connector.name in IN_USE:
         title, book = IN_USE[connector.name]
-        yield titled(title, *grids(book), between="\n\n")
+        yield titled(title, example_block(f"{connector.name} in use", book))
 
 
-def _example(connector: Connector) -> Iterator[str]:
+def _example(connector: Connector, language: str) -> Iterator[Block]:
     from rrp_sheets.render.sentences import Rows
     from rrp_sheets.render.texts import texts
 
     rows, parameter = parts(connector)
     names = ", ".join(input_names(len(rows)))
     cells = ((_INPUTS, names), (_CONNECTOR, connector.name), (_FORMULA, parameter), (_OUTPUT, output_name(connector)))
-    yield titled("For example", entries(cell for cell in cells if cell[1]))
+    yield titled(FOR_EXAMPLE, entries(cell for cell in cells if cell[1]))
     book = checked(workbook(connector))
     step = next(s for s in reversed(book.graph.behaviours[0].steps) if s.connector.name == connector.name)
-    yield titled("In words", paragraph(Rows(book.graph, book.workbook, texts()).sentence(step), 2))
-    title = f"As marbles: one place is {MARK_US // 1000} ms, time goes to the right"
-    picture = entries(marbles(connector), kind="marbles")
-    picture.head = connector.name  # a page draws it anew
-    yield titled(title, picture)
+    yield titled(N_("In words"), remark(Rows(book.graph, book.workbook, texts(language)).sentence(step)))
+    picture = Block("marbles", connector.name, tuple(marbles(connector)))
+    yield titled(N_("As marbles: one place is {n} ms, time goes to the right", n=MARK_US // 1000), picture)
 
 
 def _count(connector: Connector) -> str:
     least, most = connector.min_inputs, connector.max_inputs
-    words = {1: "one", 2: "two"}.get(least, str(least))
     if most == least:
-        return words
-    return f"{words} or more" if most is None else f"{words} to {most}"
+        return N_("{n} input", n=least) if least == 1 else N_("{n} inputs", n=least)
+    if most is None:
+        return N_("{n} or more", n=least)
+    return N_("{n} to {most}", n=least, most=most)
 
 
 MARK_US = 100_000
@@ -235,8 +241,11 @@ _STEPS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # seconds between the marks of the time
 _LEAST_STEP = 44  # pixels
 
 
-def draw_example(score: MarbleDiagram) -> Markup:
-    """Draw the example of a connector: its inputs, a bar for the connector, the output (the last group), the time."""
+def draw_example(score: MarbleDiagram, language: str = "en") -> Markup:
+    """Draw the example of a connector: its inputs, a bar for the connector, the output (the last group), the time.
+
+    The picture is described in words in a language.
+    """
     *inputs, output = score.groups
     lanes = [group.lane for group in inputs]
     time = _Time(max(score.last_us, 1) / 1e6, (*lanes, output.lane))
@@ -251,7 +260,7 @@ def draw_example(score: MarbleDiagram) -> Markup:
     wide, high = time.wide, y + _LANE + _AXIS - 12
     pieces.append(_axis(time, high - 6))
     bars = (f"{bar.connector} {bar.formula}".strip() for bar in output.bars)
-    told = "; ".join([*map(_told, lanes), *bars, _told(output.lane)])
+    told = translate(_chain([*map(_told, lanes), *bars, _told(output.lane)]), language)
     return Markup(
         f'<svg class="marble-picture" viewBox="0 0 {wide} {high}" width="{wide}" height="{high}" role="img" '
         f'aria-label="{escape(told)}">{"".join(pieces)}</svg>'
@@ -320,8 +329,12 @@ def _text(marble: Marble) -> str:
 
 
 def _told(lane: Lane) -> str:
-    found: Iterable[str] = (f"{_text(m)} at {m.us / 1e6:g} s" for m in lane.marbles)
-    return f"{lane.label}: {', '.join(found) or 'nothing'}"
+    found = [N_("{value} at {n:g} s", value=_text(m), n=m.us / 1e6) for m in lane.marbles]
+    return N_("{name}: {values}", name=lane.label, values=listed(found) or N_("nothing"))
+
+
+def _chain(texts: Sequence[str]) -> str:
+    return reduce(lambda before, after: N_("{before}; {after}", before=before, after=after), texts)
 
 
 def example_value(value: Value) -> str:

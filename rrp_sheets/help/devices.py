@@ -5,116 +5,145 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from rrp_sheets.help.functions import literal_text
-from rrp_sheets.help.layout import columns, entries, example, grids, heading, paragraph, titled
+from rrp_sheets.help.layout import Block, columns, entries, example, heading, paragraph, titled, workbook
 from rrp_sheets.model.durations import show_duration
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, Setting, load_robot
+from rrp_sheets.texts import N_, capital, listed, sentences
 
 _SHOWN = 3  # further names of a device that are shown in the list
 _TEST = "\n## Test\n"
-
 DONE_EXAMPLE = example("done")
 
 
-def all_devices() -> Iterator[str]:
-    """The sensors and actuators, each with its help."""
+def all_devices() -> Iterator[Block]:
+    """Yield the sensors and actuators, each with its help."""
     robot = load_robot()
     yield paragraph(
-        "The devices of the robot, for the columns Input streams and Output stream and for the Devices sheet. "
-        "`rrp-sheets help \"Red ball\"`, say, shows one with its fields and settings."
-    )  # fmt: skip
-    for kind in ("sensor", "actuator"):
-        yield heading(f"{kind.capitalize()}s")
+        N_(
+            "The devices of the robot. Use them in the columns Input streams and Output stream, and on the Devices "
+            'sheet. For one with its fields and settings: `rrp-sheets help "Red ball"`.'
+        )
+    )
+    for kind, title in (("sensor", N_("Sensors")), ("actuator", N_("Actuators"))):
+        yield heading(title)
         found = (d for d in robot.devices.values() if d.kind == kind)
-        yield entries((names[0], _listed(device, names)) for device in found if (names := _names(robot, device)))
+        yield entries((names[0], _listed(device, names)) for device in found if (names := names_of(robot, device)))
 
 
-def _names(robot: Robot, device: DeviceType) -> list[str]:
+def names_of(robot: Robot, device: DeviceType) -> list[str]:
+    """Return the names under which a device is offered."""
     return list(dict.fromkeys(f.name for f in robot.names.values() if f.type.name == device.name and f.offered))
 
 
 def _listed(device: DeviceType, names: list[str]) -> str:
     others = names[1:]
-    more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN + 1 else ""
-    shown = others[:_SHOWN] if more else others
-    also = f" Also: {', '.join(shown)}{more}." if others else ""
-    return f"{device.help}{also}"
+    about = _help(device)
+    if not others:
+        return about
+    if len(others) > _SHOWN + 1:
+        shown, more = ", ".join(others[:_SHOWN]), len(others) - _SHOWN
+        return N_("{before} {after}", before=about, after=N_("Also: {names} and {n} more.", names=shown, n=more))
+    return N_("{before} {after}", before=about, after=N_("Also: {names}.", names=", ".join(others)))
 
 
-def one_device(found: FoundDevice) -> Iterator[str]:
-    """A device: what it gives or takes, and its settings."""
-    device = found.type
-    yield heading(f"{found.name} ({device.kind})")
-    yield paragraph(device.help)
+def _help(device: DeviceType) -> str:
+    return N_(device.help, msgctxt=f"{device.name}.help")
+
+
+def one_device(found: FoundDevice) -> Iterator[Block]:
+    """Yield a device: what it gives or takes, and its settings."""
+    device, name = found.type, found.name
+    title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)", name=name)
+    yield heading(title, name.replace(" ", "-"))
+    yield paragraph(_help(device))
     if not device.simulated:
-        yield paragraph("The simulated robot does not carry it out yet.")
+        yield paragraph(N_("The simulated robot does not carry it out yet."))
     if device.payload is not None:
-        name = argument_name(found.name)
-        first = device.payload.fields[0].name
-        yield paragraph(f"It gives a record; {name}.{first} is a field of it in a formula. The fields:")
-        yield columns([(f.name, f.unit, literal_text(f.example), f.help) for f in device.payload.fields])
+        field = f"{argument_name(name)}.{device.payload.fields[0].name}"
+        yield paragraph(N_("It gives a record. In a formula, {field} is one of its fields. The fields:", field=field))
+        about = f"{device.name}."
+        fields = [
+            (f.name, f.unit, literal_text(f.example), N_(f.help, msgctxt=about + f.name)) for f in device.payload.fields
+        ]
+        yield columns([(N_("Field"), N_("Unit"), N_("Example"), N_("Meaning")), *fields], headed=True)
     elif device.kind == "sensor" and device.unit:
-        yield paragraph(f"It gives a number ({device.unit}).")
+        yield paragraph(N_("It gives a number ({unit}).", unit=device.unit))
     if device.takes:
-        yield paragraph(f"It takes {device.takes}.")
+        yield paragraph(N_("It takes {what}.", what=N_(device.takes, msgctxt=f"{device.name}.takes")))
     if device.kind == "actuator":
         yield paragraph(
-            f"The stream “{found.name} done” tells when it has finished; a row can begin with that: "
-            f'`rrp-sheets help "{found.name} done"`.'
+            N_(
+                "The stream “{name} done” tells when it has finished. A row can begin with that: `rrp-sheets help "
+                '"{name} done"`.',
+                name=name,
+            )
         )
     if found.preset:
         names = {k: setting.name for k, setting in device.settings.items()}
         preset = ", ".join(f"{names.get(k, k)} = {v}" for k, v in found.preset.items())
-        yield paragraph(f"The name {found.name} stands for {device.name} with {preset}.")
-    if any(s.kind == "gesture" for s in device.settings.values()):
-        yield titled("The robot's gestures", entries((g.name, f"{g.help}.") for g in load_robot().motions.values()))
         yield paragraph(
-            "Gestures of your own stand in the sheet Gestures: a row for each keyframe, with Name, Time (s) and a "
-            "column for each joint (0.5 is rad, 30° are degrees); `rrp-sheets pose` writes such rows from the robot's "
-            "joints."
+            N_("The name {name} means {device} with {settings}.", name=name, device=device.name, settings=preset)
+        )
+    if any(s.kind == "gesture" for s in device.settings.values()):
+        gestures = load_robot().motions.values()
+        yield titled(N_("The robot's gestures"), entries((g.name, N_(g.help, msgctxt="gesture")) for g in gestures))
+        yield paragraph(
+            N_(
+                "You can make your own gestures on the sheet Gestures: a row for each keyframe, with Name, Time (s) "
+                "and a column for each joint (0.5 is rad, 30° are degrees). `rrp-sheets pose` writes such rows from "
+                "the robot's joints."
+            )
         )
     if any(s.kind == "posture" for s in device.settings.values()):
-        yield paragraph(f"The postures: {', '.join(load_robot().postures)}.")
+        yield paragraph(N_("The postures: {names}.", names=", ".join(load_robot().postures)))
     settings = [s for k, s in device.settings.items() if k not in found.preset]
     if settings:
         found_settings = entries((s.name, described(s)) for s in settings)
-        yield titled("Settings: columns of the Devices sheet", found_settings)
+        yield titled(N_("Settings: columns of the Devices sheet"), found_settings)
     if device.example:
         shown = device.example.partition(_TEST)[0]  # its test says nothing to who only wants to see how it is used
-        title = shown.partition("\n")[0].lstrip("# ")
-        yield titled(f"For example: {title}", *grids(shown), between="\n\n")
+        about = N_(shown.partition("\n")[0].lstrip("# "), msgctxt="example")
+        yield titled(N_("For example: {about}", about=about), workbook(name, shown))
 
 
-def done_stream(found: FoundDevice) -> Iterator[str]:
+def done_stream(found: FoundDevice) -> Iterator[Block]:
     """Explain `Say done`: the stream that an actuator gives at the end of each of its commands."""
-    yield heading(f"{found.name} done (stream)")
+    yield heading(N_("{name} (stream)", name=f"{found.name} done"), f"{found.name} done".replace(" ", "-"))
     yield paragraph(
-        f"Every actuator has a done stream, here that of {found.name}. It needs no declaring: write "
-        f"“{found.name} done” among the Input streams. It gives a value at the end of every command, also of one that "
-        "was broken off. An actuator with a name of its own on the Devices sheet has its done stream under that name: "
-        "“Ask done” for Ask."
+        N_(
+            "Every actuator has a done stream. This is the one of {name}. You need not declare it: write “{name} done” "
+            "among the Input streams. It gives a value at the end of every command, also of one that was stopped. An "
+            "actuator with its own name on the Devices sheet has its done stream under that name: “Ask done” for Ask.",
+            name=found.name,
+        )
     )
-    yield titled("Its fields", columns([(f.name, f.unit, f.help) for f in DONE.fields]))
-    title = "For example: say hello, wait for two seconds, then turn the eyes red"
-    yield titled(title, *grids(DONE_EXAMPLE), between="\n\n")
+    fields = [(f.name, f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
+    yield titled(N_("Its fields"), columns([(N_("Field"), N_("Unit"), N_("Meaning")), *fields], headed=True))
+    about = N_("say hello, wait for two seconds, then turn the eyes red")
+    yield titled(N_("For example: {about}", about=about), workbook("Say done", DONE_EXAMPLE))
 
 
 def described(setting: Setting) -> str:
     """Describe a setting: its purpose, its possible values, and the meaning of a blank cell."""
-    parts = [setting.help[:1].upper() + setting.help[1:]]
+    parts = [N_("{text}.", text=capital(N_(setting.help, msgctxt="setting's help")))]
     if setting.kind == "duration":
-        parts.append("A number alone means seconds")
+        parts.append(N_("A number alone means seconds."))
     if setting.choices:
-        parts.append(f"One of {', '.join(setting.choices)}")
-    unit = f" {setting.unit}" if setting.unit else ""
+        parts.append(N_("One of {names}.", names=listed([N_(c, msgctxt="value") for c in setting.choices])))
+    unit = N_(setting.unit, msgctxt="value") if " " in setting.unit else setting.unit
     if setting.lower is not None and setting.upper is not None:
-        parts.append(f"From {setting.lower:g} to {setting.upper:g}{unit}")
+        parts.append(N_("From {low} to {high}.", low=f"{setting.lower:g}", high=_measured(f"{setting.upper:g}", unit)))
     if setting.required:
-        parts.append("It must be filled in")
+        parts.append(N_("It must be filled in."))
     elif setting.default not in (None, ""):
-        parts.append(f"Blank means {_default(setting)}{unit}")
-    return ". ".join(part.rstrip(".") for part in parts) + "."
+        parts.append(N_("Blank means {value}.", value=_measured(_default(setting), unit)))
+    return sentences(*parts)
+
+
+def _measured(number: str, unit: str) -> str:
+    return N_("{number} {unit}", number=number, unit=unit) if unit else number
 
 
 def _default(setting: Setting) -> str:

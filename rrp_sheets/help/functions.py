@@ -7,13 +7,15 @@ import re
 from collections.abc import Iterator
 
 from rrp_sheets.formulas.functions import Function, library
-from rrp_sheets.help.layout import columns, heading, lines, paragraph, titled
+from rrp_sheets.help.layout import FOR_EXAMPLE, Block, columns, heading, lines, paragraph, titled
 from rrp_sheets.model.names import argument_name
 from rrp_sheets.model.workbook import Helper
+from rrp_sheets.texts import N_, LazyMessage, listed
 
 _TOPICS = {
-    "logic": "Logic", "maths": "Maths", "trigonometry": "Angles (in radians)", "geometry": "Distances and ranges",
-    "text": "Text", "lists": "Lists", "tables": "Tables",
+    "logic": N_("Logic"), "maths": N_("Maths"), "statistics": N_("Statistics"),
+    "trigonometry": N_("Angles (in radians)"), "geometry": N_("Distances and ranges"), "text": N_("Text"),
+    "lists": N_("Lists"), "table_functions": N_("Tables"),
 }  # fmt: skip
 _LAZY = {  # functions of the grammar have no Python function, and so no doctest
     "IF": 'IF(3 > 2; "far"; "near")', "AND": "AND(TRUE; 3 > 2)", "OR": "OR(FALSE; 3 > 2)", "NOT": "NOT(TRUE)",
@@ -21,11 +23,13 @@ _LAZY = {  # functions of the grammar have no Python function, and so no doctest
 }  # fmt: skip
 
 
-def all_functions() -> Iterator[str]:
-    """Every function with its usage and its first sentence, by topic."""
+def all_functions() -> Iterator[Block]:
+    """Yield every function with its usage and its first sentence, by topic."""
     yield paragraph(
-        "The functions that formulas can use. Values in brackets are separated by semicolons or commas, and capitals "
-        "make no difference. `rrp-sheets help CLAMP`, say, shows examples."
+        N_(
+            "The functions that formulas can use. Separate the values in brackets by semicolons or commas; capitals "
+            "make no difference. For one with examples: `rrp-sheets help CLAMP`."
+        )
     )
     by_topic: dict[str, dict[str, Function]] = {topic: {} for topic in _TOPICS}
     for function in library():
@@ -37,27 +41,27 @@ def all_functions() -> Iterator[str]:
             yield columns([(usage(f), first_line(f)) for f in functions.values()])
 
 
-def one_function(function: Function) -> Iterator[str]:
-    """A function: usage, what it does, other names, examples."""
-    yield heading(usage(function))
-    yield from (paragraph(block) for block in words(function).split("\n\n"))
+def one_function(function: Function) -> Iterator[Block]:
+    """Yield a function: usage, what it does, other names, examples."""
+    yield heading(usage(function), function.name)
+    yield from map(paragraph, words(function))
     others = [name for name in function.names if name != function.name]
     if others:
-        yield f"Also called {', '.join(others)}."
+        yield paragraph(N_("Also called {names}.", names=listed(others)))
     shown = [f"{call} → {result}" for call, result in examples(function)]
     if shown:
-        yield titled("For example", lines(shown))
+        yield titled(FOR_EXAMPLE, lines(shown))
 
 
-def one_helper(helper: Helper) -> Iterator[str]:
-    """A helper of a workbook: usage, where it stands, its formula, its notes."""
+def one_helper(helper: Helper) -> Iterator[Block]:
+    """Yield a helper of a workbook: usage, where it stands, its formula, its notes."""
     name = argument_name(helper.name.text)
     inputs = "; ".join(argument_name(i.text) for i in helper.inputs)
     yield heading(f"{name}({inputs})" if inputs else name)
-    yield paragraph(f"A helper of this workbook: {helper.name.address}. Its formula:")
-    yield lines([helper.formula.text.removeprefix("=").strip() or "(blank)"])
+    yield paragraph(N_("A helper of this workbook: {address}. Its formula:", address=helper.name.address))
+    yield lines([helper.formula.text.removeprefix("=").strip() or N_("(blank)")])
     if notes := helper.remarks.get("Notes", ""):
-        yield titled("Notes", *(paragraph(line) for line in notes.splitlines() if line.strip()))
+        yield titled(N_("Notes"), *(paragraph(line) for line in notes.splitlines() if line.strip()))
 
 
 def usage(function: Function) -> str:
@@ -69,14 +73,15 @@ def usage(function: Function) -> str:
     return function.usage.replace(",", ";").replace("_)", ")")
 
 
-def first_line(function: Function) -> str:
-    """The first sentence of a function's help."""
-    return words(function).split("\n\n")[0].replace("\n", " ")
+def first_line(function: Function) -> LazyMessage:
+    """Return the first sentence of a function's help."""
+    return words(function)[0]
 
 
-def words(function: Function) -> str:
-    """A function's help without its examples."""
-    return re.split(r"^>>> ", function.help, maxsplit=1, flags=re.MULTILINE)[0].strip().replace("`", "")
+def words(function: Function) -> list[LazyMessage]:
+    """Return the paragraphs of a function's help, which is its docstring without the examples."""
+    told = re.split(r"^>>> ", function.help, maxsplit=1, flags=re.MULTILINE)[0].strip().replace("`", "")
+    return [LazyMessage(" ".join(text.split()), msgctxt="function") for text in told.split("\n\n")]
 
 
 def examples(function: Function) -> list[tuple[str, str]]:

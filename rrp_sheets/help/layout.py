@@ -1,157 +1,195 @@
-"""Text for a terminal of 80 to 100 columns: paragraphs, lists of terms, columns, and workbooks as grids."""
+"""Blocks that a help topic is made of: headings, paragraphs, lists, tables, code, example workbooks, marble diagrams.
+
+A topic is made once, as blocks, and shown in two ways: `as_text` prints it in a terminal, `as_html` in a browser. Texts
+of the program in blocks are messages, which are shown in the reader's language.
+"""
 
 from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rrp_sheets.model.workbook import column_letters
-from rrp_sheets.render.style import columns as text_columns
+from rrp_sheets.diagnostics.catalogue import completed
+from rrp_sheets.texts import N_
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
 
-WIDTH = 88
-_TERM = 26  # the widest column of terms; a longer term stands on a line of its own
-_CELL = 44
+FILES = Path(__file__).parent
+Rows = tuple[tuple[str, ...], ...]
 
 
-class Block(str):
-    """A block of text for the terminal that also remembers what it was made of, for a page."""
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Block of a topic.
 
-    kind: str  # `paragraph`, `heading`, `entries`, `columns`, `grid`, `lines`, `marbles` or `titled`
-    # of a heading, a grid (the sheet's name) or a titled block; the connector of marbles; the whole text of a paragraph
-    head: str
-    rows: tuple[tuple[str, ...], ...]  # of entries, columns, marbles and grids
-    parts: tuple[str, ...]  # of a titled block
+    Attributes:
+        kind: `heading`, `paragraph`, `remark` (an indented paragraph), `entries` (terms and their meanings), `columns`
+            (a table), `lines` (code), `titled` (blocks under a small title), `example` (a workbook), `sheet` (of an
+            example), `marbles`.
+        head: the text of a heading, a paragraph or a title, the name of a sheet; of an example what it is about.
+        rows: of entries, columns, lines and sheets; of marbles each stream with its row of marbles.
+        parts: of a titled block; of an example its sheets.
+        anchor: by which a page has a link to the block; of an example by which it is opened as a workbook.
+        headed: whether the first row of columns has their titles.
+        source: of an example, its Markdown.
+        drawn: whether an example has a diagram, and a file in published pages.
+    """
 
-    @classmethod
-    def of(
-        cls, kind: str, printed: str, head: str = "", rows: Iterable[Sequence[str]] = (), parts: Sequence[str] = ()
-    ) -> Block:
-        """A block that is printed in a certain way."""
-        block = cls(printed)
-        block.kind, block.head = kind, head
-        block.rows, block.parts = tuple(tuple(row) for row in rows), tuple(parts)
+    kind: str
+    head: str = ""
+    rows: Rows = ()
+    parts: tuple[Block, ...] = ()
+    anchor: str = ""
+    headed: bool = False
+    source: str = ""
+    drawn: bool = False
+
+
+def heading(text: str, anchor: str = "") -> Block:
+    """Return the beginning of a section."""
+    return Block("heading", text, anchor=anchor or slug(text))
+
+
+def paragraph(text: str) -> Block:
+    """Return a text of one or more sentences."""
+    return Block("paragraph", text)
+
+
+def remark(text: str) -> Block:
+    """Return a paragraph that is indented in a terminal."""
+    return Block("remark", text)
+
+
+def titled(title: str, *parts: Block) -> Block:
+    """Return blocks under a small title."""
+    return Block("titled", title, parts=parts)
+
+
+def lines(texts: Iterable[str]) -> Block:
+    """Return code, such as formulas and what they give, each on its line."""
+    return Block("lines", rows=tuple((text,) for text in texts))
+
+
+def entries(pairs: Iterable[tuple[str, str]]) -> Block:
+    """Return terms and what they mean."""
+    return Block("entries", rows=tuple(pairs))
+
+
+def columns(rows: Iterable[Sequence[str]], *, headed: bool = False) -> Block:
+    """Return a table; with two columns it is a list of terms."""
+    found = tuple(tuple(row) for row in rows)
+    return Block("columns" if headed or len(found[0]) > 2 else "entries", rows=found, headed=headed)
+
+
+def workbook(about: str, markdown: str, *, drawn: bool = True) -> Block:
+    """Return an example: a workbook in Markdown, as `## ` or `### ` headings and tables; with a diagram if `drawn`."""
+    from rrp_sheets.workbook.raw import Extent
+    from rrp_sheets.workbook.text_books import read_markdown
+
+    source = re.sub(r"^### ", "## ", markdown, flags=re.MULTILINE)
+    book = read_markdown(source.encode(), "help")
+    sheets = []
+    for index, name in enumerate(book.names):
+        cells = book.sheet(index, Extent.WHOLE).cells
+        bottom, right = max(row for row, _ in cells), max(column for _, column in cells)
+        texts = {at: cell.text for at, cell in cells.items()}
+        rows = tuple(tuple(texts.get((r, c), "") for c in range(1, right + 1)) for r in range(1, bottom + 1))
+        sheets.append(Block("sheet", name, rows))
+    return Block("example", about, parts=tuple(sheets), anchor=slug(about), source=source, drawn=drawn)
+
+
+def slug(text: str) -> str:
+    """Return a text as an anchor, the same in every language of a message.
+
+    >>> slug("Red ball (sensor)"), slug("CLAMP(value; low; high)"), slug("Where and how?")
+    ('Red-ball-sensor', 'CLAMP-value-low-high', 'Where-and-how')
+    """
+    return re.sub(r"\W+", "-", str(text)).strip("-")
+
+
+def rows_to_open(example: Block) -> dict[str, Rows]:
+    """Return the sheets of an example as a workbook that can be opened: one without a behaviour gets one."""
+    return {sheet.head: sheet.rows for sheet in workbook("", completed(example.source)).parts}
+
+
+def mapped(block: Block, change: Callable[[str], str]) -> Block:
+    """Return a block with another text for each of its texts, those of example workbooks apart."""
+    if block.kind in ("example", "sheet", "marbles"):
         return block
+    rows = tuple(tuple(map(change, row)) for row in block.rows)
+    return replace(block, head=change(block.head), rows=rows, parts=tuple(mapped(p, change) for p in block.parts))
 
 
-def titled(title: str, *parts: str, between: str = "\n") -> Block:
-    r"""Blocks under a small title.
+# ---- topics that stand in files
+_TABLE = re.compile(r"\|\s*-+")
 
-    >>> titled("Its fields", columns([("x", "rad")]))
-    'Its fields\n  x  rad'
+
+def topic_file(name: str, language: str) -> str:
+    """Return the text of `help/<language>/<name>.md`, of the English file where there is none."""
+    own = FILES / language / f"{name}.md"
+    return (own if language != "en" and own.is_file() else FILES / f"{name}.md").read_text(encoding="utf-8")
+
+
+@lru_cache(maxsize=1_000)
+def anchors(name: str) -> tuple[str, ...]:
+    """Return the anchors of the headings of a topic's file, which are those of the English one in every language."""
+    return tuple(block.anchor for block in from_markdown(topic_file(name, "en")) if block.kind == "heading")
+
+
+def from_file(name: str, language: str, **made: str) -> Iterator[Block]:
+    """Yield the blocks of a topic's file; `made` are texts for its `{places}`."""
+    text = topic_file(name, language)
+    for place, told in made.items():
+        text = text.replace(f"{{{place}}}", told)
+    given = iter(anchors(name))
+    for block in from_markdown(text, name):
+        yield replace(block, anchor=next(given, block.anchor)) if block.kind == "heading" else block
+
+
+def from_markdown(text: str, name: str = "") -> Iterator[Block]:
+    """Yield the blocks of a topic's text: `# ` headings, `* term | meaning` lists, tables, code, examples, paragraphs.
+
+    An example is a workbook: `### ` headings, each with a table below; `name` is what it is about. A list of which an
+    entry has more than one `|` is a table.
     """
-    return Block.of("titled", f"{title}\n{between.join(parts)}", title, parts=parts)
-
-
-def lines(texts: Sequence[str]) -> Block:
-    """Formulas and what they give, each on its line."""
-    return Block.of("lines", "\n".join(f"  {text}" for text in texts), rows=[(text,) for text in texts])
-
-
-def paragraph(text: str, indent: int = 0) -> Block:
-    r"""A text wrapped to the width.
-
-    >>> paragraph("word " * 20).count("\n")
-    1
-    """
-    space, whole = " " * indent, " ".join(text.split())
-    printed = textwrap.fill(
-        whole, WIDTH, initial_indent=space, subsequent_indent=space, break_long_words=False, break_on_hyphens=False
-    )
-    return Block.of("paragraph", printed, whole)
-
-
-def heading(text: str) -> Block:
-    r"""A heading and the line below it.
-
-    >>> heading("Maths")
-    'Maths\n-----'
-    """
-    return Block.of("heading", f"{text}\n{'-' * text_columns(text)}", text)
-
-
-def entries(pairs: Iterable[tuple[str, str]], indent: int = 2, widest: int = _TERM, kind: str = "entries") -> Block:
-    r"""Terms and what they mean, in two columns.
-
-    >>> entries([("sample", "at a fixed pace"), ("map", "works out")])
-    '  sample  at a fixed pace\n  map     works out'
-    """
-    pairs = list(pairs)
-    term = min(max((text_columns(t) for t, _ in pairs), default=0), widest)
-    return Block.of(kind, "\n".join(_entry(left, right, indent, term) for left, right in pairs), rows=pairs)
-
-
-def _entry(left: str, right: str, indent: int, term: int) -> str:
-    space = " " * (indent + term + 2)
-    lines = textwrap.wrap(right, WIDTH - len(space), break_long_words=False, break_on_hyphens=False) or [""]
-    head = " " * indent + left
-    if text_columns(left) > term:
-        return "\n".join([head, *(space + line for line in lines)])
-    first = head + " " * (term - text_columns(left) + 2) + lines[0]
-    return "\n".join([first.rstrip(), *(space + line for line in lines[1:])])
-
-
-def columns(rows: Sequence[Sequence[str]], indent: int = 2) -> Block:
-    """Rows in columns; the last one is wrapped."""
-    widths = [max(text_columns(row[i]) for row in rows) for i in range(len(rows[0]) - 1)]
-    pairs = (("  ".join(_padded(c, w) for c, w in zip(row, widths, strict=False)), row[-1]) for row in rows)
-    return Block.of("columns", entries(pairs, indent, widest=WIDTH), rows=rows)
-
-
-def grid(sheet: str, rows: Sequence[Sequence[str]], indent: int = 2) -> Block:
-    """A sheet as the user knows it: with letters above its columns and numbers before its rows.
-
-    >>> print(grid("Devices", [["Stream", "Device"], ["Neck", "Head yaw"]]))
-      Devices
-         A       B
-      1  Stream  Device
-      2  Neck    Head yaw
-    """
-    width = max(len(row) for row in rows)
-    cells = [[_short(c) for c in row] + [""] * (width - len(row)) for row in rows]
-    table = [["", *(column_letters(i + 1) for i in range(width))]]
-    table += [[str(number), *row] for number, row in enumerate(cells, 1)]
-    widths = [max(text_columns(row[i]) for row in table) for i in range(width + 1)]
-    printed = ["  ".join(_padded(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table]
-    return Block.of("grid", "\n".join(" " * indent + line for line in [sheet, *printed]), sheet, cells)
-
-
-def _short(cell: str) -> str:
-    cell = cell.replace("\n", ", ")
-    return cell if len(cell) <= _CELL else cell[: _CELL - 1] + "…"
-
-
-def _padded(text: str, width: int) -> str:
-    return text + " " * (width - text_columns(text))
-
-
-def from_markdown(text: str) -> Iterator[str]:
-    """The blocks of a topic's file: `# ` headings, `* term | meaning` lists, verbatim lines and paragraphs."""
-    for block in re.split(r"\n{2,}", text.strip("\n")):
+    found = re.split(r"\n{2,}", text.strip("\n"))
+    while found:
+        block = found.pop(0)
         texts = block.split("\n")
-        if block.startswith("# "):
+        if block.startswith("### "):
+            sheets = [block]
+            while found and found[0].startswith(("### ", "|")):
+                sheets.append(found.pop(0))
+            yield workbook(name, "\n\n".join(sheets))
+        elif block.startswith("# "):
             yield heading(block[2:])
         elif block.startswith("* "):
-            rows = [re.split(r" +\| +", line[2:].strip()) for line in texts]
-            yield columns(rows)
+            yield columns([re.split(r" +\| +", line[2:].strip()) for line in texts])
+        elif block.startswith("|"):
+            yield columns([_cells(line) for line in texts if not _TABLE.match(line)], headed=True)
         elif block.startswith("    "):
             yield lines(textwrap.dedent(block).split("\n"))
         else:
             yield paragraph(block)
 
 
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in line.strip().strip("|").split(" | ")]
+
+
 def example(name: str) -> str:
-    """The Markdown workbook `examples/<name>.md`."""
-    return (Path(__file__).parent / "examples" / f"{name}.md").read_text(encoding="utf-8")
+    """Return the Markdown workbook `examples/<name>.md`."""
+    return (FILES / "examples" / f"{name}.md").read_text(encoding="utf-8")
 
 
 def checked(markdown: str) -> Checked:
-    """A Markdown workbook, read and checked."""
+    """Read and check a Markdown workbook."""
     from rrp_sheets.checks import check_workbook
     from rrp_sheets.workbook.reading import Reader
     from rrp_sheets.workbook.text_books import read_markdown
@@ -160,14 +198,4 @@ def checked(markdown: str) -> Checked:
     return check_workbook(reader.workbook, reader.report)
 
 
-def grids(markdown: str) -> Iterator[str]:
-    """Every sheet of a Markdown workbook as a grid."""
-    from rrp_sheets.workbook.raw import Extent
-    from rrp_sheets.workbook.text_books import read_markdown
-
-    book = read_markdown(markdown.encode(), "help")
-    for index, name in enumerate(book.names):
-        cells = book.sheet(index, Extent.WHOLE).cells
-        bottom, right = max(row for row, _ in cells), max(column for _, column in cells)
-        texts = {at: cell.text for at, cell in cells.items()}
-        yield grid(name, [[texts.get((r, c), "") for c in range(1, right + 1)] for r in range(1, bottom + 1)])
+FOR_EXAMPLE = N_("For example")

@@ -3,20 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
-from rrp_sheets.help.layout import columns, entries, from_markdown, grid, heading, paragraph, titled
+from rrp_sheets.help.layout import (
+    FOR_EXAMPLE,
+    Block,
+    columns,
+    entries,
+    from_file,
+    heading,
+    paragraph,
+    slug,
+    titled,
+    workbook,
+)
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_sheet import MOST_THINGS, WAITING_US
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
+from rrp_sheets.texts import N_, LazyMessage
 
 TIMES = [
-    ("2.5", "seconds from the start of the run"),
-    ("2..4", "a time between both, drawn again in every run"),
-    ("+ 2", "two seconds after the row above has happened"),
-    ("Say done + 2", "two seconds after an event of a stream: a sensor, a row's output, or the end of an actuator’s "
-     "command. It is the first event that comes when the row above has happened. Rows under each other that wait for "
-     "the same stream answer one event after the other; what belongs to the same event gets a time such as + 0."),
+    ("2.5", N_("seconds from the start of the run")),
+    ("2..4", N_("a time between both, drawn again in every run")),
+    ("+ 2", N_("two seconds after the row above has happened")),
+    ("Say done + 2", N_(
+        "two seconds after an event of a stream: a sensor, a row's output, or the end of an actuator’s command. It is "
+        "the first event that comes when the row above has happened. Rows under each other that wait for the same "
+        "stream answer one event after the other; what belongs to the same event gets a time such as + 0."
+    )),
 ]  # fmt: skip
 EXAMPLE = [
     ["Time (s)", "Thing", "Does", "Value", "Notes"],
@@ -34,26 +47,37 @@ def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
     rows = []
     for verb in kind.verbs:
         for at, (value, line) in enumerate(verb.examples):
-            also = f"or: {', '.join(verb.also)}" if verb.also and at == len(verb.examples) - 1 else ""
-            rows.append((verb.name if at == 0 else "", value, "; ".join(p for p in (line, also) if p)))
+            told: str = _words(line)
+            if verb.also and at == len(verb.examples) - 1:
+                others = ", ".join(verb.also)
+                told = (
+                    N_("{before}; or: {names}", before=told, names=others) if line else N_("or: {names}", names=others)
+                )
+            rows.append((verb.name if at == 0 else "", value, told))
     return rows
 
 
-def scene() -> Iterator[str]:
+def scene(language: str = "en") -> Iterator[Block]:
     """Yield the help on the Scene sheet: the page `scene.md` with its times, things, verbs and values."""
     robot = load_robot()
-    made: dict[str, list[str]] = {
-        "{example}": [titled("For example", grid("Scene", EXAMPLE))],
+    table = "\n".join(f"| {' | '.join(row)} |" for row in [EXAMPLE[0], ["---"] * len(EXAMPLE[0]), *EXAMPLE[1:]])
+    made: dict[str, list[Block]] = {
+        "{example}": [titled(FOR_EXAMPLE, workbook("Scene", f"## Scene\n{table}\n", drawn=False))],
         "{times}": [entries(TIMES)],
         "{kinds}": [block for kind in KINDS.values() for block in _kind(kind)],
     }
     places = {"robot": robot.title, "zones": ", ".join(robot.touch_zones), "colours": ", ".join(COLOURS),
-              "most": MOST_THINGS, "waiting": WAITING_US // 1_000_000}  # fmt: skip
-    for block in (Path(__file__).parent / "scene.md").read_text(encoding="utf-8").strip().split("\n\n"):
-        yield from made[block] if block in made else from_markdown(block.format(**places))
+              "most": str(MOST_THINGS), "waiting": str(WAITING_US // 1_000_000)}  # fmt: skip
+    for block in from_file("scene", language, **places):
+        yield from made.get(block.head, [block])
 
 
-def _kind(kind: ThingKind) -> Iterator[str]:
-    yield heading(kind.title)
-    yield paragraph(f"{', '.join(kind.things)}{', …' if len(kind.things) > 1 else '.'} {kind.help}".strip())
+def _kind(kind: ThingKind) -> Iterator[Block]:
+    yield heading(_words(kind.title), slug(kind.title))
+    things = f"{', '.join(kind.things)}{', …' if len(kind.things) > 1 else '.'}"
+    yield paragraph(N_("{before} {after}", before=things, after=_words(kind.help)) if kind.help else things)
     yield columns(scene_words(kind))
+
+
+def _words(text: str) -> str:
+    return LazyMessage(text, msgctxt="scene") if text else ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from rrp_sheets.graph import Graph, Step, Stream
-from rrp_sheets.help.layout import columns, heading, paragraph, titled
+from rrp_sheets.help.layout import Block, columns, heading, paragraph, titled
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.texts import N_
@@ -18,7 +18,7 @@ def find_stream(graph: Graph, sheet: str, name: str) -> Stream | None:
     return graph.streams.get(f"{key(sheet)}!{key(name)}") or graph.streams.get(key(name))
 
 
-def one_stream(workbook: Workbook, graph: Graph, stream: Stream, examples: Mapping[str, str]) -> Iterator[str]:
+def one_stream(workbook: Workbook, graph: Graph, stream: Stream, examples: Mapping[str, str]) -> Iterator[Block]:
     """A stream: its device with the settings, where it is made, who uses it, and an example value."""
     yield heading(stream.name)
     device = next((d for d in workbook.devices if key(d.stream.text) == key(stream.name)), None)

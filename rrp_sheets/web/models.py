@@ -38,11 +38,10 @@ class KindText:
 
 @dataclass(frozen=True, slots=True)
 class TextPiece:
-    """Piece of a text: plain, a formula (`code`), or a link to a help topic."""
+    """Piece of a text: plain, or a formula (`code`)."""
 
     text: str
     code: bool = False
-    topic: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -189,7 +189,7 @@ def _card(book: CheckedWorkbook, last: RunMetadata | None) -> Card:
 
 
 def _new(repository: WorkbookRepository) -> Done:
-    path = _new_path(repository, request.form.get("name", ""))
+    path = new_path(repository, request.form.get("name", ""))
     api.new(path, template=request.form.get("template", "guided"), language=page_language())
     return N_("Created {name}.", name=path.name), path.name
 
@@ -201,7 +201,7 @@ def _tutorial(repository: WorkbookRepository) -> Done:
 
 def _copy(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
-    target = _numbered(source)
+    target = numbered_path(source)
     if not source.is_file():  # of a pipe the end would be waited for
         message = N_("“{name}” is not a file any more.", name=source.name)
         raise SheetsError(message, N_("Put the workbook there again."))
@@ -211,7 +211,7 @@ def _copy(repository: WorkbookRepository) -> Done:
 
 def _rename(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
-    target = _new_path(repository, request.form.get("name", ""), source.suffix)
+    target = new_path(repository, request.form.get("name", ""), source.suffix)
     with services().open_workbooks.without(source.name):
         source.rename(target)
         services().open_workbooks.renamed(source.name, target.name)
@@ -222,7 +222,7 @@ def _archive(repository: WorkbookRepository) -> Done:
     source = repository.path(request.form.get("book", ""))
     folder = repository.folder / ARCHIVE
     folder.mkdir(exist_ok=True)
-    target = _numbered(folder / source.name)
+    target = numbered_path(folder / source.name)
     with services().open_workbooks.without(source.name):
         shutil.move(source, target)
     return N_("{name} is now in the folder {folder}.", name=source.name, folder=ARCHIVE), ""
@@ -233,7 +233,7 @@ def _unarchive(repository: WorkbookRepository) -> Done:
     source = repository.folder / ARCHIVE / name
     if name not in archived(repository) or source.is_symlink():
         raise SheetsError(N_("This workbook is not in the archive any more."), N_("Look at the list again."))
-    target = _numbered(repository.folder / name)
+    target = numbered_path(repository.folder / name)
     source.rename(target)
     return N_("{name} is restored.", name=target.name), target.name
 
@@ -293,7 +293,7 @@ def download(name: str) -> Response:
 
 
 def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:
-    path = _new_path(repository, name)
+    path = new_path(repository, name)
     write_atomically(path, data, replace=False)
     try:
         api.read(path)
@@ -304,7 +304,7 @@ def _store(repository: WorkbookRepository, name: str, data: bytes) -> str:
     return path.name
 
 
-def _numbered(path: Path) -> Path:
+def numbered_path(path: Path) -> Path:
     """Return the path, with a number added to the name when there is such a file."""
     target, count = path, 1
     while target.exists():
@@ -313,7 +313,8 @@ def _numbered(path: Path) -> Path:
     return target
 
 
-def _new_path(repository: WorkbookRepository, wanted: str, suffix: str = ".xlsx") -> Path:
+def new_path(repository: WorkbookRepository, wanted: str, suffix: str = ".xlsx") -> Path:
+    """Return the path of a new workbook; raises SheetsError for a name that no file can have, and for one in use."""
     name = wanted.strip()
     if name and Path(name).suffix.casefold() not in WORKBOOK_SUFFIXES:
         name += suffix
