@@ -241,7 +241,9 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "runs": at("/runs"), "record": record, "looking back": lookback, "replay": replay, "deleting runs": deleting,
     "versions": versions,
     "compare": at("/compare?first=book/all.xlsx&second=book/wrong.xlsx", ".changed-rows svg"),
-    "print": at("/book/all.xlsx/print", ".protocol"), "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
+    "print": at("/book/all.xlsx/print", ".protocol"),
+    "print for participants": at("/book/all.xlsx/print?reader=participants", ".for-participants"),
+    "help": at("/help?topic=scene", "main.help-page"), "nothing there": at("/book/none.xlsx"),
     "refused": refused,
 }  # fmt: skip
 
