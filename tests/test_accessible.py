@@ -274,6 +274,7 @@ SCREENS: dict[str, Callable[[Tour], None]] = {
     "empty sheet": nothing_yet, "tutorial": tutorial, "long sheet": too_long, "menu of the page": menu_of_the_page,
     "compare": at("/compare?first=book/all.xlsx&second=book/wrong.xlsx", ".changed-rows svg"),
     "print": at("/book/all.xlsx/print", ".protocol"), "nothing there": at("/book/none.xlsx"),
+    "print for participants": at("/book/all.xlsx/print?reader=participants", ".for-participants"),
     "help": at("/help?topic=scene", "main.docs-main"), "help, devices": at("/help/devices.html", ".diagram svg"),
     "help, a code": at("/help/FORM007.html?lang=ja", ".help-grid"), "help, connectors": at("/help/connectors.html?lang=ja", ".marble-picture"),
     "help, searched": at("/help/search.html?q=hand", ".docs-hits li"),

@@ -16,6 +16,7 @@ from rrp_sheets.render.pack import Print
 from rrp_sheets.render.pack.participants import ParticipantSheet, make_sheet
 from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
+from rrp_sheets.robots import load_robot
 from rrp_sheets.services.printing import make_for_participants
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
@@ -120,6 +121,13 @@ def test_everything_that_rows_do_is_said(everything):
     )  # fmt: skip
     assert part(sheet, "Does it get help?") and "It is in the room with you." in sheet.intro.sentences
     assert "57 cm" in sheet.intro.sentences[-1]
+
+
+@pytest.mark.parametrize("sensor", sorted(d.name for d in load_robot().devices.values() if d.kind == "sensor"))
+def test_every_sensor_of_the_robot_has_its_sentence(tmp_path, sensor):
+    rest = f"## Devices\n{HEADS}| Sensed | {sensor} | Go | yes, no | | | | |\n"
+    sheet = sheet_of(workbook(tmp_path, "| Sensed | subscribe | | Print | |\n", rest=rest), draft=True)
+    assert [note for note in sheet.notes if "says nothing about the sensor" in note] == []
 
 
 def test_a_quiet_robot_is_said_to_be_quiet(tmp_path):

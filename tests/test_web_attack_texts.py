@@ -91,7 +91,7 @@ def kinds_of_pages() -> list[str]:
     asked = quote(CELL, safe="")
     return [
         "/", *sheets, f"{book(NAME)}/run", f"{book(NAME)}/versions", f"{book(NAME)}/print", "/runs",
-        f"{book(NAME)}/print/protocol", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
+        f"{book(NAME)}/print/protocol", f"{book(NAME)}/print/protocol?reader=participants", run, f"{run}/marbles", f"/runs?book={asked}", f"/runs?words={asked}",
         f"/compare?first=book/{quote(NAME, safe='')}&second=version/1/{quote(NAME, safe='')}", f"/compare?first={asked}&second={asked}",
         f"/help?q={asked}", f"/help?topic={asked}", f"/book/{asked}", f"/runs/{asked}", f"/{asked}", f"/?sort={asked}",
         f"{book('<b>broken<b>.xlsx')}", f"{book(NAME)}/sheet/{asked}", f"{run}/lookback", f"{run}/lookback/diagram/0", f"{run}/replay?with={asked}",

@@ -239,7 +239,7 @@ class Study:
     def _deception(self) -> Texts | None:
         if not self.buttons:
             return None
-        buttons = listed([f"“{label}”" for label in self.buttons[:6]], "and")
+        buttons = listed([N_("“{label}”", label=label) for label in self.buttons[:6]], "and")
         return (
             N_("Deception: people may believe that the robot decides what a person does with the buttons {buttons}",
                buttons=buttons),

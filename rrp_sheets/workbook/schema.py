@@ -312,7 +312,7 @@ class ProtocolField:
         synonyms: other accepted names, Japanese ones.
         also: other spellings of the choices of a closed field, each with the choice.
         asked: when an ethics board asks for it: `always`, or of studies with `children`, an `operator` who drives the
-            robot by hand, `faces` that it looks for, `data` that tell of a person; empty when it does not.
+            robot by hand, or `faces` that it looks for; empty when it does not.
     """
 
     name: str

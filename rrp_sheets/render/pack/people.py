@@ -87,7 +87,7 @@ def statements(source: Source) -> tuple[Labelled, ...]:
 
 def operator(source: Source) -> tuple[Labelled, ...]:
     """Return what participants learn about what a person drives by hand; empty when nobody does."""
-    return stated(source, OPERATOR) if source.buttons else ()
+    return stated(source, OPERATOR, marked=False) if source.buttons else ()
 
 
 def sensed(source: Source) -> tuple[Sensed, ...]:

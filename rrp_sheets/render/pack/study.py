@@ -30,10 +30,13 @@ def field_label(source: Source, name: str) -> str:
     return source.get(f"field.{key(name)}")
 
 
-def stated(source: Source, names: Iterable[str]) -> tuple[Labelled, ...]:
-    """Return what the Protocol sheet says in some fields, and in one line what it leaves open."""
+def stated(source: Source, names: Iterable[str], *, marked: bool = True) -> tuple[Labelled, ...]:
+    """Return what the Protocol sheet says in some fields, and in one line what it leaves open.
+
+    The statements are `marked` as such, where they stand among what the program knows.
+    """
     names = list(names)
-    lines = [Labelled(field_label(source, n), text, stated=True) for n in names if (text := source.protocol(n))]
+    lines = [Labelled(field_label(source, n), text, stated=marked) for n in names if (text := source.protocol(n))]
     wanted = set(source.checked.study.missing_fields())
     if lacks := [field_label(source, n) for n in names if n in wanted]:
         lines.append(Labelled(source.get("study.open"), source.words.listed(lacks)))

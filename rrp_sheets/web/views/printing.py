@@ -103,8 +103,8 @@ def page(name: str) -> str:
 def protocol(name: str) -> str:
     """Show the protocol as a fragment of the page, or the reason why there is none."""
     name = _workbook(name)
-    wanted = _wanted(name, request.args)
     try:
+        wanted = _wanted(name, request.args)
         if wanted.participants:
             sheet = services().printer.sheet(wanted)
             return show(ParticipantPart(sheet, Markup(sheet.picture)))
