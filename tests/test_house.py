@@ -6,7 +6,7 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 65_350,
+    "lines of Python": 65_400,
     "modules": 300,
     "docstrings that begin as a question": 0,
     "lines of README": 130,

@@ -318,13 +318,7 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
         return changed
     sheet = text_of(given, "sheet")
     if action == "cells":
-        cells = given.get("cells")
-        if not isinstance(cells, list) or len(cells) > MOST_CELLS:
-            raise BadRequest
-        texts = [_cell(c) for c in cells]
-        if given.get("rename") is True and len(texts) == 1:
-            return _rename(session, document, author, sheet, texts[0])
-        return document.set_cells(author, sheet, texts)
+        return _change_cells(session, document, author, sheet, given)
     if action == "rename":
         names = text_of(given, "old"), text_of(given, "new")
         if "column" in given:
@@ -342,6 +336,19 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
     if not isinstance(rows, list) or not rows or not all(isinstance(r, str) for r in rows):
         raise BadRequest
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
+
+
+def _change_cells(session: WorkbookSession, document: Document, author: str, sheet: str, given: Asked) -> Changed:
+    """Change texts of cells, with all cells that have a name (`rename`), or with comments that go along (`carried`)."""
+    cells = given.get("cells")
+    if not isinstance(cells, list) or len(cells) > MOST_CELLS:
+        raise BadRequest
+    texts = [_cell(c) for c in cells]
+    if given.get("rename") is True and len(texts) == 1:
+        return _rename(session, document, author, sheet, texts[0])
+    if given.get("carried"):
+        return document.paste(author, sheet, texts, _carried(given["carried"]))
+    return document.set_cells(author, sheet, texts)
 
 
 def _comment(document: Document, author: str, sheet: str, given: Asked) -> Changed:
@@ -364,6 +371,14 @@ def _comment(document: Document, author: str, sheet: str, given: Asked) -> Chang
     if what not in changes:
         raise BadRequest
     return document.comment(author, sheet, text_of(given, "row"), column, changes[what])
+
+
+def _carried(given: Any) -> list[tuple[tuple[str, int], tuple[str, int]]]:
+    """Validate which comments go from one cell to another."""
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+        raise BadRequest
+    sources, targets = _places({"cells": given}), _places({"cells": [one.get("to") for one in given]})
+    return list(zip(sources, targets, strict=True))
 
 
 def _set_looks(document: Document, author: str, sheet: str, given: Asked) -> Changed:

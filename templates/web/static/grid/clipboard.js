@@ -9,6 +9,7 @@ export class Clipboard {
     const mine = () => !grid.editor.isOpen && grid.selection.head && grid.scroll.contains(document.activeElement);
     const take = (event) => {
       event.preventDefault();
+      this.cutCells = null;
       event.clipboardData.setData("text/plain", this.copied());
       return countOf(grid.selection.box());
     };
@@ -16,6 +17,7 @@ export class Clipboard {
     document.addEventListener("cut", (event) => {
       if (!mine()) return;
       const n = take(event);
+      this.keepCut();
       grid.clear();
       grid.say(cut(n));
     });
@@ -31,6 +33,7 @@ export class Clipboard {
   /** The same as the events do, when they had to wait; gives what was copied. */
   copy() {
     const text = this.copied();
+    this.cutCells = null;
     navigator.clipboard?.writeText(text).catch(() => {});
     this.grid.say(copied(countOf(this.grid.selection.box())));
     return text;
@@ -38,6 +41,7 @@ export class Clipboard {
 
   cut() {
     const text = this.copy();
+    this.keepCut();
     this.grid.clear();
     this.grid.say(cut(countOf(this.grid.selection.box())));
     return text;
@@ -50,7 +54,28 @@ export class Clipboard {
     else if (!this.grid.held.takes(() => this.pasted(text))) this.pasted(text);
   }
 
+  /** Remember which cells are cut: their comments go where they are pasted first. */
+  keepCut() {
+    this.cutCells = { text: this.copied(), cells: this.grid.selection.cells().map((line) => line.map((cell) => this.grid.threads.at(cell))) };
+  }
+
+  /** The comments that go with cut cells: pairs of a cell that had some and the one where it is pasted. */
+  carried(pairs, width) {
+    const from = this.now?.cells;
+    this.now = null;
+    if (!from || from.flat().length !== pairs.length || from[0].length !== width) return [];
+    const { table } = this.grid;
+    return pairs.flatMap(([to], i) => {
+      const { row, k } = from.flat()[i];
+      const cell = table.cell(table.row(row), k);
+      if (!cell?.classList.contains("commented") || !to || cell === to) return [];
+      return [{ row, column: table.sheetColumn(k), to: { row: to.parentElement.id, column: table.sheetColumn(table.column(to)) } }];
+    });
+  }
+
   pasted(text) {
+    this.now = this.cutCells?.text.replace(/\n$/, "") === text.replace(/\r\n?/g, "\n").replace(/\n$/, "") ? this.cutCells : null;
+    this.cutCells = null;
     if (text) this.paste(parse(text));
     else this.grid.say(t("There is no text to paste."));
   }
@@ -68,7 +93,8 @@ export class Clipboard {
     const box = selection.box();
     if (!box) return;
     if (lines.length === 1 && lines[0].length === 1) {
-      grid.change(selection.cells().flat().map((cell) => [cell, lines[0][0]]));
+      const pairs = selection.cells().flat().map((cell) => [cell, lines[0][0]]);
+      grid.change(pairs, this.carried(pairs, 1));
       return;
     }
     if (grid.refuses()) return;
@@ -84,7 +110,7 @@ export class Clipboard {
     const pairs = all.flatMap((line, i) => line.slice(0, table.width - left).map((text, j) => [
       table.cell(table.rows[box.top + i], left + j), text,
     ]));
-    grid.change(pairs.filter(([, text]) => text !== undefined));
+    grid.change(pairs.filter(([, text]) => text !== undefined), this.carried(pairs, all[0].length));
     const wide = Math.max(...all.map((line) => line.length));
     if (wide > table.width - left) {
       const n = wide - (table.width - left);

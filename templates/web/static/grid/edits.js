@@ -40,11 +40,12 @@ export class Server {
     return ownName("panel" in (document.getElementById("runbar")?.dataset ?? {}));
   }
 
-  /** Send cells `{row, k, text, was}`; to `rename`, the one that gives a name, with all that have it. */
-  cells(changes, rename = false) {
+  /** Send cells `{row, k, text, was}`; to `rename`, the one that gives a name, with all that have it. `carried`: the comments
+   *  of cells that were cut, each with the cell `to` which they go. */
+  cells(changes, rename = false, carried = []) {
     const body = changes.map(({ row, k, text, was }) => ({ row, column: this.table.sheetColumn(k), text, was }));
     const { row, column, tag } = this.unlocking ?? {};
-    const whole = rename ? { cells: body, rename } : { cells: body };
+    const whole = { cells: body, ...(rename ? { rename } : {}), ...(carried.length ? { carried } : {}) };
     if (!body.some((cell) => cell.row === row && cell.column === column)) return this.send("cells", whole, changes.map((c) => c.row));
     this.dropped.add(tag);
     return this.send("cells", { ...whole, unlock: { row, column } }, changes.map((c) => c.row));

@@ -167,8 +167,8 @@ export class Grid {
     this.bar.querySelector("code").textContent = text;
   }
 
-  /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. */
-  change(pairs) {
+  /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. `carried`: comments that go along. */
+  change(pairs, carried = []) {
     if (this.refuses()) return;
     const changes = [];
     for (const [cell, text] of pairs) {
@@ -177,15 +177,15 @@ export class Grid {
       changes.push({ row: cell.parentElement.id, k: this.table.column(cell), text, was });
       this.table.put(cell, text);
     }
-    if (changes.length) this.store(changes);
+    if (changes.length || carried.length) this.store(changes, false, carried);
     done();
     this.stand();
   }
 
   /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it. */
-  store(changes, rename = false) {
+  store(changes, rename = false, carried = []) {
     this.rows.reserve(0);
-    const answer = this.server.cells(changes, rename);
+    const answer = this.server.cells(changes, rename, carried);
     // which cells change only the server knows: what is typed next may be into one of them
     if (rename) this.held.until(() => answer.then(({ rows }) => this.renaming.told(rows ?? [], changes[0]), () => {}));
     for (const { row, k } of changes) {
