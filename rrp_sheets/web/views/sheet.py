@@ -228,19 +228,22 @@ def _shown_edit(edit: Put) -> dict[str, str | None]:
     return {"sheet": edit.address.sheet, "cell": edit.address.cell, "was": edit.was, "text": edit.text}
 
 
-@blueprint.get("/book/<name>/thread/<sheet>/<row>/<int:column>")
-def thread(name: str, sheet: str, row: str, column: int) -> Response:
-    """Send the comments of a cell."""
+@blueprint.get("/book/<name>/thread/<sheet>")
+def thread(name: str, sheet: str) -> Response:
+    """Send the comments of a cell; none for one that is gone, or in a sheet that is not under edit here."""
     document = workbook_or_404(name).document
-    grid = document.grids[sheet_or_404(document, sheet)]
-    return jsonify({"comments": [asdict(c) for c in grid.marks.thread(row, column)]})
+    grid = document.grids.get(sheet_or_404(document, sheet))
+    column = request.args.get("column", 0, type=int)
+    found = grid.marks.thread(request.args.get("row", ""), column) if grid else ()
+    return jsonify({"comments": [asdict(c) for c in found]})
 
 
 @blueprint.get("/book/<name>/comments")
 def comments(name: str) -> Response:
     """Send the comments of all cells, the first of each thread, with the number of its replies."""
+    document = workbook_or_404(name).document
     try:
-        found = workbook_or_404(name).document.comments()
+        found = document.comments()
     except SheetsError as error:
         return jsonify({"message": error_text(error)})
     return jsonify({"threads": [
