@@ -195,6 +195,24 @@ def test_comments_go_with_rows_that_are_moved_deleted_and_brought_back(grid: Sha
     becomes(lambda: marked(grid), ["Comment: on the filter (Somebody)"])
 
 
+def test_comments_go_with_cells_that_are_cut_and_pasted_as_one_step(grid: Shared) -> None:
+    grid.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    comment(grid, "D3", "on the filter")
+    grid.go("D3")
+    grid.press("Shift+ArrowRight", "Control+x")
+    grid.go("D6")
+    grid.press("Control+v")
+    becomes(lambda: texts(grid), {(6, 4): ["on the filter"]})
+    grid.expect("D6", "distance < 0.5")
+    grid.go("D9")
+    grid.press("Control+v")  # once more: a copy
+    grid.expect("D9", "distance < 0.5")
+    becomes(lambda: texts(grid), {(6, 4): ["on the filter"]})
+    grid.press("Control+z", "Control+z")
+    grid.expect("D6", "")
+    becomes(lambda: texts(grid), {(3, 4): ["on the filter"]})
+
+
 def test_a_copy_of_a_sheet_has_its_comments_and_a_deleted_one_comes_back_with_them(grid: Shared) -> None:
     comment(grid, "D3", "hello")
     grid.page.get_by_role("button", name="Menu of the sheet T").click()

@@ -191,6 +191,22 @@ class Document:
             now = grid.marks.thread(row, column)
             return self._new(author, PutThread(grid.name, row, column, now, change(now)))
 
+    def paste(
+        self, author: str, sheet: str, cells: Sequence[CellText],
+        carried: Sequence[tuple[tuple[str, int], tuple[str, int]]],
+    ) -> Changed:  # fmt: skip
+        """Change cells, and let comments go from one cell to another, unless there are some already."""
+        with self._changing():
+            self._synchronise()
+            grid = self._grid(sheet)
+            _must_have_column(grid, [to[1] for _, to in carried])
+            steps: list[RowStep] = [PutTexts(grid.name, tuple(cells))] if cells else []
+            for source, target in carried:
+                thread = grid.marks.thread(*source)
+                if thread and grid.has(target[0]) and not grid.marks.thread(*target):
+                    steps += [PutThread(grid.name, *source, thread, ()), PutThread(grid.name, *target, (), thread)]
+            return self._new(author, Batch(grid.name, tuple(steps))) if steps else Changed(grid.name)
+
     def set_looks(
         self, author: str, sheet: str, cells: Sequence[tuple[str, int]], change: Mapping[str, Any]
     ) -> Changed:

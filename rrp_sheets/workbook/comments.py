@@ -140,20 +140,30 @@ def merged(now: Thread, before: Thread, after: Thread) -> Thread:
     was, new = {c.id: c for c in before}, {c.id: c for c in after}
     there = {c.id: c for c in now}
     for id, old in was.items():
-        if new.get(id) != old and there.get(id) != old:
+        mine, theirs = new.get(id), there.get(id)
+        rewrites = mine is None or mine.text != old.text
+        if mine != old and (theirs is None or (rewrites and theirs.text != old.text)):
             raise SheetsError(N_("This comment was changed since."), N_("Look at it again."))
     if before and (not after or after[0].id != before[0].id) and any(id not in was for id in there):
         name = next(c.author for c in now if c.id not in was)
         raise SheetsError(N_("{name} has replied to this comment.", name=name), N_("Delete the whole thread instead."))
     if now and not before:
         raise SheetsError(N_("Another comment is there now."), N_("Reply to it."))
-    made: list[Comment] = [new.get(c.id, c) for c in now if c.id in new or c.id not in was]
+    made = [_with_change(c, was.get(c.id), new.get(c.id)) for c in now if c.id in new or c.id not in was]
     for place_, comment in enumerate(after):
         if comment.id not in was and comment.id not in there:
             before_it = {c.id for c in after[:place_]}
             at = max((i + 1 for i, c in enumerate(made) if c.id in before_it), default=0)
             made.insert(at, comment)
     return tuple(made)
+
+
+def _with_change(now: Comment, was: Comment | None, new: Comment | None) -> Comment:
+    """A comment with what is another in `new` than it was."""
+    if was is None or new is None:
+        return now
+    text = new.text if new.text != was.text else now.text
+    return replace(now, text=text, done=new.done if new.done != was.done else now.done)
 
 
 def _own(thread: Thread, id: str, author: str) -> Comment:

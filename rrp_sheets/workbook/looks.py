@@ -17,6 +17,7 @@ _HUES = ((20, "red"), (70, "yellow"), (165, "green"), (255, "blue"), (325, "purp
 _PALE, _WHITE = 0.12, 0.97  # of saturation; of lightness
 _CELL = re.compile(rb"<(?:[\w.-]+:)?c(?=[\s/>])((?:[^<>\"']|\"[^\"<]*\"|'[^'<]*')*)>")
 _COLUMN = re.compile(rb"<(?:[\w.-]+:)?col(?=[\s/>])((?:[^<>\"']|\"[^\"<]*\"|'[^'<]*')*)>")
+_ROW = re.compile(rb"<(?:[\w.-]+:)?row(?=[\s/>])")
 _ATTRIBUTE = re.compile(rb"""(?:\A|\s)(r|s|min|max|style)\s*=\s*["']([^"']*)["']""")
 
 
@@ -184,12 +185,17 @@ def read_looks(book: XlsxBook, index: int, styles: list[Look]) -> SheetLooks:
         first, last = (number(about.get(n, b"").decode("ascii", "replace"), 0) for n in (b"min", b"max"))
         if (mine := look(about.get(b"style"))) != PLAIN_LOOK:
             columns |= dict.fromkeys(range(max(first, 1), min(last, limits.COLUMNS) + 1), mine)
+    wanted = b"|".join(str(i).encode() for i, one in enumerate(styles) if one != PLAIN_LOOK)
+    styled = re.compile(rb"""\ss\s*=\s*["'](?:%s)["']""" % wanted)
     cells: dict[tuple[int, int], Look] = {}
-    for match in _CELL.finditer(data):
-        about = dict(_ATTRIBUTE.findall(match[1]))
-        at = place(about.get(b"r", b"").decode("ascii", "replace"))
-        if at and (mine := look(about.get(b"s"))) != columns.get(at[1], PLAIN_LOOK) and at[1] <= limits.COLUMNS:
-            cells[at] = mine
-            if len(cells) > limits.CELLS:
-                break
+    for row in _ROW.split(data):
+        if not (columns or styled.search(row)):
+            continue
+        for match in _CELL.finditer(row):
+            about = dict(_ATTRIBUTE.findall(match[1]))
+            at = place(about.get(b"r", b"").decode("ascii", "replace"))
+            if at and (mine := look(about.get(b"s"))) != columns.get(at[1], PLAIN_LOOK) and at[1] <= limits.COLUMNS:
+                cells[at] = mine
+        if len(cells) > limits.CELLS:
+            break
     return SheetLooks(columns, cells)

@@ -52,6 +52,10 @@ JSON: dict[str, dict[str, Any]] = {
     "sheet.change delete": {**_WHO, "sheet": SHEET, "rows": ["ROW"]},
     "sheet.change move": {**_WHO, "sheet": SHEET, "rows": ["ROW"], "before": None},
     "sheet.change rename": {**_WHO, "sheet": SHEET, "old": "Distance", "new": "Far"},
+    "sheet.change comment": {**_PLACE, "what": "add", "text": "x", "id": ""},
+    "sheet.change look": {
+        **_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6}], "bold": True, "fill": "green", "wrap": False,
+    },
     "sheet.change undo": {**_WHO, "sheet": SHEET},
     "sheet.change redo": {**_WHO, "sheet": SHEET},
     "sheet.change lock": _PLACE,

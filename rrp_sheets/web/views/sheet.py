@@ -255,19 +255,22 @@ def _shown_edit(edit: Put) -> dict[str, str | None]:
     return {"sheet": edit.address.sheet, "cell": edit.address.cell, "was": edit.was, "text": edit.text}
 
 
-@blueprint.get("/book/<name>/thread/<sheet>/<row>/<int:column>")
-def thread(name: str, sheet: str, row: str, column: int) -> Response:
-    """Send the comments of a cell."""
+@blueprint.get("/book/<name>/thread/<sheet>")
+def thread(name: str, sheet: str) -> Response:
+    """Send the comments of a cell; none for one that is gone, or in a sheet that is not under edit here."""
     document = workbook_or_404(name).document
-    grid = document.grids[sheet_or_404(document, sheet)]
-    return jsonify({"comments": [asdict(c) for c in grid.marks.thread(row, column)]})
+    grid = document.grids.get(sheet_or_404(document, sheet))
+    column = request.args.get("column", 0, type=int)
+    found = grid.marks.thread(request.args.get("row", ""), column) if grid else ()
+    return jsonify({"comments": [asdict(c) for c in found]})
 
 
 @blueprint.get("/book/<name>/comments")
 def comments(name: str) -> Response:
     """Send the comments of all cells, the first of each thread, with the number of its replies."""
+    document = workbook_or_404(name).document
     try:
-        found = workbook_or_404(name).document.comments()
+        found = document.comments()
     except SheetsError as error:
         return jsonify({"message": error_text(error)})
     return jsonify({"threads": [
@@ -365,6 +368,8 @@ def _set_cells(session: WorkbookSession, document: Document, author: str, given:
     texts = [_cell(c) for c in cells]
     if given.get("rename") is True and len(texts) == 1:
         return _rename(session, document, author, sheet, texts[0])
+    if given.get("carried"):
+        return document.paste(author, sheet, texts, _carried(given["carried"]))
     if added := _added_devices(document, given.get("devices", [])):
         return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
     return document.set_cells(author, sheet, texts)
@@ -458,6 +463,14 @@ def _comment(document: Document, author: str, sheet: str, given: Asked) -> Chang
     if what not in changes:
         raise BadRequest
     return document.comment(author, sheet, text_of(given, "row"), column, changes[what])
+
+
+def _carried(given: Any) -> list[tuple[tuple[str, int], tuple[str, int]]]:
+    """Validate which comments go from one cell to another."""
+    if not isinstance(given, list) or not all(isinstance(one, dict) for one in given):
+        raise BadRequest
+    sources, targets = _places({"cells": given}), _places({"cells": [one.get("to") for one in given]})
+    return list(zip(sources, targets, strict=True))
 
 
 def _set_looks(document: Document, author: str, sheet: str, given: Asked) -> Changed:

@@ -354,18 +354,27 @@ def set_look(package: PackageEdit, edit: SetLook) -> None:
     """Give a cell another look; raises SheetsError when the file has no styles."""
     parts = package.related(package.book.part, "styles")
     styles = package.part(parts[0]) if parts else None
-    if styles is None or not all(styles.children("styleSheet", name) for name in ("fonts", "fills", "cellXfs")):
-        raise SheetsError(N_("This file has no formats of cells."), N_("Save it in Excel or LibreOffice once."))
+    if styles is None:
+        raise _no_styles()
     sheet = package.sheet(package.index(edit.sheet))
-    style = sheet.style(edit.row, edit.column)
-    wanted = (style, edit.bold, edit.fill, edit.wrap)
-    if wanted not in package.styled:
-        package.styled[wanted] = _styled(styles, style, edit)
-    sheet.set_style(edit.row, edit.column, package.styled[wanted])
+
+    def changed(style: int) -> int:
+        wanted = (style, edit.bold, edit.fill, edit.wrap)
+        if wanted not in package.styled:
+            package.styled[wanted] = _styled(styles, style, edit)
+        return package.styled[wanted]
+
+    sheet.change_style(edit.row, edit.column, changed)
+
+
+def _no_styles() -> SheetsError:
+    return SheetsError(N_("This file has no formats of cells."), N_("Save it in Excel or LibreOffice once."))
 
 
 def _styled(styles: XmlPart, style: int, edit: SetLook) -> int:
     """The number of a cell style like another one, with what the edit changes of it."""
+    if not all(styles.children("styleSheet", name) for name in ("fonts", "fills", "cellXfs")):
+        raise _no_styles()
     there = styles.children("styleSheet", "cellXfs")
     xf = deepcopy(there[style] if style < len(there) else there[0])
     if edit.bold is not None:

@@ -11,7 +11,7 @@ import codecs
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 from xml.sax.saxutils import escape
@@ -524,12 +524,12 @@ class SheetXml(XmlPart):
         put_value(cell, value)
         block.touch()
 
-    def set_style(self, row: int, column: int, style: int) -> None:
-        """Give a cell another style; its content stays."""
+    def change_style(self, row: int, column: int, changed: Callable[[int], int]) -> None:
+        """Give a cell another style, made from the one that it has; its content stays."""
         cell = self.cell(row, column)
         if cell is None:
-            self.set_cell(row, column, None, style)
-        elif set_attributes(cell, {"s": str(style) if style else None}):
+            self.set_cell(row, column, None, changed(self.style(row, column)))
+        elif set_attributes(cell, {"s": str(changed(whole(cell.get("s"))))}):
             self.block(row).touch()
 
     def insert(self, before: int, rows: Iterable[etree._Element]) -> None:

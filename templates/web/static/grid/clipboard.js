@@ -9,6 +9,7 @@ export class Clipboard {
     const mine = () => !grid.editor.isOpen && grid.selection.head && grid.scroll.contains(document.activeElement);
     const take = (event) => {
       event.preventDefault();
+      this.cutCells = null;
       const cells = this.taken();
       if (cells) event.clipboardData.setData("text/plain", this.copied(cells));
       return cells?.flat().length;
@@ -20,6 +21,7 @@ export class Clipboard {
     document.addEventListener("cut", (event) => {
       const n = mine() && take(event);
       if (!n) return;
+      this.keepCut();
       grid.clear();
       grid.say(cut(n));
     });
@@ -34,6 +36,7 @@ export class Clipboard {
 
   /** The same as the events do, when they had to wait; gives what was copied. */
   copy() {
+    this.cutCells = null;
     const cells = this.taken();
     if (!cells) return "";
     const text = this.copied(cells);
@@ -45,6 +48,7 @@ export class Clipboard {
   cut() {
     const text = this.copy();
     if (!text) return "";
+    this.keepCut();
     this.grid.clear();
     this.grid.say(cut(this.grid.selection.all().length));
     return text;
@@ -57,7 +61,29 @@ export class Clipboard {
     else if (!this.grid.held.takes(() => this.pasted(text))) this.pasted(text);
   }
 
+  /** Remember which cells are cut: their comments go where they are pasted first. */
+  keepCut() {
+    const cells = this.taken();
+    this.cutCells = cells && { text: this.copied(cells), cells: cells.map((line) => line.map((cell) => this.grid.threads.at(cell))) };
+  }
+
+  /** The comments that go with cut cells: pairs of a cell that had some and the one where it is pasted. */
+  carried(pairs, width) {
+    const from = this.now?.cells;
+    this.now = null;
+    if (!from || from.flat().length !== pairs.length || from[0].length !== width) return [];
+    const { table } = this.grid;
+    return pairs.flatMap(([to], i) => {
+      const { row, k } = from.flat()[i];
+      const cell = table.cell(table.row(row), k);
+      if (!cell?.classList.contains("commented") || !to || cell === to) return [];
+      return [{ row, column: table.sheetColumn(k), to: { row: to.parentElement.id, column: table.sheetColumn(table.column(to)) } }];
+    });
+  }
+
   pasted(text) {
+    this.now = this.cutCells?.text.replace(/\n$/, "") === text.replace(/\r\n?/g, "\n").replace(/\n$/, "") ? this.cutCells : null;
+    this.cutCells = null;
     if (text) this.paste(parse(text));
     else this.grid.say(t("There is no text to paste."));
   }
@@ -88,7 +114,8 @@ export class Clipboard {
     const box = selection.box();
     if (!box) return;
     if (lines.length === 1 && lines[0].length === 1) {
-      grid.change(selection.all().map((cell) => [cell, lines[0][0]]));
+      const pairs = selection.all().map((cell) => [cell, lines[0][0]]);
+      grid.change(pairs, this.carried(pairs, 1));
       return;
     }
     if (grid.refuses()) return;
@@ -112,7 +139,7 @@ export class Clipboard {
     const pairs = all.slice(0, rows.length).flatMap((line, i) => line.slice(0, table.width - left).map((text, j) => [
       table.cell(rows[i], left + j), text,
     ]));
-    grid.change(pairs.filter(([, text]) => text !== undefined));
+    grid.change(pairs.filter(([, text]) => text !== undefined), this.carried(pairs, all[0].length));
     const wide = Math.max(...all.map((line) => line.length));
     if (wide > table.width - left) {
       const n = wide - (table.width - left);

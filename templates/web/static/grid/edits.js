@@ -41,11 +41,12 @@ export class Server {
   }
 
   /** Send cells `{row, k, text, was}`; to `rename`, the one that gives a name, with all that have it; with `devices` for the sheet
-   *  Devices. */
-  cells(changes, rename = false, devices = []) {
+   *  Devices, or with `carried`, the comments of cells that were cut, each with the cell `to` which they go. */
+  cells(changes, { rename = false, devices = [], carried = [] } = {}) {
     const body = changes.map(({ row, k, text, was }) => ({ row, column: this.table.sheetColumn(k), text, was }));
     const { row, column, tag } = this.unlocking ?? {};
-    const whole = { cells: body, ...(rename ? { rename } : {}), ...(devices.length ? { devices } : {}) };
+    const more = { rename: rename || undefined, devices: devices.length ? devices : undefined, carried: carried.length ? carried : undefined };
+    const whole = { cells: body, ...more };
     if (!body.some((cell) => cell.row === row && cell.column === column)) return this.send("cells", whole, changes.map((c) => c.row));
     this.dropped.add(tag);
     return this.send("cells", { ...whole, unlock: { row, column } }, changes.map((c) => c.row));

@@ -171,8 +171,8 @@ export class Grid {
     this.bar.querySelector("code").textContent = text;
   }
 
-  /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. */
-  change(pairs) {
+  /** Change cells: `[cell, text]` pairs; those that stay as they are are left out. `carried`: comments that go along. */
+  change(pairs, carried = []) {
     if (this.refuses()) return;
     const changes = [];
     for (const [cell, text] of pairs) {
@@ -181,15 +181,16 @@ export class Grid {
       changes.push({ row: cell.parentElement.id, k: this.table.column(cell), text, was });
       this.table.put(cell, text);
     }
-    if (changes.length) this.store(changes);
+    if (changes.length || carried.length) this.store(changes, { carried });
     done();
     this.stand();
   }
 
-  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it; `devices` come with them. */
-  store(changes, rename = false, devices = []) {
+  /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it; `devices` and the comments
+   *  that are `carried` come with them. */
+  store(changes, { rename = false, devices = [], carried = [] } = {}) {
     this.rows.reserve(0);
-    const answer = this.server.cells(changes, rename, devices);
+    const answer = this.server.cells(changes, { rename, devices, carried });
     if (devices.length) answer.then(({ rows }) => this.added(rows ?? [], devices), () => {});
     // which cells change only the server knows: what is typed next may be into one of them
     if (rename) this.held.until(() => answer.then(({ rows }) => this.renaming.told(rows ?? [], changes[0]), () => {}));
@@ -210,7 +211,7 @@ export class Grid {
       const change = { row: cell.parentElement.id, k: this.table.column(cell), text, was };
       this.table.put(cell, text);
       this.unfinished.typed(change.row);
-      this.store([change], !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell), devices);
+      this.store([change], { rename: !alone && was !== "" && text.trim() !== "" && this.renaming.gives(cell), devices });
       done();
     }
     const { row } = this.selection;

@@ -47,17 +47,20 @@ export class Threads {
     clearTimeout(this.timer);
     if (!cell.classList.contains("commented") || this.panel) return this.hide();
     if (cell === this.shown) return undefined;
+    const place = this.at(cell);
     this.timer = setTimeout(async () => {
-      const comments = await this.read(this.at(cell));
-      if (!comments.length || !this.seen(cell) || this.panel || this.grid.editor.isOpen) return;
+      const comments = await this.read(place);
+      const now = this.cellAt(place); // the row may have been shown anew meanwhile
+      if (!comments.length || !now || !this.seen(now) || this.panel || this.grid.editor.isOpen) return;
       const left = comments.length - MOST_ON_CARD;
       this.card.replaceChildren(
         ...(left > 0 ? [make("p", { className: "quiet", textContent: tn("{n} earlier comment", "{n} earlier comments", { n: left }) })] : []),
         ...comments.slice(-MOST_ON_CARD).map((one) => make("p", {}, make("b", who(one)), ` ${one.text}`)),
       );
-      this.shown = cell;
+      this.shown = now;
+      this.shownAt = place;
       this.card.hidden = false;
-      beside(this.card, cell);
+      beside(this.card, now);
     }, RESTS_MS);
     return undefined;
   }
@@ -74,13 +77,18 @@ export class Threads {
     return cell.isConnected && mine.bottom > frame.top && mine.top < frame.bottom && mine.right > frame.left && mine.left < frame.right;
   }
 
+  cellAt({ row, k }) {
+    return this.grid.table.cell(this.grid.table.row(row), k);
+  }
+
   at(cell) {
     return { row: cell.parentElement.id, k: this.grid.table.column(cell) };
   }
 
   async read({ row, k }) {
     const { server, table } = this.grid;
-    const { ok, json } = await request(`${server.url}/thread/${encodeURIComponent(server.sheet)}/${row}/${table.sheetColumn(k)}`);
+    const query = new URLSearchParams({ row, column: table.sheetColumn(k) });
+    const { ok, json } = await request(`${server.url}/thread/${encodeURIComponent(server.sheet)}?${query}`);
     return ok ? json.comments : [];
   }
 
@@ -138,7 +146,7 @@ export class Threads {
     const left = this.field.value.trim();
     this.panel.remove();
     this.panel = null;
-    const cell = grid.table.cell(grid.table.row(place.row), place.k);
+    const cell = this.cellAt(place);
     if (focus) (cell ?? grid.selection.cell)?.focus({ preventScroll: true });
     if (left && cell) grid.say(t("Your comment on {cell} is not sent. It is kept: press Shift+F2 to go on.", { cell: grid.table.address(cell) }), true);
   }
@@ -247,7 +255,11 @@ export class Threads {
 
   /** Rows were shown anew: somebody may have commented. */
   came() {
-    if (this.shown && !this.shown.isConnected) this.hide();
+    if (this.shown && !this.shown.isConnected) {
+      this.hide();
+      const cell = this.cellAt(this.shownAt);
+      if (cell) this.soon(cell);
+    }
     if (this.panel && this.grid.table.row(this.place.row)) this.fill();
     const n = this.grid.table.grid.querySelectorAll("td.commented").length;
     this.count.hidden = !n;
