@@ -69,6 +69,7 @@ def test_during_a_run_nothing_flashes_or_fades(browser: Any, url: str, folder: A
     moving = """() => [...document.querySelectorAll("*")].map((one) => getComputedStyle(one))
       .filter((style) => parseFloat(style.transitionDuration) > 0 || style.animationName !== "none").length"""
     becomes(lambda: page.evaluate(moving), 0)
+    panel.run("paused")  # its clock stands still
     panel.live(t=2.4, rows={page.locator("tbody tr").first.get_attribute("id"): {"v": "1", "at": 1.1, "n": 1}})
     age = page.locator("tbody tr").first.locator(".live .age")
     expect(age).to_have_text("1 s")
