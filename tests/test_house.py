@@ -6,8 +6,8 @@ import pytest
 from house import Measure, measures
 
 CEILINGS = {
-    "lines of Python": 70_000,
-    "modules": 300,
+    "lines of Python": 69_700,
+    "modules": 325,
     "docstrings that begin as a question": 0,
     "lines of README": 130,
     "modules under 40 lines that only one other imports": 0,

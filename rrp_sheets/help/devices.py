@@ -39,7 +39,7 @@ def names_of(robot: Robot, device: DeviceType) -> list[str]:
 
 def _listed(device: DeviceType, names: list[str]) -> str:
     others = names[1:]
-    about = _help(device)
+    about = device_help(device)
     if not others:
         return about
     if len(others) > _SHOWN + 1:
@@ -48,7 +48,8 @@ def _listed(device: DeviceType, names: list[str]) -> str:
     return N_("{before} {after}", before=about, after=N_("Also: {names}.", names=", ".join(others)))
 
 
-def _help(device: DeviceType) -> str:
+def device_help(device: DeviceType) -> str:
+    """Return what a device does, as a message."""
     return N_(device.help, msgctxt=f"{device.name}.help")
 
 
@@ -57,7 +58,7 @@ def one_device(found: FoundDevice) -> Iterator[Block]:
     device, name = found.type, found.name
     title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)", name=name)
     yield heading(title, name.replace(" ", "-"))
-    yield paragraph(_help(device))
+    yield paragraph(device_help(device))
     if not device.simulated:
         yield paragraph(N_("The simulated robot does not carry it out yet."))
     if device.payload is not None:

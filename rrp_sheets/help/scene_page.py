@@ -42,12 +42,12 @@ EXAMPLE = [
 ]
 
 
-def scene_words(kind: ThingKind) -> list[tuple[str, str, str]]:
+def scenescene_message(kind: ThingKind) -> list[tuple[str, str, str]]:
     """Return the verbs of a kind of thing as rows: verb (once), a value, and a line of help."""
     rows = []
     for verb in kind.verbs:
         for at, (value, line) in enumerate(verb.examples):
-            told: str = _words(line)
+            told: str = scene_message(line)
             if verb.also and at == len(verb.examples) - 1:
                 others = ", ".join(verb.also)
                 told = (
@@ -73,11 +73,12 @@ def scene(language: str = "en") -> Iterator[Block]:
 
 
 def _kind(kind: ThingKind) -> Iterator[Block]:
-    yield heading(_words(kind.title), slug(kind.title))
+    yield heading(scene_message(kind.title), slug(kind.title))
     things = f"{', '.join(kind.things)}{', …' if len(kind.things) > 1 else '.'}"
-    yield paragraph(N_("{before} {after}", before=things, after=_words(kind.help)) if kind.help else things)
-    yield columns(scene_words(kind))
+    yield paragraph(N_("{before} {after}", before=things, after=scene_message(kind.help)) if kind.help else things)
+    yield columns(scenescene_message(kind))
 
 
-def _words(text: str) -> str:
+def scene_message(text: str) -> str:
+    """Return a text of the tables of the scene as a message."""
     return LazyMessage(text, msgctxt="scene") if text else ""

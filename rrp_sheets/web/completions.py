@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -13,9 +12,9 @@ from typing import Any
 from rrp_sheets.connectors import Parameter, connectors
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.help.devices import described
+from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
-from rrp_sheets.help.scene_page import TIMES
+from rrp_sheets.help.scene_page import TIMES, scene_message
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
@@ -42,8 +41,8 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None) -> dict
     for device in robot.device_names("sensor"):
         found, name = robot.find(device), argument_name(device)
         if found is not None and found.type.payload is not None:
-            records[key(name)] = _record(found.type.payload)
-            names.setdefault(key(name), {"text": name, "help": found.type.help})
+            records[key(name)] = _record(found.type.payload, found.type.name)
+            names.setdefault(key(name), {"text": name, "help": device_help(found.type)})
     known = contents(graph)
     for s in named:
         if s.id in known and (record := known[s.id].record) is not None:
@@ -92,7 +91,8 @@ def _fixed() -> dict[str, Any]:
     known = list(dict.fromkeys(connectors()))
     return {
         "connectors": [
-            {"text": c.name, "help": N_("{help} (advanced)", help=c.help) if c.advanced else c.help} for c in known
+            {"text": c.name, "help": N_("{help} (advanced)", help=c.help_message()) if c.advanced else c.help_message()}
+            for c in known
         ],
         "periods": [key(c.name) for c in known if c.parameter is Parameter.PERIOD],
         "durations": [{"text": text} for text in ("500 ms", "1 s", "3 s", "10 s", "1 min")],
@@ -101,7 +101,7 @@ def _fixed() -> dict[str, Any]:
              "example": next((N_("{formula} is {value}", formula=a, value=v) for a, v in examples(f)), "")}
             for f in functions.values()
         ],
-        "things": [{"text": name, "help": kind.help} for kind in KINDS.values() for name in kind.things],
+        "things": [{"text": name, "help": scene_message(kind.help)} for kind in KINDS.values() for name in kind.things],
         "scenetimes": [{"text": text, "help": line} for text, line in TIMES[:-1]],
         "verbs": [{"text": name} for name in verb_names()],
         "fields": [
@@ -124,11 +124,12 @@ def _stream(text: str, stream: Stream, analysis: Analysis) -> Word:
     return {"text": text, "kind": stream.kind.value, "help": about}
 
 
-def _record(record: RecordType) -> dict[str, Any]:
-    fields = [
-        {"text": argument_name(f.name), "help": N_("{help} ({unit})", help=f.help, unit=f.unit) if f.unit else f.help}
-        for f in record.fields
-    ]
+def _record(record: RecordType, device: str = "") -> dict[str, Any]:
+    fields = []
+    for field in record.fields:
+        about = N_(field.help, msgctxt=f"{device}.{field.name}" if device else "done") if field.help else ""
+        about = N_("{help} ({unit})", help=about, unit=field.unit) if field.unit else about
+        fields.append({"text": argument_name(field.name), "help": about})
     return {"name": record.name, "fields": fields}
 
 
@@ -187,12 +188,17 @@ def _chosen(analysis: Analysis, columns: Sequence[str] | None) -> list[dict[str,
     return found
 
 
+def _gesture_help(text: str) -> str:
+    return LazyMessage(text, msgctxt="gesture") if text else ""
+
+
 def _choice_help(robot: Robot, setting: Setting, choice: str) -> str:
     if setting.kind == "zone":
         return N_("Somebody touches this part of the robot or lets go: {zone}.", zone=choice)
     if setting.kind == "posture":
         return N_("The robot takes this posture.")
-    return motion.help if (motion := robot.motions.get(key(choice))) else N_("The robot makes this gesture.")
+    motion = robot.motions.get(key(choice))
+    return _gesture_help(motion.help) if motion else N_("The robot makes this gesture.")
 
 
 def _offered(robot: Robot, firsts: Mapping[str, str], kind: str) -> list[str]:
@@ -221,7 +227,7 @@ def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
     first, found = firsts.get(key(name), name), robot.find(name)
     if key(first) != key(name):
         return N_("the same as {name}", name=first)
-    return found.type.help if found else ""
+    return device_help(found.type) if found else ""
 
 
 def _synonyms(robot: Robot, name: str) -> str:
@@ -245,7 +251,7 @@ def cell_words(workbook: Workbook, robot: Robot) -> dict[str, Any]:
         "takes": _takes(robot, workbook),
         "instead": _instead(robot),
         "joints": {key(j.name): _about(j) for j in robot.joints.values()},
-        "gestures": [{"text": g.name, "help": g.help} for g in robot.motions.values()],
+        "gestures": [{"text": g.name, "help": _gesture_help(g.help)} for g in robot.motions.values()],
         "postures": [{"text": name, "help": N_("a posture")} for name in robot.postures],
         "acts": _acts(robot, [d.settings["label"].text for d in workbook.devices if "label" in d.settings]),
         "expects": [{"text": text, "help": line} for text, line in _EXPECTS],
@@ -311,7 +317,7 @@ def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
         ("operator", "presses"): [{"text": label} for label in labels if label],
     }
     known = {
-        (kind.name, verb.name): [{"text": text, "help": line} for text, line in verb.examples if text]
+        (kind.name, verb.name): [{"text": text, "help": scene_message(line)} for text, line in verb.examples if text]
         for kind in KINDS.values() for verb in kind.verbs
     }  # fmt: skip
     return {
@@ -320,15 +326,6 @@ def _acts(robot: Robot, labels: list[str]) -> dict[str, list[Any]]:
     }
 
 
-_WORDS = (
-    (re.compile(r"\s*`rrp-sheets --help` lists the commands\."), ""),
-    (re.compile(r" \(`rrp-sheets (?:serve|new FILE)`(?: makes one)?\)"), ""),
-    (re.compile(r" with\s+`rrp-sheets new FILE`"), " on the page Workbooks"),
-    (re.compile(r"made with `rrp-sheets new`"), "created on the page Workbooks"),
-    (re.compile(r"`rrp-sheets check --fix`"), "The button below the message"),
-    (re.compile(r" \(`rrp-sheets help [^`]+`\)"), ""),
-    (re.compile(r"`rrp-sheets help`"), "Help (F1)"),
-)  # fmt: skip
 ON_PAGES: Mapping[str, str] = {
     "See `rrp-sheets help devices`.": N_("See Help (F1): devices."),
     "See `rrp-sheets help functions`.": N_("See Help (F1): functions."),
@@ -359,14 +356,3 @@ def in_browser(text: str) -> str:
         return LazyMessage(instead, **text.places)
     places = {name: in_browser(value) if isinstance(value, str) else value for name, value in text.places.items()}
     return text if places == text.places else LazyMessage(text.template, msgctxt=text.context, **places)
-
-
-def of_help(text: str) -> str:
-    """Reword a text of the help; its links to topics stay.
-
-    >>> of_help("The grid in the browser (`rrp-sheets serve`) has keys. `rrp-sheets --help` lists the commands.")
-    'The grid in the browser has keys.'
-    """
-    for pattern, new in _WORDS if "rrp-sheets" in text else ():
-        text = pattern.sub(new, text)
-    return text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import xml.etree.ElementTree as ET
 from functools import lru_cache
@@ -11,6 +10,7 @@ from typing import Any
 
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
+from rrp_sheets.page_texts import json_in
 from rrp_sheets.robots import Robot, load_robot
 from rrp_sheets.scene.scene_words import BALL_SIZE
 from rrp_sheets.sim.appearance import BACK, BALL_COLOURS, COLOURS, FRONT, HAIR, HEAD, NOSE, PEOPLE, RINGS, outline
@@ -26,8 +26,8 @@ def robot_model(robot: Robot) -> dict[str, Any]:
 
     That is `links` with their visuals, `joints` with origin and axis, `meshes` as triangles with normals, `rest` (the
     joint angles of the start posture), `follow` (joints that have no angle of their own), `eyes` (the links that
-    shine), `touch` (the middle of each zone that feels a touch, on its link), `units` (of the fields that its sensors
-    give, by key), `scene` (sizes and colours of the things beside it).
+    shine), `touch` (the middle of each zone that feels a touch, on its link, and its name for readers), `units` (of
+    the fields that its sensors give, by key), `scene` (sizes and colours of the things beside it).
     """
     path = robot.folder / robot.data["robot"]["urdf"]
     try:
@@ -64,13 +64,16 @@ def _touch(robot: Robot) -> list[dict[str, Any]]:
     middles = {
         zone: [sum(c) / len(c) for c in zip(*(p["xyz"] for p in mine), strict=True)] for zone, mine in zones.items()
     }
-    return [{"zone": zone, "link": mine[0]["link"], "xyz": middles[zone]} for zone, mine in zones.items() if mine]
+    return [
+        {"zone": zone, "label": N_(zone, msgctxt="value"), "link": mine[0]["link"], "xyz": middles[zone]}
+        for zone, mine in zones.items() if mine
+    ]  # fmt: skip
 
 
 @lru_cache(maxsize=4)
-def robot_json(name: str) -> str:
-    """Return the model of a robot that comes with the program, as JSON; made once. Raises as `robot_model`."""
-    return json.dumps(robot_model(load_robot(name)), ensure_ascii=False, separators=(",", ":"))
+def robot_json(name: str, language: str = "en") -> str:
+    """Return the model of a robot of ours as JSON, in a language; made once. Raises as `robot_model`."""
+    return json_in(robot_model(load_robot(name)), language)
 
 
 def _heads() -> dict[str, Any]:

@@ -18,6 +18,7 @@ from rrp_sheets.web.requests import (
     author_of,
     json_body,
     number_of,
+    page_language,
     text_of,
     truth_of,
     visitor,
@@ -109,8 +110,8 @@ def sound(file: str) -> Response:
 def model() -> Response:
     """Send the model of a robot, for the 3D view."""
     name = request.args.get("robot", "nao")
-    text = robot_json(name if name in robot_names() else "nao")
-    return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600"})
+    text = robot_json(name if name in robot_names() else "nao", page_language())
+    return Response(text, mimetype="application/json", headers={"Cache-Control": "max-age=3600", "Vary": "Cookie"})
 
 
 @blueprint.get("/robot/face/<int:number>.png")

@@ -619,7 +619,8 @@ def grid_page(session: WorkbookSession, name: str, sheet: str, *, live: bool = F
     own = sheet in document.own
     renderer = RowRenderer(own_grid(document, sheet)) if own else session.renderer(sheet) if sheet else None
     grid = renderer.grid if renderer else None
-    acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": list(analysis.robot.touch_zones)}
+    zones = [(zone, N_(zone, msgctxt="value")) for zone in analysis.robot.touch_zones]
+    acts = {**{kind: verbs_of(kind) for kind in KINDS}, "zones": zones}
     version = grid.version if grid else 0  # before the rows, which are of that version or of a later one
     rows = renderer.rows(0, MOST_OWN_ROWS if own else FIRST_ROWS, page_language()) if renderer else Markup("")
     return GridPage(

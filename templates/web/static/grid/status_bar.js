@@ -3,6 +3,8 @@
 import { put } from "../elements.js";
 import { t, tn } from "../texts.js";
 
+const LATEST_MS = 500; // a busy browser has no idle moment for long
+
 export class StatusBar {
   constructor(grid) {
     this.grid = grid;
@@ -19,7 +21,7 @@ export class StatusBar {
     this.waiting ??= (window.requestIdleCallback ?? setTimeout)(() => {
       this.waiting = null;
       this.show();
-    });
+    }, { timeout: LATEST_MS });
   }
 
   show() {

@@ -218,7 +218,7 @@ export function scene(root) {
       const example = known[kind][verb] ?? "";
       const word = make("button", { type: "button", className: "button small", textContent: VERBS[verb] });
       const choice = verb === "says" ? make("input", { value: example, maxLength: 100, ariaLabel: t("What {name} says", { name }) })
-        : verb === "touches" ? make("select", { ariaLabel: t("What {name} touches", { name }) }, ...known.zones.map((zone) => make("option", { textContent: zone }))) : null;
+        : verb === "touches" ? make("select", { ariaLabel: t("What {name} touches", { name }) }, ...known.zones.map(([zone, label]) => make("option", { value: zone, textContent: label }))) : null;
       word.toggleAttribute("data-needs", !BRINGS.includes(verb)); // the thing itself
       if (choice) choice.toggleAttribute("data-needs", true);
       word.addEventListener("click", () => act("scene", { thing: name, verb, value: choice ? choice.value : example }));

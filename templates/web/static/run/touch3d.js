@@ -18,7 +18,7 @@ export class Touch {
     this.stage = stage;
     this.on = false;
     this.press = null; // { zone, x, y, timer, held }
-    this.zones = stage.model.touch.map(({ zone, link, xyz }) => ({ zone, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(zone) }));
+    this.zones = stage.model.touch.map(({ zone, label, link, xyz }) => ({ zone, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(label) }));
     this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark));
     const { canvas } = stage;
     canvas.parentElement.append(this.box);
@@ -119,6 +119,6 @@ function touch(zone, step) {
   told = told.then(() => act("touch", { zone, step }));
 }
 
-function mark(zone) {
-  return make("button", { type: "button", className: "zone", ariaLabel: t("Touch: {zone}", { zone }) }, make("span", zone));
+function mark(label) {
+  return make("button", { type: "button", className: "zone", ariaLabel: t("Touch: {zone}", { zone: label }) }, make("span", label));
 }
