@@ -51,6 +51,7 @@ def test_the_life_of_a_sheet_by_keyboard(shelf: Books) -> None:
         "Scene",
         "Gestures",
         "Test",
+        "Risks",
         "Table",
     ]
     expect(page.locator("#kinds [role=menuitem]").first).to_be_focused()
