@@ -61,14 +61,15 @@ def test_routes_are_those_of_the_table(app: Flask, golden: Any) -> None:
     golden("routes.md", "\n".join([*head, *table(app), ""]))
 
 
-def test_only_the_login_needs_no_cookie_and_only_its_forms_no_header(app: Flask) -> None:
+def test_only_the_login_and_the_language_need_no_cookie_and_their_forms_no_header(app: Flask) -> None:
     lines = [line.strip("| ").split(" | ") for line in table(app)]
     assert {where for *_, needs, where in lines if "cookie" not in needs} == {
-        "`views.login.page`", "`views.login.enter`",
+        "`views.login.page`", "`views.login.enter`", "`requests.choose_language`",
     }  # fmt: skip
     posts = [(needs, where) for method, _, needs, where in lines if method == "POST"]
     assert all("Origin" in needs for needs, _ in posts)
-    assert {where for needs, where in posts if "X-RRP" not in needs} == {"`views.login.enter`", "`views.login.leave`"}
+    forms = {"`views.login.enter`", "`views.login.leave`", "`requests.choose_language`"}
+    assert {where for needs, where in posts if "X-RRP" not in needs} == forms
 
 
 @pytest.mark.slow
