@@ -121,7 +121,7 @@ def test_an_example_is_opened_as_a_workbook(page: Any, books: Path) -> None:
     name.press("Enter")
     expect(example.get_by_role("alert")).to_contain_text("“a/b” cannot be the name of a file.")
     name.fill("ボール")
-    example.get_by_role("button", name="Create").click()
+    example.get_by_role("button", name="Create", exact=True).click()
     page.wait_for_selector("body[data-ready]")
     expect(page.locator("[role=grid]")).to_contain_text("Red ball")
     eventually((books / "ボール.xlsx").is_file)

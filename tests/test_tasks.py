@@ -54,7 +54,7 @@ class Shelf(GridPage):
 
     def new_by_mouse(self, name: str, *, touch: bool = False) -> None:
         field = self.page.get_by_label("New workbook")
-        make = self.page.get_by_role("button", name="Create")
+        make = self.page.get_by_role("button", name="Create", exact=True)
         field.tap() if touch else field.click()
         self.page.keyboard.type(name)
         self.page.get_by_role("combobox").select_option("empty")
@@ -137,7 +137,7 @@ def test_by_what_a_screen_reader_knows_alone(browser: Any, url: str, folder: Pat
     tree.get_by_role("textbox", name="New workbook").focus()
     page.type("by ear", "Tab")
     page.type("empty", "Tab")
-    expect(tree.get_by_role("button", name="Create")).to_be_focused()
+    expect(tree.get_by_role("button", name="Create", exact=True)).to_be_focused()
     page.press("Enter")
     page.opened()
     expect(tree.get_by_role("grid", name="Tracking")).to_be_visible()
