@@ -121,8 +121,10 @@ SHEETS = {
     "Devices": [["Stream", "Device", "Colour", "Notes"], ["Ball", "Red ball", "red", "a"]],
     "Gestures": [["Name", "Time (s)", "Head yaw", "Notes"], ["Nod", "1", "10", "a"]],
     "Protocol": [["Field", "Value", "Notes"], ["Title", "My study", "a"]],
+    "Risks": [["Risk", "For whom", "How likely", "What reduces it", "Who ends the session when", "Notes"],
+              ["falls", "child", "Unlikely", "it sits", "we, at once", "a"]],
     "Parts": [["Part", "Step"], ["arm", "1"]],
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

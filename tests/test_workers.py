@@ -308,6 +308,6 @@ def test_an_error_of_a_task_is_raised_here() -> None:
     worker = RestartingWorker()
     try:
         with pytest.raises(SheetsError, match="cannot be read"):
-            worker.ask(["rrp_sheets.services.query_worker.course", "/nowhere"], 300)
+            worker.ask(["rrp_sheets.services.query_worker.course", "/nowhere", "en"], 300)
     finally:
         worker.close()

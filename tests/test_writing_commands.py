@@ -78,8 +78,8 @@ def test_set_tells_a_warning(path):
 
 @pytest.mark.parametrize(
     ("cell", "words"),
-    [("Nope!A1", "There is no sheet “Nope”"), ("5C", "“5C” is no cell"), ("", "is no cell"), ("A0", "is no cell"),
-     ("XFE1", "is no cell")],
+    [("Nope!A1", "There is no sheet “Nope”"), ("5C", "“5C” is not a cell"), ("", "is not a cell"), ("A0", "is not a cell"),
+     ("XFE1", "is not a cell")],
 )  # fmt: skip
 def test_set_where_there_is_no_cell(path, cell, words):
     before = path.read_bytes()

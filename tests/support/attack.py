@@ -52,6 +52,9 @@ JSON: dict[str, dict[str, Any]] = {
     "sheet.change delete": {**_WHO, "sheet": SHEET, "rows": ["ROW"]},
     "sheet.change move": {**_WHO, "sheet": SHEET, "rows": ["ROW"], "before": None},
     "sheet.change rename": {**_WHO, "sheet": SHEET, "old": "Distance", "new": "Far"},
+    "sheet.change replace": {
+        **_WHO, "sheets": [{"sheet": SHEET, "cells": [{"row": "ROW", "column": 1, "text": "x", "was": None}]}],
+    },
     "sheet.change comment": {**_PLACE, "what": "add", "text": "x", "id": ""},
     "sheet.change look": {
         **_WHO, "sheet": SHEET, "cells": [{"row": "ROW", "column": 6}], "bold": True, "fill": "green", "wrap": False,
@@ -89,6 +92,8 @@ JSON: dict[str, dict[str, Any]] = {
 """What is sent as JSON."""
 
 FORMS: dict[str, dict[str, Any]] = {
+    "language": {"language": "ja", "next": "/"},
+    "help.open_example": {"page": "priority.html", "example": "x", "name": "x"},
     "workbooks.act new": {"name": "new", "template": "guided"},
     "workbooks.act copy": {"book": BOOK},
     "workbooks.act rename": {"book": BOOK, "name": "other"},
