@@ -263,7 +263,7 @@ def test_a_table_tells_the_end_of_the_program_from_a_person_who_stopped_the_run(
     assert ended == {"one": ("stopped", "TRUE"), "two": ("killed", "FALSE"), "three": ("stopped", "TRUE")}
     shown = CliRunner().invoke(group, ["runs", str(tmp_path)]).output
     assert "stopped by Aya" in shown and "stopped because the program that started it ended" in shown
-    help_text = (Path(help.__file__).parent / "records.md").read_text(encoding="utf-8")
+    help_text = (Path(help.__file__).parent / "recordings.md").read_text(encoding="utf-8")
     assert (
         "* killed | " in help_text and "complete is FALSE" in help_text.partition("* killed | ")[2].partition("\n")[0]
     )
