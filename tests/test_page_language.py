@@ -73,7 +73,7 @@ def test_rows_panels_and_diagrams_are_in_the_language_of_the_page(client: FlaskC
     checked(client, book("wrong.md"))
     page = in_japanese(client, book("wrong.md"))
     (finding,) = re.findall(r'<div class="mend is-error"[^>]*>(.*?)</div>', page)[:1]
-    assert "誤り" in finding and "Error" not in finding and JAPANESE.search(finding)
+    assert "エラー" in finding and "Error" not in finding and JAPANESE.search(finding)
     checked(client, book("good.md"))
     good = in_japanese(client, book("good.md"))
     assert translate(LazyMessage("Row {row} is on", row=2), "ja") in good
