@@ -124,7 +124,19 @@ def test_help_has_no_text_outside_the_catalogue(command: str) -> None:
         "list",
         "delete",
     }  # to be typed
-    lines |= {"high", "five", "my", "pose", "simulated", "pilot", "letter", "nao", "guided"} | {"High", "BUNDLE"}
+    lines |= {
+        "high",
+        "five",
+        "my",
+        "pose",
+        "simulated",
+        "pilot",
+        "letter",
+        "nao",
+        "guided",
+        "board",
+        "participants",
+    } | {"High", "BUNDLE"}
     joints = {"RShoulderPitch", "RElbowRoll", "RHand"}
     assert outside(said) - placeholders - NAMES - lines - joints == set()
 

@@ -202,7 +202,9 @@ def test_the_marked_copy_and_the_pack_say_it_in_japanese(japanese):
     said_by("check", japanese, "--report", copy)
     book = openpyxl.load_workbook(copy)
     texts = [str(c.value) for sheet in book for row in sheet.iter_rows() for c in row if c.value]
-    assert any("エラー GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "エラー1件" in texts
+    assert (
+        any("エラー GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "エラー1件" in texts
+    )
     (finding,) = gather(japanese, draft=True).pack.findings
     assert finding.text.startswith("ストリーム「Red bal」") and "のことですか" in finding.remedy
 
