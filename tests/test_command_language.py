@@ -124,7 +124,19 @@ def test_help_has_no_text_outside_the_catalogue(command: str) -> None:
         "list",
         "delete",
     }  # to be typed
-    lines |= {"high", "five", "my", "pose", "simulated", "pilot", "letter", "board", "participants", "nao", "guided"} | {"High", "BUNDLE"}
+    lines |= {
+        "high",
+        "five",
+        "my",
+        "pose",
+        "simulated",
+        "pilot",
+        "letter",
+        "nao",
+        "guided",
+        "board",
+        "participants",
+    } | {"High", "BUNDLE"}
     joints = {"RShoulderPitch", "RElbowRoll", "RHand"}
     assert outside(said) - placeholders - NAMES - lines - joints == set()
 
@@ -215,9 +227,9 @@ def test_a_workbook_is_told_of_in_the_readers_language_or_else_in_its_own(
 ) -> None:
     Path("日.md").write_text(BOOK + "\n## Protocol\n\n| Field | Value |\n|---|---|\n| Language | 日本語 |\n", "utf-8")
     monkeypatch.setenv("LC_ALL", "C")
-    assert "誤り1件" in run("check", "日.md")[1] and "1 error" in run("check", "誤.md")[1]
+    assert "エラー1件" in run("check", "日.md")[1] and "1 error" in run("check", "誤.md")[1]
     monkeypatch.setenv("LC_ALL", "en_US.UTF-8")
-    assert "1 error" in run("check", "日.md")[1] and "誤り1件" in run("check", "誤.md", "--language", "ja")[1]
+    assert "1 error" in run("check", "日.md")[1] and "エラー1件" in run("check", "誤.md", "--language", "ja")[1]
 
 
 @pytest.mark.parametrize("typed", ["check 誤.md --json", "test 良.md --json", "runs . --json", "formula 1+x --json"])

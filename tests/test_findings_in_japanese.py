@@ -188,7 +188,7 @@ def said_by(*arguments: object) -> str:
 
 def test_a_japanese_protocol_is_checked_in_japanese(japanese):
     text = said_by("check", japanese)
-    assert "誤り GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text and "誤り1件。" in text
+    assert "エラー GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text and "エラー1件。" in text
     assert "「Red ball」のことですか。" in text and "No row produces" not in text
     assert "No row produces the stream “Red bal”" in said_by("check", japanese, "--language", "en")
     (found,) = json.loads(said_by("check", japanese, "--json"))["findings"]
@@ -202,7 +202,9 @@ def test_the_marked_copy_and_the_pack_say_it_in_japanese(japanese):
     said_by("check", japanese, "--report", copy)
     book = openpyxl.load_workbook(copy)
     texts = [str(c.value) for sheet in book for row in sheet.iter_rows() for c in row if c.value]
-    assert any("誤り GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "誤り1件" in texts
+    assert (
+        any("エラー GRAPH001: ストリーム「Red bal」" in t for t in texts) and "対処" in texts and "エラー1件" in texts
+    )
     (finding,) = gather(japanese, draft=True).pack.findings
     assert finding.text.startswith("ストリーム「Red bal」") and "のことですか" in finding.remedy
 
@@ -237,7 +239,7 @@ def tested(tmp_path_factory):
 @pytest.mark.parametrize("command", ["print", "marbles", "test", "run"])
 def test_every_command_says_in_japanese_what_is_wrong_with_a_japanese_workbook(command, japanese):
     text = said_by(command, japanese)
-    assert "誤り GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text
+    assert "エラー GRAPH001 Look!A2: ストリーム「Red bal」を出す行はなく" in text
     assert not ENGLISH.search(text), text
 
 
@@ -269,7 +271,7 @@ def test_a_run_of_a_japanese_workbook_is_told_in_japanese(tmp_path):
     book.write_text(RUN, encoding="utf-8")
     text = said_by("run", book, "--fast", "--for", "5 s", "--out", tmp_path / "out")
     for words in (
-        "挨拶：4行、5秒間。", "試し!2の誤り：", "発話『こんにちは。』", "実行が終わりました",
+        "挨拶：4行、5秒間。", "試し!2のエラー：", "発話『こんにちは。』", "実行が終わりました",
         "行試し!5が実行を終えました。", "件の命令", "すべての出来事",
     ):  # fmt: skip
         assert words in text, text
@@ -280,7 +282,7 @@ def test_cells_are_set_in_the_language_of_the_workbook(japanese, tmp_path):
     book = tmp_path / "挨拶.md"
     book.write_text(japanese.read_text(encoding="utf-8"), encoding="utf-8")
     text = said_by("set", book, "Look!D2", "近い")
-    assert "Look!D2：『Near』 → 『近い』" in text and "誤り GRAPH001 Look!A2" in text and "誤り1件" in text
+    assert "Look!D2：『Near』 → 『近い』" in text and "エラー GRAPH001 Look!A2" in text and "エラー1件" in text
     assert not ENGLISH.search(text), text
 
 

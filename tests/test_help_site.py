@@ -200,7 +200,7 @@ def test_the_pages_are_written_anew_and_old_ones_go(few: None, tmp_path: Path) -
     (folder / "en" / "gone.html").write_text("old", encoding="utf-8")
     (folder / "rrp-sheets-help.json").write_text(json.dumps({"files": [*listed, "en/gone.html"]}), encoding="utf-8")
     (folder / "mine.txt").write_text("mine", encoding="utf-8")
-    assert "7ページを書きました" in write(str(folder), "--language", "ja")
+    assert "7ページを書き出しました" in write(str(folder), "--language", "ja")
     assert "of before" not in (folder / "en" / "formulas.html").read_text(encoding="utf-8")
     assert not (folder / "en" / "gone.html").exists()
     assert (folder / "mine.txt").read_text(encoding="utf-8") == "mine"

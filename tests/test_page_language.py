@@ -73,7 +73,7 @@ def test_rows_panels_and_diagrams_are_in_the_language_of_the_page(client: FlaskC
     checked(client, book("wrong.md"))
     page = in_japanese(client, book("wrong.md"))
     (finding,) = re.findall(r'<div class="mend is-error"[^>]*>(.*?)</div>', page)[:1]
-    assert "誤り" in finding and "Error" not in finding and JAPANESE.search(finding)
+    assert "エラー" in finding and "Error" not in finding and JAPANESE.search(finding)
     checked(client, book("good.md"))
     good = in_japanese(client, book("good.md"))
     assert translate(LazyMessage("Row {row} is on", row=2), "ja") in good
@@ -131,7 +131,7 @@ def test_each_page_is_told_in_its_own_language(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "places"),
     [
-        ("Child: this row never happened, because what it waits for never came.", {"thing": "Child"}),
+        ("Scene row 3 never happened: its event never came.", {"row": "3"}),
         ("Red ball is placed at 0.50, 0.10, 0.42 m.", {"thing": "Red ball", "place": "0.50, 0.10, 0.42"}),
         ("Paused.", {}),
     ],
@@ -154,10 +154,10 @@ def test_what_people_wrote_is_never_translated(tmp_path: Path) -> None:
 
 
 def test_the_page_of_a_recording_is_in_the_language_of_its_reader(client: FlaskClient, tmp_path: Path) -> None:
-    text = "Child: this row never happened, because what it waits for never came."
+    text = "Scene row 3 never happened: its event never came."
     write_run(tmp_path, "one", RECORDED, EVENT, RecordedNotice(0, "", "Scene!3", "note", text, "").entry(), END)
     english, japanese = get(client, "/runs/one").text, in_japanese(client, "/runs/one")
-    assert "this row never happened" in english and "this row never happened" not in japanese
+    assert "row 3 never happened" in english and "never happened" not in japanese
 
 
 # ---- in a browser

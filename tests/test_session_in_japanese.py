@@ -54,7 +54,7 @@ ENGLISH = """() => {
 }"""
 SAME = re.compile(
     r"挨拶.*|RRP Sheets.*|NAO|SVG|Esc.*|CSV|PDF|English|A4|Letter|SHA-256|F\d+|Ctrl.*|Shift.*|Alt.*"
-    r"|(?:Devices|Scene|Protocol|Input streams|Connector|Formula|Output stream|On|Notes|Stream|Device|Label)(?: \d+)?"
+    r"|(?:Devices|Scene|Protocol|Input streams|Connector|Formula|Output stream|On|Notes|Stream|Device|Label)(?: \d+)?|Time \(ms\)|Send|Expect"
     r"|\.?[a-z-]+(?:-\d+)?\.(?:csv|xlsx|svg|png|gif|jsonl|toml|wav|pdf|zip|jpg)|\.(?:csv|xlsx|pdf|svg)"
     r"|map|filter|subscribe|[a-z]+(?:\.[a-z]+)? ?(?:< 2|x)?|value.*|-?[\d.,:/ ]+(?:m|s|rad|kB|MB|Hz|ms|min|×)(?:[ /].*)?"
     r"|LINT\d+|GRAPH\d+|(?:Red ball|Head tracker).*|[0-9a-f]{8,}|.*!\d+|runs/.*|[A-Z]\d+ .*|.*℃"

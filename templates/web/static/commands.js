@@ -103,10 +103,10 @@ export const COMMANDS = [
     at: "cell", keys: ["Ctrl+Alt+l"], when: ({ filter }) => filter.active, run: ({ filter }) => filter.apply() },
   { name: "showAll", label: t("Show all rows"), when: ({ filter }) => filter.active, run: ({ filter }) => filter.showAll() },
   { name: "onlyProblems", run: ({ filter }) => filter.onlyProblems() },
-  { name: "rows", told: "Menu key", help: "all that can be done with rows", run: ({ menu }, button) => menu.below(button) }, // the key is the browser's own
+  { name: "rows", told: "Menu key", help: "everything that you can do with rows", run: ({ menu }, button) => menu.below(button) }, // the key is the browser's own
 
   { section: "Sheets", name: "renameSheet", label: t("Rename"), told: "F2, Delete at a tab",
-    help: "renames the sheet, deletes it; Menu key or right click: all that can be done with it", at: "tab", keys: ["Any+F2"], run: ({ tabs, sheet }) => tabs.rename(sheet) },
+    help: "renames the sheet, deletes it; Menu key or right click: everything that you can do with it", at: "tab", keys: ["Any+F2"], run: ({ tabs, sheet }) => tabs.rename(sheet) },
   { name: "duplicateSheet", label: t("Duplicate"), when: ({ kind }) => ["behaviour", "test", "table"].includes(kind), run: ({ tabs, sheet }) => tabs.send("duplicate", { of: sheet }) },
   { name: "moveSheetLeft", label: t("Move left"), run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: -1 }) },
   { name: "moveSheetRight", label: t("Move right"), run: ({ tabs, sheet }) => tabs.send("move", { of: sheet, by: 1 }) },
@@ -122,7 +122,7 @@ export const COMMANDS = [
   { name: "name", run: ({ people }) => people.ask() },
 
   { section: "During a run", told: "Esc Esc", help: "stops the run, wherever you are", at: "anywhere", keys: ["Escape Escape"], run: (stop) => stop() },
-  { told: "1 to 9", help: "press the operator’s buttons, unless a cell or a field has the cursor", at: "operator", keys: [..."123456789"],
+  { told: "1 to 9", help: "press the operator’s buttons, except while you type in a cell or a field", at: "operator", keys: [..."123456789"],
     when: (place, { key, repeat, target }) => !repeat && !target.closest?.(TYPED) && nth(place, key)?.disabled === false, run: (place, { key }) => nth(place, key).click() },
   // browsers let a page have these, though they change the tab by them where a page does not take them
   { told: "Ctrl + 1 to 8", help: "choose what is shown below the rows", at: "views", keys: [..."12345678"].map((key) => `Ctrl+${key}`),
