@@ -13,7 +13,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.workers.worker_process import RestartingWorker, WorkerError
 
 COURSE = "rrp_sheets.services.query_worker.course"
-GONE = [COURSE, "/nowhere"]
+GONE = [COURSE, "/nowhere", "en"]
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def hang(office: RestartingWorker) -> int:
 def test_one_that_does_not_take_what_is_sent_is_ended_in_time(office: RestartingWorker) -> None:
     hung = hang(office)
     with pytest.raises(WorkerError, match=r"did not end within 0\.3 s") as told:
-        office.ask([COURSE, "x" * 5_000_000], 0.3)  # more than a connection holds
+        office.ask([COURSE, "x" * 5_000_000, "en"], 0.3)  # more than a connection holds
     assert not told.value.gone and office.pid is None and not alive(hung)
     with pytest.raises(SheetsError, match="cannot be read"):
         office.ask(GONE, 300)

@@ -130,7 +130,7 @@ def test_a_file_that_has_come_is_told_by_a_cookie_of_its_own(client: FlaskClient
 
 
 def test_whose_it_is_is_told_where_a_run_can_be_taken_along(client: FlaskClient) -> None:
-    assert "recorded of <b>P-02</b>" in get(client, "/runs/2-b").text
+    assert "recordings of <b>P-02</b>" in get(client, "/runs/2-b").text
 
 
 def test_the_page_of_a_run_leads_to_all_of_it(client: FlaskClient) -> None:

@@ -338,21 +338,21 @@ def test_pictures_go_only_to_pages_that_show_them_and_never_queue(tmp_path: Path
     assert session.is_looked and page.take(str) == "picture 0 "
     session.tell_picture("picture 1 ")
     session.tell_picture("picture 2 ")
-    session.tell_all("values ")
-    assert page.take(str) == "values picture 2 ", "only the newest"
-    assert other.take(str) == "values "
+    session.tell_live([("values", {})])
+    assert page.take(list) == "event: values\ndata: {}\n\npicture 2 ", "only the newest"
+    assert other.take(list) == "event: values\ndata: {}\n\n"
     page.unsent = lambda: 50_000  # the browser reads slowly
     session.tell_picture("picture 3 ")
     assert page.take(str) == ""
     session.tell_picture("picture 4 ")
-    session.tell_all("values ")
-    assert page.take(str) == "values ", "values and the phase do not wait for pictures"
+    session.tell_live([("values", {})])
+    assert page.take(list) == "event: values\ndata: {}\n\n", "values and the phase do not wait for pictures"
     page.unsent = int
     assert page.take(str) == "picture 4 "
     session.look("a", False, "")
     session.tell_picture("picture 5 ")
-    session.tell_all("values ")
-    assert page.take(str) == "values " and not session.is_looked
+    session.tell_live([("values", {})])
+    assert page.take(list) == "event: values\ndata: {}\n\n" and not session.is_looked
 
 
 def test_a_refusal_speaks_of_the_help_of_the_page_and_of_the_speed_there_is(run_state: RunState) -> None:

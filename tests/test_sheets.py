@@ -216,7 +216,7 @@ if shutil.which("soffice"):
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("", "needs a name"), ("  \n ", "needs a name"), ("a/b", "“/” cannot"), ("[x]", "“\\[” cannot"), ("x" * 32, "32 letters"),
+        ("", "needs a name"), ("  \n ", "needs a name"), ("a/b", "contain “/”"), ("[x]", "contain “\\[”"), ("x" * 32, "32 letters"),
         ("𝄞" * 16, "32 letters"), ("'a", "apostrophe"), ("---", "letter or a digit"), ("history", "for itself"),
         ("TRACK ING", "“Tracking” already"), ("..", "letter or a digit"),
     ],

@@ -217,7 +217,7 @@ def test_an_edit_gives_its_cell_free_and_tells_where_the_cursor_goes(folder: Pat
 def test_services_that_are_closed_leave_no_process_and_start_none(tmp_path: Path) -> None:
     made = make_services(tmp_path)
     workers = [service._worker for service in vars(made).values() if isinstance(service, QueryWorker)]
-    request = ["rrp_sheets.services.query_worker.course", str(tmp_path / "none")]
+    request = ["rrp_sheets.services.query_worker.course", str(tmp_path / "none"), "en"]
     for worker in workers:
         with pytest.raises(SheetsError, match="cannot be read"):
             worker.ask(request, 60)

@@ -68,7 +68,7 @@ def test_what_is_typed(text, value):
 @pytest.mark.parametrize(
     ("value", "words"),
     [("x" * 32_768, "32,768 characters"), ("😀" * 16_384, "32,768 characters"), ("a\ufffeb", "U+FFFE"),
-     ("a\ud800", "U+D800"), (float("nan"), "no number"), (float("inf"), "no number")],
+     ("a\ud800", "U+D800"), (float("nan"), "number nan"), (float("inf"), "number inf")],
 )  # fmt: skip
 def test_values_that_no_cell_can_hold(path, value, words):
     before = path.read_bytes()

@@ -97,20 +97,20 @@ class RowRenderer:
         bodies = (made[i : i + _BODY] for i in range(0, max(len(made), 1), _BODY))
         return Markup("".join(f'<tbody role="rowgroup">{"".join(body)}</tbody>' for body in bodies))
 
-    def changed(self, languages: Collection[str]) -> list[tuple[str, Versions]]:
+    def changed(self, languages: Collection[str] = ("en",)) -> list[tuple[str, Versions]]:
         """Render the rows that have changed since they were last rendered; rows never rendered are left out."""
         return [
             (row, self._versions(row, number, languages)) for row, number in self.grid.numbers().items()
             if row in self._signatures and self._signatures[row] != self._signature(row, number)
         ]  # fmt: skip
 
-    def affected_rows(self, sheet: str, language: str) -> dict[str, Any]:
+    def affected_rows(self, sheet: str, language: str = "en") -> dict[str, Any]:
         """Return all rows that the check affects, as an event for a page that was rendered before it."""
         bare, numbers = RowRenderer(self.grid), self.grid.numbers()
         told = [r for r, n in numbers.items() if self._signature(r, n) != bare._signature(r, n)]
         return {"sheet": sheet, "replace": [{"id": r, "html": self._render(r, numbers[r], language)} for r in told]}
 
-    def html(self, rows: Iterable[str], languages: Collection[str]) -> dict[str, Versions]:
+    def html(self, rows: Iterable[str], languages: Collection[str] = ("en",)) -> dict[str, Versions]:
         """Render rows by their ids; those deleted meanwhile are left out."""
         numbers = self.grid.numbers()
         return {row: self._versions(row, numbers[row], languages) for row in rows if row in numbers}
