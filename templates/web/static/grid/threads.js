@@ -320,7 +320,7 @@ export class Threads {
     const threads = (ok && json.threads) || [];
     const show = () => {
       const some = threads.filter((one) => all.checked || !one.done);
-      put(said, !ok ? t("The server cannot be reached. Try again.") : json.message ?? tn("{n} thread", "{n} threads", { n: some.length + (json.left_out ?? 0) }));
+      put(said, !ok ? t("This page has no connection to the program. Check that the program is running, then try again.") : json.message ?? tn("{n} thread", "{n} threads", { n: some.length + (json.left_out ?? 0) }));
       list.replaceChildren(...some.map((one) => this.entry(one, dialog)));
     };
     all.addEventListener("change", show);
