@@ -188,7 +188,7 @@ def test_what_cannot_be_compared_is_told(client: FlaskClient, ref: str) -> None:
 def test_a_file_that_is_no_workbook_is_told(folder: Path, client: FlaskClient) -> None:
     (folder / "broken.xlsx").write_bytes(b"PK broken")
     text = get(client, "/compare?first=book/broken.xlsx&second=book/good.md").text
-    assert "is damaged" in text and "let it be repaired" in text
+    assert "is damaged" in text and "repair it and save it again" in text
 
 
 def test_hostile_texts_are_shown_as_text(folder: Path, client: FlaskClient) -> None:

@@ -148,7 +148,7 @@ export class Threads {
     this.panel = null;
     const cell = this.cellAt(place);
     if (focus) (cell ?? grid.selection.cell)?.focus({ preventScroll: true });
-    if (left && cell) grid.say(t("Your comment on {cell} is not sent. It is kept: press Shift+F2 to go on.", { cell: grid.table.address(cell) }), true);
+    if (left && cell) grid.say(t("Your comment on {cell} is not sent. This page keeps it: press Shift+F2 to continue.", { cell: grid.table.address(cell) }), true);
   }
 
   /** Show the comments of the cell as they are now; the text that is being typed stays. */
