@@ -314,8 +314,8 @@ def test_the_sentences_of_the_advanced_connectors():
     assert [r.text for r in said.rows][:8] == [
         "“A” adds 1 to “N”. “B” sets “N” to 0.",
         "Each “A” adds 1 to “M”.",
-        "After the start and after each “B”, only the first “N” becomes “O”.",
-        "Only the first “N” for each `n` becomes “P”.",
+        "Only the first “N” becomes “O”. After each “B”, this starts over.",
+        "The first “N” with a new value of `n` becomes “P”. Later ones with the same value do nothing.",
         "8 s after the last “O”, emit “Q”, unless “P” arrives first.",
         "Each “Q” that differs from the one before becomes “R”.",
         "When “R” arrives, emit “S”, then ignore new ones for 4 s.",
@@ -331,6 +331,6 @@ def test_a_blank_that_stops_an_actuator_is_told_as_such():
     checked = check(book)
     (said,) = explain(checked.graph, checked.workbook)
     assert [r.text for r in said.rows][1::2] == [
-        "When the result of row 2 arrives, stop speaking (“Say”).",
-        "When “Hush” arrives, stop following (“Head tracker”).",
+        "When row 2 gives a value, stop the speech “Say”.",
+        "When “Hush” arrives, stop the tracking “Head tracker”.",
     ]

@@ -61,7 +61,7 @@ def test_the_workbooks_in_words(name, golden):
         ("distance < 1 or distance > 2", "“Distance” is under 1 m or “Distance” is over 2 m"),
         ('ball.colour == "red"', "the colour of “Ball” is “red”"),
         ('it.colour != "red"', "its colour is not “red”"),
-        ("not ball.new", "the “new” value of “Ball” is not true"),
+        ("not ball.new", "the value “new” of “Ball” is not true"),
         ("ISBLANK(distance)", "“Distance” is blank"),
         ("howFar", "“how far” is true"),
         # never guessed:
@@ -91,7 +91,7 @@ def test_conditions(wording, formula, words):
         ("distance * 2", "“Distance” × 2"),
         ("ROWS(Parts) + 1", "the number of rows in “Parts” + 1"),
         ("INDEX(Parts; distance)", "the row of “Parts” with the number “Distance”"),
-        ("INDEX(Parts[Say]; it)", "the “Say” value in the row of “Parts” with this number"),
+        ("INDEX(Parts[Say]; it)", "the value “Say” in the row of “Parts” with this number"),
         ("XLOOKUP(ball.colour; Parts[Name]; Parts)", "the row of “Parts” whose “Name” is the colour of “Ball”"),
         ("PICK(praise)", "a random entry of “praise”"),
         ('"I see a " & it.colour & " ball"', "the words “I see a ‹colour of Ball› ball”"),
@@ -141,9 +141,9 @@ def test_forgotten_values_stop_the_actuator(tmp_path):
         "| Red ball | forgetAfter | 2 s | Fresh ball | |\n| Fresh ball | subscribe | | Head tracker | |\n",
     )
     assert said.rows[0].text == (
-        "Each “Red ball” becomes “Fresh ball” at once. If no new one arrives for 2 s, a blank follows."
+        "Each “Red ball” becomes “Fresh ball” at once. If no new one arrives for 2 s, an empty value (blank) follows."
     )
-    assert said.rows[1].text.endswith("If it is blank, stop following (“Head tracker”).")
+    assert said.rows[1].text.endswith("If it is blank, stop the tracking “Head tracker”.")
 
 
 def test_a_blank_is_told_by_what_it_stops(tmp_path):
@@ -155,11 +155,11 @@ def test_a_blank_is_told_by_what_it_stops(tmp_path):
         devices,
     )
     assert [row.text for row in said.rows] == [
-        "When the robot sees a red ball, cancel the wait (“Pause”).",
-        "When the robot sees a red ball, stop the gesture (“Nod”).",
-        "When the robot sees a red ball, set “Off” to a blank.",
-        "When “Off” arrives, send a blank to “Eye LED color”, which stops nothing.",
-        "When “Off” arrives, send a blank to “Print”, which stops nothing.",
+        "When the robot sees a red ball, interrupt the wait “Pause”.",
+        "When the robot sees a red ball, stop the gesture “Nod”.",
+        "When the robot sees a red ball, set “Off” to an empty value (blank).",
+        "When “Off” arrives, send an empty value (blank) to “Eye LED color”, which stops nothing.",
+        "When “Off” arrives, send an empty value (blank) to “Print”, which stops nothing.",
     ]
 
 
@@ -169,7 +169,7 @@ def test_only_what_a_blank_stops_is_told_to_stop(tmp_path):
         "| Face | forgetAfter | 2 s | Seen | |\n| Seen | subscribe | | Remember face | |\n| Seen | subscribe | | Say | |\n",
     )
     assert said.rows[1].text == "When “Seen” arrives, remember the face."
-    assert said.rows[2].text == "When “Seen” arrives, say it. If it is blank, stop speaking (“Say”)."
+    assert said.rows[2].text == "When “Seen” arrives, say it. If it is blank, stop the speech “Say”."
 
 
 def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further_inputs(tmp_path):
@@ -181,7 +181,7 @@ def test_any_input_of_a_merge_is_enough_and_a_filter_looks_at_all_of_its_further
     assert said.rows[0].text == "Any of “Red ball”, “Green ball” or “Blue ball” becomes “Ball”."
     assert said.rows[1].text == "Each “Ball” becomes “Same”."
     assert said.rows[2].text == (
-        "When “Ball” arrives, if its “distance” value is under the distance of the latest “Red ball” + the distance of "
+        "When “Ball” arrives, if its value “distance” is under the distance of the latest “Red ball” + the distance of "
         "the latest “Green ball”, emit “Near”."
     )
 
@@ -205,16 +205,16 @@ def test_every_connector_has_words(tmp_path):
 def test_an_operators_button_and_what_it_lets_say_are_told_once(tmp_path):
     button = "\n## Devices\n| Stream | Device | Label |\n|---|---|---|\n| Praise | Operator button | Praise |\n"
     praise = explained(tmp_path, '| Praise | subscribe | "It is time." | Say | |\n', button)
-    assert praise.paragraph == "When the operator presses “Praise”, say “It is time.”"
+    assert praise.paragraph == "When the operator presses the button “Praise”, say “It is time.”"
     assert praise.rows[0].text == praise.paragraph and praise.sensors == ("Praise (pressed by the operator)",)
     chain = '| Praise | map | praise.count | N | |\n| N | filter | n > 3 | E | |\n| E | map | "End." | Words | |\n'
     chained = explained(tmp_path, f"{chain}| Words | subscribe | | Say | |\n", button)
     for text in (chained.paragraph, *(row.text for row in chained.rows)):
-        assert ".”." not in text and "“Praise” (“Praise”)" not in text
+        assert ".”." not in text and "“Praise” (stream “Praise”)" not in text
     other = explained(
         tmp_path, "| Praise | subscribe | | Print | |\n", button.replace("| Praise |\n", "| Well done |\n")
     )
-    assert other.paragraph.startswith("When the operator presses “Well done” (“Praise”)")
+    assert other.paragraph.startswith("When the operator presses the button “Well done” (stream “Praise”)")
 
 
 def test_headings_of_the_sheet_stand_above_their_rows(tmp_path):
@@ -245,16 +245,16 @@ DEVICES = """
 @pytest.mark.parametrize(
     ("row", "sentence"),
     [
-        ("Clock | filter | clock.count > 3 | Late", "Every second (“Clock”), if its count is over 3, emit “Late”."),
+        ("Clock | filter | clock.count > 3 | Late", "Every second (stream “Clock”), if its count is over 3, emit “Late”."),
         ("Clock, Going | filter | going.count = 1 | Beat", "While the count of “Going” is 1, every “Clock” becomes “Beat”."),
-        ("Clock | subscribe | | Back", "Every second (“Clock”), walk 15 cm backwards."),
+        ("Clock | subscribe | | Back", "Every second (stream “Clock”), walk 15 cm backwards."),
         (
             "Clock | subscribe | | Around",
-            "Every second (“Clock”), walk 1.2 m forwards and 30 cm to the right, then turn 90° to the right.",
+            "Every second (stream “Clock”), walk 1.2 m forwards and 30 cm to the right, then turn 90° to the right.",
         ),
-        ('Clock | subscribe | "red" | Eye LED color', "Every second (“Clock”), turn both eyes red."),
-        ('Clock | subscribe | "red" | Say', "Every second (“Clock”), say “red”."),
-        ("Clock | subscribe | clock.count | Print", "Every second (“Clock”), write its count to the log."),
+        ('Clock | subscribe | "red" | Eye LED color', "Every second (stream “Clock”), turn both eyes red."),
+        ('Clock | subscribe | "red" | Say', "Every second (stream “Clock”), say “red”."),
+        ("Clock | subscribe | clock.count | Print", "Every second (stream “Clock”), write its count to the log."),
         ("Say done | filter | sayDone.completed | Said", "When “Say” finishes uninterrupted, emit “Said”."),
         ("Say done | filter | NOT(sayDone.completed) | Cut", "When “Say” is interrupted, emit “Cut”."),
         ("Clock, Going | merge | | ", "Any of “Clock” or “Going” goes to row 3."),
@@ -262,8 +262,8 @@ DEVICES = """
         ("Clock, Going | accumulate | IF(ISBLANK(going); total; 1) | N", "“Clock” leaves “N” as it is. “Going” sets “N” to 1."),
         ("Clock, Going | accumulate | total + value.count | N", "Each “Clock” or “Going” updates “N” to `total + value.count`."),
         ("Words, Clock | timeout | 2 s | Calm", "2 s after the last “Words”, emit “Calm”, unless “Clock” arrives first."),
-        ("Words | map | words.word | Word", "When the robot hears “yes” or “no” (“Words”), set “Word” to its word."),
-        ("Clock, Going | once | | First", "After the start and after each “Going”, only the first “Clock” becomes “First”."),
+        ("Words | map | words.word | Word", "When the robot hears “yes” or “no” (stream “Words”), set “Word” to its word."),
+        ("Clock, Going | once | | First", "Only the first “Clock” becomes “First”. After each “Going”, this starts over."),
     ],
 )  # fmt: skip
 def test_whole_sentences_for_each_kind_of_row(tmp_path, row, sentence):

@@ -21,14 +21,14 @@ from rrp_sheets.web.requests import Lan
 
 ROWS = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]
 BOOKS = {"a.xlsx": {"T": [HEADER, *ROWS]}, "b.xlsx": {"T": [HEADER, ROWS[0]]}}
-AWAY = "The server cannot be reached. Check that the program is running, then try again."
+AWAY = "This page has no connection to the program. Check that the program is running, then try again."
 GONE = "It no longer exists: somebody renamed, moved or deleted it."
 SIGNED_OUT = "You are not logged in any more, or the program was started again."
 FAULT = "<main class='page message' id='main'><h1>A fault</h1><p>It broke.</p><p>→ Report it.</p></main>"
 LOOKED_AT = "document.dispatchEvent(new Event('visibilitychange'))"  # a page that is looked at again asks at once
 PLACES = {
     "/book/a.xlsx/print": ("**/print/protocol?*", ".paper-table", 500, FAULT, "It broke. Report it."),
-    "/runs/one": ("**/runs/one/marbles?*", ".marble-form", 502, "<h1>Bad</h1>", "The server answered with an error (502)."),
+    "/runs/one": ("**/runs/one/marbles?*", ".marble-form", 502, "<h1>Bad</h1>", "The program reported an error (502)."),
     "/compare?first=book/a.xlsx&second=book/b.xlsx": ("**/compare/drawn**", "main svg", 500, FAULT, "It broke. Report it."),
     "/runs/one/replay": ("**/replay/result*", ".replay-verdict", 404, FAULT, GONE),
     "/runs/one/lookback": ("**/lookback/diagram/**", ".ran-diagram svg", 403, FAULT, SIGNED_OUT),
@@ -122,9 +122,9 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
     page.goto("/")
     told = page.locator("#run-strip .what")
     for answer, words in (
-        (lambda route: route.abort(), "The server cannot be reached."),
+        (lambda route: route.abort(), AWAY),
         (lambda route: route.fulfill(status=409, json={"message": "No run is in progress."}), "No run is in progress."),
-        (lambda route: route.fulfill(status=403, body=FAULT), "The server refused this (403). Reload the page."),
+        (lambda route: route.fulfill(status=403, body=FAULT), "The program refused this (403). Reload the page."),
         (
             lambda route: route.fulfill(body="{", content_type="application/json"),
             "The answer could not be shown. Reload the page.",
@@ -143,7 +143,7 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
     # a run that ends takes along what was said of it
     page.route("**/run/stop?*", lambda route: route.abort())
     page.click("#run-strip .stop")
-    expect(told).to_have_text("The server cannot be reached.")
+    expect(told).to_have_text(AWAY)
     page.unroute("**/run/stop?*")
     page.unroute("**/run/now")
     page.evaluate(LOOKED_AT)
@@ -158,14 +158,14 @@ def test_a_strip_that_hears_nothing_of_the_run_says_why(page: Any) -> None:
     page.goto("/")
     expect(told).to_contain_text("Aya is running a.xlsx")
     page.route("**/run/now", lambda route: route.abort())  # it asks again by itself
-    expect(told).to_contain_text(f"It is not known if a.xlsx still runs. {AWAY}")
+    expect(told).to_contain_text(f"This page cannot tell if a.xlsx is still running. {AWAY}")
     page.route("**/run/now", lambda route: route.fulfill(json=going))
     page.evaluate(LOOKED_AT)
     expect(told).to_contain_text("Aya is running a.xlsx")
     page.route("**/run/now", lambda route: route.fulfill(status=403, body=FAULT))
     page.evaluate(LOOKED_AT)
     words = "You are not logged in any more, or the program"
-    expect(told).to_contain_text(f"It is not known if a.xlsx still runs. {words}")
+    expect(told).to_contain_text(f"This page cannot tell if a.xlsx is still running. {words}")
     page.unroute("**/run/now")
 
 
@@ -180,14 +180,14 @@ def test_keys_that_cannot_stop_a_run_say_why_unless_there_is_none(page: Any) -> 
     expect(page.locator("#run-problem")).to_be_hidden()
     page.route("**/run/stop?*", lambda route: route.abort())
     press_twice(page)
-    expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
+    expect(page.locator("#run-problem")).to_contain_text(AWAY)
     expect(page.locator("#run-strip")).to_be_hidden()
     # of a run elsewhere the strip tells, and only the strip
     page.click("#run-problem button")
     going = {"phase": "running", "book": "b.xlsx", "by": "Aya", "mode": "simulated", "since": 0}
     page.evaluate("(detail) => document.dispatchEvent(new CustomEvent('rrp:elsewhere', { detail }))", going)
     press_twice(page)
-    expect(page.locator("#run-strip .what")).to_have_text("The server cannot be reached.")
+    expect(page.locator("#run-strip .what")).to_have_text(AWAY)
     expect(page.locator("#run-problem")).to_be_hidden(timeout=9_000)  # sooner than a refusal goes by itself
     page.unroute("**/run/stop?*")
 
@@ -203,8 +203,8 @@ def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page
     strip = page.locator("#run-strip")
     expect(strip).to_be_hidden()
     for answer, words in (
-        (lambda route: route.abort(), "The server cannot be reached."),
-        (lambda route: route.fulfill(status=500, body=FAULT), "The server refused this (500). Reload the page."),
+        (lambda route: route.abort(), AWAY),
+        (lambda route: route.fulfill(status=500, body=FAULT), "The program refused this (500). Reload the page."),
     ):
         page.route("**/run/stop?*", answer)
         press_twice(page)

@@ -112,4 +112,4 @@ def test_a_folder_on_a_medium_that_is_read_only_can_be_looked_at(tmp_path: Path)
     (tmp_path / ".rrp-sheets").write_text("in the way, also of root", encoding="utf-8")
     with Served(tmp_path) as server:
         assert "This workbook is read-only" in server.get("book/b.xlsx")
-        assert "is read-only here" in str(server.answer(0, "x")["message"])
+        assert "You cannot change this workbook here" in str(server.answer(0, "x")["message"])

@@ -94,13 +94,13 @@ def test_many_rows_come_and_go(grid: GridPage, folder: Path) -> None:
     assert held(grid, folder) == before[:50] + before[201:]
     eventually(lambda: grid.page.evaluate("document.activeElement.closest('td') !== null"))
     grid.press("Control+z")
-    grid.page.wait_for_selector("#status:has-text('are there')")
+    grid.page.wait_for_selector("#status:has-text('are back')")
     assert held(grid, folder) == before
     eventually(lambda: grid.page.evaluate("document.activeElement.closest('td') !== null"))
     grid.press("Control+y")
     grid.page.wait_for_selector("#status:has-text('were deleted')")
     grid.press("Control+z")
-    grid.page.wait_for_selector("#status:has-text('are there')")
+    grid.page.wait_for_selector("#status:has-text('are back')")
 
 
 def test_a_message_at_the_end_of_a_body_is_seen_whole(grid: GridPage) -> None:

@@ -14,7 +14,7 @@ from rrp_sheets.workbook.files import read_sheets
 from rrp_sheets.workbook.schema import SHEETS as KINDS
 
 OURS = "The header row was not pasted: the sheet has one."
-BY_NAME = "The cells went to the columns of the same names."
+BY_NAME = "Each cell was pasted into the column with the same name."
 UNKNOWN = "Not pasted, as this sheet has no such column: Who."
 BALL = ["", "Red ball", "map", "redBall.distance", "Distance", "new"]
 

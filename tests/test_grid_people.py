@@ -87,7 +87,7 @@ def test_when_somebody_was_quicker_both_texts_are_shown_and_one_is_chosen(shelf:
     for page in (aya, mika):
         page.expect("D3", "distance < 0.2")
         page.expect("F3", "near\nAya: distance < 0.1")
-    aya.status("Both are kept.")
+    aya.status("Both texts are saved.")
 
 
 @pytest.mark.slow

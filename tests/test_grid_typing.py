@@ -643,6 +643,6 @@ def test_an_edit_of_a_cell_takes_three_requests_and_none_where_a_sheet_can_only_
             grid.page.evaluate(CHOOSE, action)
         grid.page.evaluate(PASTE, "x\ty\n" * 40)
         grid.press("a", "Delete")
-        grid.status("is read-only here")
+        grid.status("cannot change this sheet here")
     assert shown(grid) == before
     assert not [address for address in asked if EDITS.search(address)]

@@ -105,7 +105,7 @@ def test_every_device_of_nao_has_its_japanese_words() -> None:
             c.split(": ")[0] for c in japanese.says.split(" | ")[:-1]
         }, device.name
         assert places(japanese.says) == places(english.says), device.name
-        for part in ("stops", "says_fixed", "says_value", "when"):
+        for part in ("stops", "says_given", "given", "says_fixed", "says_value", "when"):
             here, there = getattr(english, part), getattr(japanese, part)
             assert (not here or there != here) and places(there) == places(here), (device.name, part)
         assert device.kind == "sensor" or (japanese.takes and japanese.takes != english.takes), device.name

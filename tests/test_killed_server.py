@@ -245,7 +245,7 @@ def test_a_server_killed_during_a_run_leaves_a_record_that_can_be_read(tmp_path:
             lambda: page.locator("[data-run=pause]:enabled, #mark button:enabled, #things button:enabled").count(), 0
         )
         page.click("[data-run=stop]")
-        expect(page.locator("#run-problem")).to_contain_text("The server cannot be reached.")
+        expect(page.locator("#run-problem")).to_contain_text("This page has no connection to the program.")
         run = next(tmp_path.glob("runs/*"))
         wait_for(lambda: '"summary"' in trace_of(tmp_path).splitlines()[-1])
     with Served(tmp_path) as server:

@@ -347,7 +347,7 @@ def test_the_workbooks_that_come_with_the_program_hold_one_mistake_only(path: Pa
 def test_the_stale_combination_is_told_with_its_rows():
     report = api.check(bundled("workbooks", "complex-tracking.xlsx")).report
     (finding,) = [d for d in report if d.code == "LINT001"]
-    assert "row 5" in finding.message and "row 10" in finding.message and "Close ball" in finding.message
+    assert "row 5" in finding.message and "Row 10" in finding.message and "Close ball" in finding.message
     assert len(finding.fixes) == 2 and not any(f.safe for f in finding.fixes)
 
 

@@ -161,7 +161,7 @@ def test_helping_person_is_left_out_only_for_a_reason_that_is_given(tmp_path, re
     protocol = f"| Reason for concealment | {reason} |"
     sheet = sheet_of(workbook(tmp_path, "| Go | subscribe | | Print | |\n", rest=rest, protocol=protocol))
     assert (part(sheet, "Does it get help?") == ()) == hidden
-    assert any("a person drives the robot" in note for note in sheet.notes) == hidden
+    assert any("a person controls the robot" in note for note in sheet.notes) == hidden
 
 
 def test_who_prints_is_told_what_the_sheet_lacks(tmp_path):

@@ -90,8 +90,8 @@ def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
         "Complex tracking",
         "Printed 2026-11-21",
         "The robot acts on these occasions: the robot sees a red ball or the joint HeadYaw moves.",
-        "It says Nothing: no row drives its voice.",
-        "It moves Head, left arm, right arm and legs.",
+        "What the robot says No row makes the robot speak.",
+        "What the robot moves Head, left arm, right arm and legs.",
         "1 of 2 tests passed",
         "1 problem is open See section 7.1.",
     ):
@@ -102,7 +102,7 @@ def test_the_first_page_is_enough_for_a_reader_in_a_hurry(pages):
 
 def test_what_is_open_and_which_tests_fail_is_told(pages):
     text = " ".join(pages)
-    assert "Let “Close ball” expire with forgetAfter" in text
+    assert "Add a row with forgetAfter for “Close ball”" in text
     assert re.search(r"Test old angle FAILS 1 of 3 rows fail", text)
     assert "got: -0.3 at 3000 ms" in text
 
@@ -186,8 +186,8 @@ def test_every_text_that_can_be_known_is_printed(tmp_path):
         ("Yes! It is red.", "Good! It is red."), ("Hello, ‹face.name›!",), ("Enough.",), ("Guten Tag",),
     ]  # fmt: skip
     assert "German" in pack.says[3].voice
-    assert [g.text for g in pack.glance if g.label == "It says"] == [
-        "5 texts, printed in section 4. Parts of some are filled in during the run."
+    assert [g.text for g in pack.glance if g.label == "What the robot says"] == [
+        "The robot can say 5 texts. Section 4 prints them. The run fills in parts of some texts."
     ]
 
 
@@ -202,7 +202,7 @@ def test_arms_that_move_while_it_talks_are_disclosed(tmp_path):
     rest = "## Devices\n| Stream | Device | Text | Gestures |\n|---|---|---|---|\n| Hi | Say parameter | Hi | yes |\n"
     pack = pack_of(workbook(tmp_path, "| Red ball | subscribe | | Hi | |\n", rest=rest))
     assert "the free arms make small gestures" in pack.says[0].voice
-    assert [g.text for g in pack.glance if g.label == "It moves"] == ["Left arm and right arm."]
+    assert [g.text for g in pack.glance if g.label == "What the robot moves"] == ["Left arm and right arm."]
 
 
 def test_gestures_and_postures_are_listed_where_the_texts_are(tmp_path):
@@ -234,10 +234,10 @@ def test_the_programs_own_list_of_what_is_kept_stands_above_that_of_the_authors(
     pack = pack_of(workbook(tmp_path, rows, protocol="| Data kept | Every value; no picture is kept |"))
     kept = [(line.label, line.text) for line in pack.kept]
     everything = "Every value with its time, pictures of the robot's camera, a film of the robot and the sound of what the robot says"
-    assert kept[0] == ("A run stores", f"{everything}.")
+    assert kept[0] == ("What a run saves", f"{everything}.")
     assert [label for label, _ in kept[-3:]] == ["Data kept", "Not named above", "Not stated"]
     assert kept[-2][1] == (
-        "A run also stores: pictures of the robot's camera, a film of the robot and the sound of what the robot says."
+        "A run also saves: pictures of the robot's camera, a film of the robot and the sound of what the robot says."
     )
     assert [f.text for f in pack.findings if "Data kept" in f.text]
     whole = pack_of(workbook(tmp_path, rows, protocol=f"| Data kept | {everything} |"))
@@ -259,7 +259,7 @@ def test_faces_that_are_kept_are_disclosed(tmp_path):
     rows = "| Face | subscribe | | Remember face |\n"
     kept = {p: " ".join(line.text for line in pack_of(workbook(tmp_path, rows, protocol=p)).kept)
             for p in ("", "| Face memory | kept |")}  # fmt: skip
-    assert "All are deleted when the run ends" in kept[""]
+    assert "When the run ends, it deletes all faces" in kept[""]
     assert "runs/faces.json" in kept["| Face memory | kept |"]
     wiping = pack_of(workbook(tmp_path, rows, protocol="| Face memory | kept |")).consent
     assert any("rrp-sheets faces --forget" in line.text for line in wiping)
@@ -268,7 +268,9 @@ def test_faces_that_are_kept_are_disclosed(tmp_path):
 def test_what_leaves_the_computer_and_what_the_operator_can_change_is_disclosed(tmp_path):
     pack = pack_of(workbook(tmp_path, "| Red ball | map | redBall.distance | Distance | |\n"))
     told = " ".join(line.text for line in pack.kept)
-    assert "Nothing is sent over the network. If the program is started with rrp-sheets serve --lan" in told
+    assert (
+        "The program sends nothing over the network. There is one exception: somebody starts it with rrp-sheets" in told
+    )
     assert "the screen can show what the camera sees" in told
     assert any(line.startswith("change the formulas of rows") for line in pack.always)
 

@@ -71,7 +71,7 @@ def test_runs_are_found_by_workbook_and_words(tmp_path: Path) -> None:
     ):
         text = get(client, f"/runs?{query}").text
         assert text.count('data-head="Workbook"') == 1 and f"{there}, Control" in text
-    assert "No run is like that" in get(client, "/runs?words=nobody").text
+    assert "No run matches this" in get(client, "/runs?words=nobody").text
 
 
 # ---- one run ----

@@ -158,7 +158,7 @@ def test_others_are_told_and_lose_nothing(shelf: Books) -> None:
     expect(mika.page.locator("#notice")).to_contain_text("Aya has deleted “Look”.")
     mika.go("F2")
     mika.page.keyboard.type("x")
-    mika.status("is read-only here")
+    mika.status("cannot change this sheet here")
     aya.press("Control+z")
     mika.page.wait_for_selector("#notice:empty", state="attached")  # it is back, and the page with it
     mika.expect("F2", "half a note")

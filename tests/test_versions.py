@@ -152,7 +152,7 @@ def test_in_a_folder_that_cannot_be_written_nothing_is_offered(folder: Path) -> 
     client = visit(folder)
     text = get(client, PAGE).text
     assert "Versions cannot be saved here." in text and "Save version</button>" not in text
-    assert "This workbook is read-only here." in keep(client, "x")
+    assert "You cannot change this workbook here." in keep(client, "x")
 
 
 def test_versions_are_changed_by_our_own_pages_only(client: FlaskClient) -> None:

@@ -102,7 +102,18 @@ def _click_texts() -> Iterator[str | tuple[str, ...]]:
 
 def _robot_texts(robot: Robot) -> Iterator[tuple[str, str | None]]:
     for device in robot.devices.values():
-        for part in ("title", "help", "says", "says_fixed", "says_value", "when", "takes", "stops"):
+        for part in (
+            "title",
+            "help",
+            "says",
+            "says_given",
+            "given",
+            "says_fixed",
+            "says_value",
+            "when",
+            "takes",
+            "stops",
+        ):
             yield getattr(device, part), f"{device.name}.{part}"
         for field in device.payload.fields if device.payload else ():
             yield field.name.replace("_", " "), f"{device.name}.{field.name}"

@@ -244,7 +244,7 @@ class Study:
             N_("Deception: people may believe that the robot decides what a person does with the buttons {buttons}",
                buttons=buttons),
             self._whom, N_("Likely, unless they are told"),
-            N_("People are told before the session that a person drives parts of it, or they are told afterwards and "
+            N_("People are told before the session that a person controls parts of it, or they are told afterwards and "
                "can have their data deleted."),
             N_("The investigator ends the session and tells the truth when somebody feels tricked."),
         )  # fmt: skip

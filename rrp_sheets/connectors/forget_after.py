@@ -41,9 +41,11 @@ FORGET_AFTER = Connector(
     name="forgetAfter",
     parameter=Parameter.PERIOD,
     icon=('<path d="M2.5 1h7M2.5 11h7M3.3 1c0 3 2.7 3.6 2.7 5S3.3 8 3.3 11M8.7 1c0 3-2.7 3.6-2.7 5s2.7 2 2.7 5"/>'),
-    help="Passes values on at once. If none arrives for the period, a blank follows.",
-    sentence="Each {one} becomes {output} at once. If no new one arrives for {period}, a blank follows.",
-    variants={"next": "Each {one} goes to {rows} at once. If no new one arrives for {period}, a blank follows."},
+    help="Passes values on at once. If none arrives for the period, an empty value (blank) follows.",
+    sentence="Each {one} becomes {output} at once. If no new one arrives for {period}, an empty value (blank) follows.",
+    variants={
+        "next": "Each {one} goes to {rows} at once. If no new one arrives for {period}, an empty value (blank) follows."
+    },
     legend="forgets what is old",
     build=build,
     passes=Passing(blanks=True),

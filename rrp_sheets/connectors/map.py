@@ -34,7 +34,7 @@ MAP = Connector(
     help="Calculates a new value for each value of the first input, using the latest values of further inputs.",
     sentence="{Event}, set {output} to {value}.",
     variants={
-        "next": "{Event}, send {rows} {value}.",
+        "next": "{Event}, send {value} to {rows}.",
         "code": "{Event}, calculate {output} with {value}.",
         "code_next": "{Event}, calculate {value} for {rows}.",
         "code_several": "{Event}, calculate {output} with {value} and the latest {others}.",

@@ -57,14 +57,16 @@ ONCE = Connector(
     sentence="Only the first {one} becomes {output}.",
     variants={
         "next": "Only the first {one} goes to {rows}.",
-        "formula": "Only the first {one} for each {formula} becomes {output}.",
-        "formula_next": "Only the first {one} for each {formula} goes to {rows}.",
-        "several": "After the start and after each {others}, only the first {one} becomes {output}.",
-        "several_next": "After the start and after each {others}, only the first {one} goes to {rows}.",
-        "formula_several": "After the start and after each {others}, only the first {one} for each {formula} becomes "
-        "{output}.",
-        "formula_several_next": "After the start and after each {others}, only the first {one} for each {formula} goes "
-        "to {rows}.",
+        "formula": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same value "
+        "do nothing.",
+        "formula_next": "The first {one} with a new value of {formula} goes to {rows}. Later ones with the same value "
+        "do nothing.",
+        "several": "Only the first {one} becomes {output}. After each {others}, this starts over.",
+        "several_next": "Only the first {one} goes to {rows}. After each {others}, this starts over.",
+        "formula_several": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same "
+        "value do nothing. After each {others}, this starts over.",
+        "formula_several_next": "The first {one} with a new value of {formula} goes to {rows}. Later ones with the "
+        "same value do nothing. After each {others}, this starts over.",
     },
     legend="only the first time",
     build=build,

@@ -553,7 +553,7 @@ class WorkFile:
     def journal(self) -> Journal:
         """The journal; raises Refused when the file can only be looked at."""
         if self._journal is None:
-            raise Refused(N_("This workbook is read-only here."), self.why)
+            raise Refused(N_("You cannot change this workbook here."), self.why)
         return self._journal
 
     @property

@@ -17,6 +17,7 @@ from rrp_sheets.graph.build import build_graph
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import TRACE, WORKBOOK, RecordedAction, RecordedEvent, RecordedValue, Stamp
 from rrp_sheets.model.values import Field, Record, RecordType, Value
+from rrp_sheets.recording.messages import as_message
 from rrp_sheets.recording.metadata import kept_while_unchanged, stamp_of
 from rrp_sheets.recording.trace_reader import TraceHeader, TraceReader
 from rrp_sheets.render.marble_diagram import Group, Lane, Marble, MarbleDiagram, make_score
@@ -90,9 +91,7 @@ def _people(events: Iterable[RecordedEvent], language: str) -> tuple[Group, ...]
         if isinstance(event, RecordedValue) and event.by is not None:
             marbles.append(Marble(event.us, translate(N_("sent: {stream}", stream=event.stream), language)))
         elif isinstance(event, RecordedAction) and event.kind in _ACTS:
-            row = f" {event.row}" if event.row else ""
-            kind = "" if event.kind == "mark" else f"{event.kind}{row}: "
-            marble = Marble(event.us, f"{kind}{event.text}")
+            marble = Marble(event.us, translate(_done(event), language))
             thing = str(event.detail.get("thing")) if "put" in event.detail else ""
             if thing in dragged and marble.us - marbles[dragged[thing]].us < _DRAG_US:
                 marbles[dragged[thing]] = marble
@@ -102,6 +101,18 @@ def _people(events: Iterable[RecordedEvent], language: str) -> tuple[Group, ...]
             marbles.append(marble)
     name = texts(language).get("plots.lane.by_hand")
     return (Group((), Lane("by hand", name, "note", tuple(marbles))),) if marbles else ()
+
+
+def _done(event: RecordedAction) -> str:
+    """Describe what an operator did."""
+    match event.kind:
+        case "mark":
+            return event.text
+        case "press":
+            return N_("button: {label}", label=event.text)
+        case "edit":
+            return N_("edited {row}: {change}", row=event.row, change=event.text)
+    return as_message(event.text)
 
 
 def _alone(header: TraceHeader, events: Sequence[RecordedEvent], people: tuple[Group, ...]) -> list[MarbleDiagram]:

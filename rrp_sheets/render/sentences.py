@@ -3,7 +3,8 @@
 A row's sentence is one of its connector's, with phrases for the event that triggers the row and for its formula.
 Devices have phrases of their own (`says` in robot.toml), filled with their settings. `says` may offer several texts,
 each for some settings: `mode=head: follow {source} with the head | follow {source}`; the first whose conditions hold is
-taken. Places are settings by key, `{source}`: what the value comes from, and `{way}`: how far Walk goes.
+taken. Places are settings by key, `{source}`: what the value comes from, `{stream}`: the actuator's name, and `{way}`:
+how far Walk goes.
 """
 
 from __future__ import annotations
@@ -260,7 +261,7 @@ class Rows:
         values = self._values(step) | {"event": event}
         special: set[str] = set()
         if not formula or self._sends_blanks(step):
-            values["does"] = self.does(step)
+            values["does"] = self._does(step)
         else:
             phrase = self.wording(step, pronoun=True).value(formula)
             values |= {"value": phrase.text, "does": self._does_with(step, phrase)}
@@ -286,6 +287,25 @@ class Rows:
             return device_stops(stream, self.texts)
         return device_says(stream, self.texts, self._source(step))
 
+    def _does(self, step: Step) -> str:
+        """Return the action in words that follow its event: `make this gesture`."""
+        stream = self.graph.streams[step.output]
+        words = stream.device.type.words(self.texts.language).says_given if stream.device else ""
+        said = "" if self._sends_blanks(step) else _template(words, stream, self.texts, strict=True)
+        return said or self.does(step)
+
+    def _given(self, step: Step) -> str:
+        """Return what an actuator takes from its inputs in words, `the name of a gesture`; empty when it takes any."""
+        device, carried = self.graph.streams[step.output].device, [self.contents.get(i, Content()) for i in step.inputs]
+        if not step.connector.is_sink or step.row.formula.text or device is None or self._sends_blanks(step):
+            return ""
+        given = device.type.words(self.texts.language).given
+        if not given or any(content.record for content in carried):
+            return ""
+        if device.type.takes in _USERS_TEXTS and any(content.unit for content in carried):
+            return self.texts.get("event.a_number")
+        return _template(given, self.graph.streams[step.output], self.texts, strict=True)
+
     def _source(self, step: Step) -> str:
         sensors = dict.fromkeys(s for i in step.inputs for s in self.contents.get(i, Content()).sensors)
         return source_of([self.graph.streams[s] for s in sensors], self.texts)
@@ -309,7 +329,9 @@ class Rows:
         triggers = inputs if step.connector.is_sink and not step.row.formula.text else inputs[:1]
         stream = self.graph.streams[triggers[0]]
         if len(triggers) > 1 or stream.kind not in (StreamKind.SENSOR, StreamKind.DONE):
-            return get("event.value", input=self.texts.listed([self.noun(i) for i in triggers], "or"))
+            what = self._given(step) or (get("event.a_value") if any(map(self._unnamed, triggers)) else "")
+            names = [get("behaviour.row", n=self._maker(i)) if self._unnamed(i) else self.noun(i) for i in triggers]
+            return get("event.gives" if what else "event.value", input=self.texts.listed(names, "or"), what=what)
         if stream.kind is StreamKind.DONE:
             return get("event.done", name=get("name.quoted", name=_actuator(stream)))
         name, device = self.noun(stream.id), stream.device
@@ -430,11 +452,19 @@ def device_stops(stream: Stream, texts: Texts) -> str:
     stops = stream.device.type.words(texts.language).stops
     if not stops:
         return texts.get("does.stop_nothing", name=name)
-    return texts.get("does.stop_device", stops=_template(stops, stream, texts), name=name)
+    said = _template(stops, stream, texts)
+    return said if "{stream}" in stops else texts.get("does.stop_device", stops=said, name=name)
 
 
-def _template(template: str, stream: Stream, texts: Texts, source: str = "", value: str = "") -> str:
-    """Fill a text of the catalogue with the stream's settings: words of the catalogue are translated."""
+def _template(
+    template: str, stream: Stream, texts: Texts, source: str = "", value: str = "", *, strict: bool = False
+) -> str:
+    """Fill a text of the catalogue with the stream's settings: words of the catalogue are translated.
+
+    A `strict` one is empty when none of its choices fits the settings.
+    """
+    if not template:
+        return ""
     assert stream.device is not None
     kind, name = stream.device.type, texts.get("name.quoted", name=clean(stream.name))
     words = kind.words(texts.language)
@@ -447,6 +477,8 @@ def _template(template: str, stream: Stream, texts: Texts, source: str = "", val
             return value
         if match[1] == "way":
             return _way(settings, texts)
+        if match[1] == "stream":
+            return name
         if match[1] == "name" and "name" not in settings:
             return name
         given = settings.get(key(match[1]))
@@ -461,7 +493,7 @@ def _template(template: str, stream: Stream, texts: Texts, source: str = "", val
 
     times = {k for k, s in kind.settings.items() if s.kind == "duration"}
     choices = {k: show_duration(v) if k in times and isinstance(v, int) else v for k, v in settings.items()}
-    return re.sub(r"\{(\w+)\}", filled, _chosen(template, choices))
+    return re.sub(r"\{(\w+)\}", filled, _chosen(template, choices, strict=strict))
 
 
 def _way(settings: Mapping[str, object], texts: Texts) -> str:
@@ -506,14 +538,14 @@ def source_of(sensors: Sequence[Stream], texts: Texts) -> str:
     return texts.get("does.several", list=texts.listed(names, "or")) if names else texts.get("does.nothing_seen")
 
 
-def _chosen(says: str, settings: Mapping[str, object]) -> str:
+def _chosen(says: str, settings: Mapping[str, object], *, strict: bool = False) -> str:
     text = ""
     for choice in says.split(" | "):
         match = _CONDITIONS.fullmatch(choice)
         if match is None:
             return choice
         conditions = (c.split("=", 1) for c in match[1].split(","))
-        text = text or match[2]
+        text = text or ("" if strict else match[2])
         if all(key(str(settings.get(key(name)) or "")) == key(value) for name, value in conditions):
             return match[2]
     return text

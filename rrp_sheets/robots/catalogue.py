@@ -271,7 +271,7 @@ def _setting(entry: Mapping[str, Any]) -> Setting:
 
 
 _PLAIN = ("title", "unit", "takes", "resources", "colour", "shows", "synonyms", "knowledge", "engine", "simulated",
-          "says", "says_fixed", "says_value", "when", "stops", "example")  # fmt: skip
+          "says", "says_given", "given", "says_fixed", "says_value", "when", "stops", "example")  # fmt: skip
 """Fields of a device that its entry has as they are."""
 
 
@@ -345,6 +345,8 @@ class DeviceType:
     engine: bool = False  # True when the engine itself carries it out, whatever the robot (`Wait`)
     simulated: bool = True  # False when the simulated robot does not carry it out yet
     says: str = ""  # a sentence template for the plain-language description
+    says_given: str = ""  # the same after what has given the value: `make this gesture`
+    given: str = ""  # that value in words: `the name of a gesture`
     says_fixed: str = ""  # the same for a row whose formula is a text or a number, `{value}`
     says_value: str = ""  # the same for a row with another formula, whose `{value}` in words it is
     when: str = ""  # for a sensor, instead of “When” and what it says: `every second`
@@ -380,6 +382,7 @@ class DeviceType:
         fields = self.payload.fields if self.payload else ()
         return DeviceWords(
             language, "" if title == self.title else title, say("help", self.help), say("says", self.says),
+            say("says_given", self.says_given), say("given", self.given),
             say("says_fixed", self.says_fixed), say("says_value", self.says_value), say("when", self.when),
             say("takes", self.takes), say("stops", self.stops),
             {key(f.name): (say(f.name, f.name.replace("_", " ")), say(f.name, f.help)) for f in fields},
@@ -413,6 +416,8 @@ class DeviceWords:
     title: str  # the device's name for people; empty when it has none but that of the catalogue
     help: str
     says: str
+    says_given: str
+    given: str
     says_fixed: str
     says_value: str
     when: str

@@ -437,8 +437,8 @@ _FIELDS = (
     ProtocolField("Participants are told", prompt=N_("What participants learn about what a person does by hand, and "
                                                      "when."),
                   synonyms=("参加者への説明",), asked="operator"),
-    ProtocolField("Reason for concealment", prompt=N_("Why participants do not learn at once that a person drives the "
-                  "robot; write Nothing is concealed if they do."), synonyms=("隠す理由",), asked="operator"),
+    ProtocolField("Reason for concealment", prompt=N_("Why participants do not learn at once that a person controls "
+                  "the robot; write Nothing is concealed if they do."), synonyms=("隠す理由",), asked="operator"),
     ProtocolField("Debriefing", prompt=N_("When and how participants learn the truth, and how they can take back their "
                   "data then."), synonyms=("事後説明",), asked="operator"),
     # how it runs

@@ -129,7 +129,7 @@ class _Writer:
         ]  # fmt: skip
         if self.study.buttons:
             if _hidden(self.source):
-                self.notes.append(N_("The sheet does not say that a person drives the robot, as the field Reason for "
+                self.notes.append(N_("The sheet does not say that a person controls the robot, as the field Reason for "
                                      "concealment gives a reason."))  # fmt: skip
             else:
                 made.append(self._part("helper", ("person", "buttons")))

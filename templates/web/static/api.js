@@ -7,14 +7,14 @@ import { t } from "./texts.js";
 const ANSWER_WITHIN_MS = 60_000; // as htmx waits
 const PAUSES_S = [0.5, 1, 2, 4, 8, 15, 30, 30, 30, 30, 30, 30]; // before the next try of an edit; then it waits for a person
 const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
-const SERVER = t("The server cannot be reached. Check that the program is running, then try again.");
+const UNREACHED = t("This page has no connection to the program. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
   403: t("You are not logged in any more, or the program was started again."),
   404: t("It no longer exists: somebody renamed, moved or deleted it."),
 };
 const STOPPED = { // why an edit waits for a person, by status
-  0: t("The server cannot be reached. Start it again, then choose Try again."),
-  403: t("This browser is signed out. Open the link that the server prints, then choose Try again."),
+  0: t("This page has no connection to the program. Start the program again, then choose Try again."),
+  403: t("This browser is signed out. Open the link that the program shows in its window, then choose Try again."),
   404: t("The workbook was renamed or moved. Copy your changes, then open it from the page Workbooks."),
 };
 const TOO_MUCH = t("That is too much at once. Paste it in smaller pieces.");
@@ -22,10 +22,10 @@ const RECONNECT_MS = 5000; // before the next try of the connection
 const MOST_TRIES = 120; // of the connection, in a row: some ten minutes
 const FINAL = new Set([403, 404]); // statuses of the connection that nothing changes by itself
 const LOST = { // why there is no connection, by status
-  403: t("This browser is signed out. Open the link that the server prints, or log in; then choose Try again."),
+  403: t("This browser is signed out. Open the link that the program shows in its window, or log in; then choose Try again."),
   404: t("The workbook was renamed or moved. Go to Workbooks."),
-  503: t("Too many pages are open, so this one is not updated. Close another one; this one then continues by itself."),
-  0: t("The server cannot be reached. This page tries again by itself."),
+  503: t("You have too many pages open, so this page is not updated. Close another page, and this page continues."),
+  0: t("This page has no connection to the program. It tries again by itself."),
 };
 const PAGE = "page"; // the key of this page's identity in the tab's storage
 
@@ -88,7 +88,7 @@ export async function deliver(url, text, tell) {
       await until();
       tries = -1;
     } else {
-      if (tries) tell(t("The server cannot be reached. Your changes are kept here and sent when it is back."));
+      if (tries) tell(t("This page has no connection to the program. It keeps your changes and sends them when the connection is back."));
       await until(pause * 1000);
     }
   }
@@ -108,7 +108,7 @@ function until(milliseconds) {
 /** The message about an action that was not done. */
 export function refusal(status) {
   if (status && status < 400) return t("The answer could not be shown. Reload the page.");
-  return status ? t("The server refused this ({status}). Reload the page.", { status }) : t("The server cannot be reached.");
+  return status ? t("The program refused this ({status}). Reload the page.", { status }) : UNREACHED;
 }
 
 /** The reason why there is nothing to show, and what to do; the server's own words where it has any. */
@@ -119,13 +119,13 @@ export function why(answer) {
 
 /** The reason in words, and what to do about it (`remedy`, which a button may say instead): `reload` tells which. */
 function reason({ status, text }) {
-  if (!status) return { words: SERVER };
+  if (!status) return { words: UNREACHED };
   const old = status < 400 ? t("The answer could not be shown.") : WORDS[status];
   if (old) return { words: old, remedy: t("Reload the page."), reload: true };
   const page = new DOMParser().parseFromString(text ?? "", "text/html");
   const told = [...page.querySelectorAll("main.message > p:not(.line)")].map((p) => p.textContent.replace(/^→\s*/, ""));
   if (told.length) return { words: told.join(" ") };
-  return { words: t("The server answered with an error ({status}).", { status }), remedy: t("Try again.") };
+  return { words: t("The program reported an error ({status}).", { status }), remedy: t("Try again.") };
 }
 
 // Requests by hx-* attributes: an error is told in words where the answer would have been, and never shown as if

@@ -135,7 +135,7 @@ export class Server {
   async ask(action, text) {
     const { answer } = await once(`${this.url}/${action}`, text);
     if (answer) return answer;
-    return ["lock", "unlock", "stand"].includes(action) ? {} : { message: t("The server cannot be reached. Nothing was changed; try again when it is back.") };
+    return ["lock", "unlock", "stand"].includes(action) ? {} : { message: t("This page has no connection to the program. Nothing was changed. Check that the program is running, then try again.") };
   }
 
   /** The address of a cell `{row, column}` for people, such as C4. */
@@ -296,7 +296,7 @@ class Unsent {
     area.readOnly = true;
     area.rows = Math.min(10, lines.split("\n").length + 1);
     area.setAttribute("aria-label", t("Changes that are not saved"));
-    const dialog = open(t("Changes that are not saved"), [make("p", t("They are sent when the server accepts them again. You can copy them.")), area]);
+    const dialog = open(t("Changes that are not saved"), [make("p", t("This page sends them when the program accepts them again. You can copy them.")), area]);
     const copy = button(t("Copy"), async () => {
       area.select();
       if (navigator.clipboard) await navigator.clipboard.writeText(lines);
@@ -423,7 +423,7 @@ export class Drafts {
     text.rows = Math.min(8, draft.text.split("\n").length + 1);
     text.setAttribute("aria-label", t("What you had typed"));
     const fixed = table.grid.ariaReadOnly === "true";
-    const words = draft.column < 0 ? t("You typed this while the server did not answer, and it is not saved. Copy your text, and paste it where it belongs.")
+    const words = draft.column < 0 ? t("You typed this while the program did not answer, and it is not saved. Copy your text, and paste it where it belongs.")
       : cell ? t("You had not finished {cell} when this page was left.", { cell: table.address(cell) })
       : t("You had not finished {cell}, and its row has been deleted. Copy your text, and paste it where it belongs.", { cell: draft.address });
     return new Promise((resolve) => {

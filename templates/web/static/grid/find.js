@@ -90,7 +90,7 @@ export function finder(grid) {
     const { ok, json } = await request(`${server.url}/texts`);
     if (mine !== newest) return null;
     if (!ok) {
-      grid.say(t("The server cannot be reached. Try again."), "error");
+      grid.say(t("This page has no connection to the program. Check that the program is running, then try again."), "error");
       return null;
     }
     const has = matcher();

@@ -140,7 +140,7 @@ export class Grid {
   /** True, with a message, when the sheet can only be read here. */
   refuses() {
     const fixed = this.table.grid.ariaReadOnly === "true";
-    if (fixed) this.say(t("This sheet is read-only here."), true);
+    if (fixed) this.say(t("You cannot change this sheet here."), true);
     return fixed;
   }
 
@@ -357,7 +357,7 @@ function describe(grid, { cells, about, heads, insert, remove, move }) {
     const first = [...table.rows].find((row) => Number(row.cells[0].textContent) === numbers[0]);
     if (first) selection.go(first, selection.head.k);
     const span = { first: numbers[0], last: numbers.at(-1) };
-    if (insert?.length) return numbers.length > 1 ? t("rows {first} to {last} are there", span) : t("row {first} is there", span);
+    if (insert?.length) return numbers.length > 1 ? t("rows {first} to {last} are back", span) : t("row {first} is back", span);
     return numbers.length > 1 ? t("rows {first} to {last} moved", span) : t("row {first} moved", span);
   }
   if (remove?.length) return tn("a row was deleted", "{n} rows were deleted", { n: remove.length });

@@ -91,7 +91,7 @@ export function lesson(grid, listen) {
     panel.hidden = true;
     keep({ closed: true });
     grid.selection.cell?.focus({ preventScroll: true });
-    grid.say(t("The tutorial is closed. Open it again from Help."));
+    grid.say(t("The tutorial is closed. You can open it again from Help."));
   }
 
   function open() {

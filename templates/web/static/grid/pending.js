@@ -19,7 +19,7 @@ export class Held {
     this.field = document.createElement("textarea"); // takes what no key tells: an input method's text, say
     this.field.className = "only-spoken";
     this.field.tabIndex = -1;
-    this.field.setAttribute("aria-label", t("Waiting for the server"));
+    this.field.setAttribute("aria-label", t("Waiting for the program"));
     this.field.addEventListener("input", (event) => event.isComposing || this.text());
     this.field.addEventListener("compositionend", () => this.text());
     for (const kind of ["keydown", "paste", "copy", "cut", "pointerdown", "dblclick", "contextmenu", "click"]) {
@@ -32,7 +32,7 @@ export class Held {
   /** Hold what is done until a job has ended. */
   async until(job) {
     this.jobs++;
-    const slow = setTimeout(() => this.grid.say(t("The server has not answered yet. What you type is kept here and sent later.")), TOLD_AFTER_MS);
+    const slow = setTimeout(() => this.grid.say(t("The program has not answered yet. This page keeps what you type and sends it later.")), TOLD_AFTER_MS);
     try {
       return await job();
     } finally {

@@ -121,7 +121,7 @@ export function conflict(grid, clashes) {
     });
     if (cells.length) grid.server.send("cells", { cells }, cells.map((c) => c.row));
     const made = new Set(choices.values());
-    grid.say(made.has("both") ? t("Both are kept.") : made.has("mine") ? t("Yours is kept.") : t("Theirs is kept."));
+    grid.say(made.has("both") ? t("Both texts are saved.") : made.has("mine") ? t("Your text is saved.") : t("Their text is saved."));
   }
 }
 

@@ -85,7 +85,7 @@ function pictures() {
   let n = 0;
   const next = () => {
     draw(frames, times[n] * rate);
-    time.textContent = t("Keyframe {number} of {all}, at {seconds} s", { number: n + 1, all: times.length, seconds: times[n].toFixed(1) });
+    time.textContent = t("Pose {number} of {all} (keyframe), at {seconds} s", { number: n + 1, all: times.length, seconds: times[n].toFixed(1) });
     n += 1;
     if (n < times.length && view.open) setTimeout(next, 1500);
   };

@@ -141,7 +141,7 @@ export class Renaming {
       if (!name || name === old) return show({ name });
       const query = new URLSearchParams({ old, new: name, ...(column ? { column } : {}) });
       const { ok, json } = await request(`${grid.server.url}/renaming/${encodeURIComponent(grid.server.sheet)}?${query}`);
-      return mine === newest && show(ok ? { ...json, name } : { name, message: t("The server cannot be reached. Try again.") });
+      return mine === newest && show(ok ? { ...json, name } : { name, message: t("This page has no connection to the program. Check that the program is running, then try again.") });
     }
 
     function show(answer) {

@@ -171,7 +171,7 @@ export function sheetTabs(grid, listen) {
       added: undone ? t("“{name}” is restored.", places) : t("“{name}” is added.", places), deleted: t("“{name}” is deleted.", places),
       renamed: t("“{was}” is now called “{name}”.", places), moved: t("“{name}” is moved.", places),
     }[what];
-    const follows = runs ? t("It is named in the Run of {sheets}, so it runs too.", { sheets: listed(others) })
+    const follows = runs ? t("This sheet is now in the field Run of {sheets}, so it runs too.", { sheets: listed(others) })
       : others.length ? tn("{sheets} was updated too.", "{sheets} were updated too.", { n: others.length, sheets: listed(others, " and ") }) : "";
     return [does, follows, undone ? "" : t("Press Ctrl+Z to undo.")].filter(Boolean).join(" ");
   }

@@ -148,7 +148,7 @@ export class Threads {
     this.panel = null;
     const cell = this.cellAt(place);
     if (focus) (cell ?? grid.selection.cell)?.focus({ preventScroll: true });
-    if (left && cell) grid.say(t("Your comment on {cell} is not sent. It is kept: press Shift+F2 to go on.", { cell: grid.table.address(cell) }), true);
+    if (left && cell) grid.say(t("Your comment on {cell} is not sent. This page keeps it: press Shift+F2 to continue.", { cell: grid.table.address(cell) }), true);
   }
 
   /** Show the comments of the cell as they are now; the text that is being typed stays. */
@@ -320,7 +320,7 @@ export class Threads {
     const threads = (ok && json.threads) || [];
     const show = () => {
       const some = threads.filter((one) => all.checked || !one.done);
-      put(said, !ok ? t("The server cannot be reached. Try again.") : json.message ?? tn("{n} thread", "{n} threads", { n: some.length + (json.left_out ?? 0) }));
+      put(said, !ok ? t("This page has no connection to the program. Check that the program is running, then try again.") : json.message ?? tn("{n} thread", "{n} threads", { n: some.length + (json.left_out ?? 0) }));
       list.replaceChildren(...some.map((one) => this.entry(one, dialog)));
     };
     all.addEventListener("change", show);

@@ -9,7 +9,7 @@ const words = {
   none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), ended: t("Run ended"),
   stopping: t("Stopping: the robot is moving to its rest position …"), finishing: t("Stopping: the robot is moving to its rest position …"),
 };
-const UNKNOWN = t("This page no longer hears from the run. If the server has ended, the robot moves to its rest position by itself. If only the network is interrupted, the run continues: you can stop it at the computer of the server. Press Stop to try it from here.");
+const UNKNOWN = t("This page no longer hears from the run. If the program has ended, the robot moves to its rest position by itself. If only the network is interrupted, the run continues: you can stop it at the computer that runs the program. Press Stop to try it from here.");
 const SHOWN = 12000; // ms that a refusal is told
 const SMALL = "button small"; // class of the buttons in lines of text
 const modes = { simulated: t("Simulated"), pilot: t("Pilot rehearsal"), real: t("Real robot") };

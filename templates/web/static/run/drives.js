@@ -9,7 +9,7 @@ const BAR = 14;
 const SIDE = 64; // px for the lanes' names
 const MOST = 500; // bars kept
 const DIGIT = 7; // px
-const EMPTY = t("Parts of the robot and the rows that drive them appear here during a run.");
+const EMPTY = t("Parts of the robot and the rows that control them appear here during a run.");
 
 /** Fill `#drives`. */
 export function drives(root) {
@@ -93,5 +93,5 @@ function drove(part, row, from, to) {
 function words(lanes, bars) {
   const now = new Map([...bars.values()].filter((b) => b.ended === null).map((b) => [b.lane, b.row]));
   const parts = lanes.map((part) => (now.has(part) ? t("{part}: row {row}", { part, row: now.get(part) }) : t("{part}: free", { part })));
-  return t("Parts of the robot and the rows that drive them now: {parts}", { parts: listed(parts) });
+  return t("Parts of the robot and the rows that control them now: {parts}", { parts: listed(parts) });
 }

@@ -8,6 +8,7 @@ import { listed, t } from "../texts.js";
 const EMPTY = t("This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log show what it does.");
 const TURN = t("Drag to look around");
 const MOVE = t("Drag an object to move it, drag elsewhere to look around");
+const FARTHEST = t("It cannot move farther this way.");
 const LATER = t("Objects can be moved during a run. Drag to look around");
 
 /** Fill `#robot3d`. */
@@ -47,10 +48,11 @@ export async function robot3d(root) {
     held(name) { caption.textContent = name ? t("{thing}: drag it to where it should be", { thing: name }) : LATER; },
     moved(name, at, most) {
       move(name, at);
-      const [forward, left, up] = at.map((metres) => metres.toFixed(2));
-      const places = { thing: name, forward, left, up };
-      caption.textContent = most ? t("{thing}: forward {forward}, left {left}, up {up} m; no farther this way", places)
-        : t("{thing}: forward {forward}, left {left}, up {up} m", places);
+      const [ahead, aside, up] = at.map((metres) => Math.abs(metres).toFixed(2));
+      const places = { thing: name, ahead, aside, up };
+      const place = at[1] < 0 ? t("{thing}: {ahead} m ahead of where the robot starts, {aside} m to its right, {up} m above the floor.", places)
+        : t("{thing}: {ahead} m ahead of where the robot starts, {aside} m to its left, {up} m above the floor.", places);
+      caption.textContent = most ? `${place} ${FARTHEST}` : place;
     },
     dropped: () => words(),
     drawn: () => above(root, stage),

@@ -75,7 +75,7 @@ async function poll() {
   answered = question;
   if (ok && json) show(json);
   else if (run.phase !== "none") {
-    unknown = t("It is not known if {book} still runs. {why}", { book: run.book, why: why({ status, text }) });
+    unknown = t("This page cannot tell if {book} is still running. {why}", { book: run.book, why: why({ status, text }) });
     put(what, words());
   }
 }
