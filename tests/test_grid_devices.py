@@ -175,3 +175,46 @@ def test_a_wave_at_a_touched_hand_takes_less_than_half_a_minute_by_mouse(shelf: 
     expect(grid.page.locator(".problems")).to_contain_text("no problems")
     print(effort)
     assert effort.seconds <= 30, effort
+
+
+def test_a_name_that_is_typed_in_full_is_added_too(grid: Shared) -> None:
+    grid.go("E3")
+    grid.press("F2")
+    grid.page.keyboard.insert_text("arms up")  # nothing is chosen from the list
+    grid.press("Enter")
+    grid.expect("E3", "arms up")
+    becomes(lambda: devices(grid)[1:], [("Arms up", "Gesture", {"name": "Arms up"})])
+    grid.go("B4")
+    grid.press("F2")
+    grid.page.keyboard.insert_text("Head touch")
+    grid.press("Enter")
+    becomes(lambda: [stream for stream, *_ in devices(grid)], ["Gaze", "Arms up", "Head touch"])
+    grid.go("E2")
+    grid.press("F2", "Control+a")
+    grid.page.keyboard.insert_text("Nod")  # of a row that calculates, it is a stream of its own
+    grid.press("Enter")
+    grid.expect("E2", "Nod")
+    assert [stream for stream, *_ in devices(grid)] == ["Gaze", "Arms up", "Head touch"]
+
+
+def test_names_that_are_pasted_are_added_in_the_same_step(grid: Shared) -> None:
+    grid.go("B4")
+    grid.page.evaluate(
+        """text => { const data = new DataTransfer(); data.setData("text/plain", text);
+        document.activeElement.dispatchEvent(new ClipboardEvent("paste", { clipboardData: data, bubbles: true, cancelable: true })); }""",
+        "Left hand touch\tsubscribe\t\tWave\n",
+    )
+    grid.expect("E4", "Wave")
+    becomes(lambda: [stream for stream, *_ in devices(grid)], ["Gaze", "Left hand touch", "Wave"])
+    grid.press("Control+z")
+    becomes(lambda: [stream for stream, *_ in devices(grid)], ["Gaze"])
+    grid.expect("E4", "")
+
+
+def test_a_click_into_the_line_above_the_sheet_opens_the_cell(grid: Shared) -> None:
+    grid.go("D2")
+    grid.page.click("#formula-bar code")
+    expect(grid.page.locator("td textarea, .edit textarea, textarea:focus").first).to_be_focused()
+    grid.page.keyboard.type(" + 1")
+    grid.press("Enter")
+    grid.expect("D2", "redBall.distance + 1")

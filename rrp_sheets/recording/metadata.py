@@ -25,6 +25,8 @@ from rrp_sheets.recording.trace_reader import TraceSummary, read_ends, text_of
 from rrp_sheets.texts import N_, known_language, os_reason
 
 T = TypeVar("T")
+UNNAMED = "Somebody"
+"""In requests and recordings, who has given no name on the page."""
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 
 
@@ -231,9 +233,14 @@ def clock(seconds: float) -> str:
     return f"{tenths // 600}:{tenths % 600 // 10:02}.{tenths % 10}"
 
 
+def who(name: str) -> str:
+    """Return a person's name; of one without a name, that it was somebody."""
+    return N_("somebody") if name == UNNAMED else name
+
+
 def ended(metadata: RunMetadata) -> str:
     """Describe the end of a run in words."""
-    by = metadata.ended_by
+    by = who(metadata.ended_by)
     match metadata.ended:
         case "time":
             return N_("time limit reached")

@@ -19,7 +19,6 @@ from rrp_sheets.page_texts import in_language
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.workbook.schema import Column
 
-SOMEBODY = "Somebody"  # who has no name on the page
 _CODE = re.compile(r"(`+)(.+?)\1(?!`)")
 _COUNTED = {
     "error": (N_("{n:,} error"), N_("{n:,} errors")), "warning": (N_("{n:,} warning"), N_("{n:,} warnings")),

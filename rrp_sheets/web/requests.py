@@ -26,8 +26,8 @@ from werkzeug.wrappers import Response as AnyResponse
 
 from rrp_sheets.documents import Document
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.recording.metadata import UNNAMED
 from rrp_sheets.texts import LANGUAGES, N_
-from rrp_sheets.web.models import SOMEBODY
 from rrp_sheets.web.password import LoginThrottle, Password
 from rrp_sheets.web.services import services
 from rrp_sheets.web.serving import let_in
@@ -110,7 +110,7 @@ def visitor() -> Person:
     return g.get("person") or Person()
 
 
-def author_name(given: str, unnamed: str = SOMEBODY) -> str:
+def author_name(given: str, unnamed: str = UNNAMED) -> str:
     """Return the name given at login, else the `given` one, else `unnamed`."""
     return visitor().name or clean_name(given) or unnamed
 
@@ -287,7 +287,7 @@ def sender_of(session: WorkbookSession, sent: Asked) -> tuple[str, str]:
     return client, author
 
 
-def author_of(sent: Asked, unnamed: str = SOMEBODY) -> str:
+def author_of(sent: Asked, unnamed: str = UNNAMED) -> str:
     """Return the author of a request: the name given at login, else the one on the page, else `unnamed`."""
     return author_name(text_of(sent, "name"), unnamed)
 

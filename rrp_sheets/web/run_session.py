@@ -12,12 +12,13 @@ from functools import partial
 from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
+from rrp_sheets.recording.metadata import UNNAMED, who
 from rrp_sheets.recording.timeline import clock, unit_of
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.completions import in_browser
-from rrp_sheets.web.models import SOMEBODY, error_text
+from rrp_sheets.web.models import error_text
 from rrp_sheets.web.run_state import Line, RunState
 from rrp_sheets.web.workbook_session import Event, OpenWorkbooks, WorkbookSession, message
 
@@ -39,7 +40,7 @@ class RunOptions:
         speed: 1 is real time, 0 as fast as it can.
     """
 
-    by: str = SOMEBODY
+    by: str = UNNAMED
     mode: str = "simulated"
     participant: str = ""
     condition: str = ""
@@ -261,7 +262,7 @@ def outcome_notice(ended: RunOutcome, by: str) -> JsonObject:
         many = N_("It did not start: the workbook has {n} errors.")
         return _ending("errors", N_(one if n == 1 else many, n=n), N_("Fix them, and press Run again."))
     if ended.result is None:
-        words = N_("Stopped by {name} before it started." if by else "Stopped before it started.", name=by)
+        words = N_("Stopped by {name} before it started." if by else "Stopped before it started.", name=who(by))
         return _ending("stopped", words)
     data = rest_notice(ended.result.summary, ended.result.broken, by)
     return data if data["broken"] else {**data, "remedy": sentences(*ended.result.problems)}
@@ -276,7 +277,7 @@ def rest_notice(summary: Summary, broken: RunBroken | None, by: str) -> JsonObje
     at = clock(round(summary.simulated * 1e6))
     endings = {
         "time": N_("Time limit reached at {time}.", time=at),
-        "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=by, time=at),
+        "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=who(by), time=at),
         "end run": N_("Row {row} ended the run at {time}.", row=summary.ended_by, time=at),
     }
     if broken:

@@ -9,9 +9,10 @@ from flask import Blueprint, Response, abort, jsonify, request, send_file, url_f
 from werkzeug.exceptions import BadRequest
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.recording.metadata import UNNAMED
 from rrp_sheets.robots import robot_names
 from rrp_sheets.texts import N_
-from rrp_sheets.web.models import SOMEBODY, error_text, show
+from rrp_sheets.web.models import error_text, show
 from rrp_sheets.web.requests import (
     Asked,
     author_name,
@@ -132,7 +133,7 @@ def _options(sent: Asked) -> RunOptions:
     participant, condition, operator = labels
     speed = _speed(sent) if "speed" in sent else 1.0
     by = author_of(sent)
-    return RunOptions(operator or by if by == SOMEBODY else by, mode, participant, condition, operator, seconds, speed)
+    return RunOptions(operator or by if by == UNNAMED else by, mode, participant, condition, operator, seconds, speed)
 
 
 def _speed(sent: Asked) -> float:

@@ -71,6 +71,7 @@ export class Grid {
     this.statusBar = new StatusBar(this);
     this.looks = new Looks(this);
     this.threads = new Threads(this);
+    this.bar.querySelector("code").addEventListener("click", () => this.selection.cell && !this.editor.isOpen && this.editor.open(this.selection.cell));
     scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
     scroll.addEventListener("keydown", (event) => this.key(event));
     pointer(this);
@@ -188,8 +189,9 @@ export class Grid {
 
   /** Send changes that are shown already; to `rename`, one that gives a name, with all cells that have it; `devices` and the comments
    *  that are `carried` come with them. */
-  store(changes, { rename = false, devices = [], carried = [] } = {}) {
+  store(changes, { rename = false, devices: chosen = [], carried = [] } = {}) {
     this.rows.reserve(0);
+    const devices = [...new Map([...this.lacking(changes), ...chosen].map((one) => [key(one.stream), one])).values()];
     const answer = this.server.cells(changes, { rename, devices, carried });
     if (devices.length) answer.then(({ rows }) => this.added(rows ?? [], devices), () => {});
     // which cells change only the server knows: what is typed next may be into one of them
@@ -198,6 +200,22 @@ export class Grid {
       this.spoken.nameCell(this.table.cell(this.table.row(row), k));
       this.comments.mark(this.table.row(row));
     }
+  }
+
+  /** What the sheet Devices lacks for names in these cells: devices with one of their choices, such as “Wave”. */
+  lacking(changes) {
+    const choices = new Map((this.words.choices ?? []).map((one) => [key(one.text), one]));
+    return changes.flatMap(({ row, k, text }) => {
+      const kind = this.editor.kind(k);
+      const wanted = kind === "inputs" ? "sensor" : kind === "output" && this.connector(row) === "subscribe" ? "actuator" : "";
+      const found = wanted ? text.split(/[,\n]/).map((name) => choices.get(key(name))).filter((one) => one?.kind === wanted) : [];
+      return found.map((one) => ({ stream: one.text, ...one.adds }));
+    });
+  }
+
+  connector(row) {
+    const k = this.table.headers.findIndex((head) => head.dataset.kind === "connector");
+    return k < 0 ? "" : this.table.value(this.table.cell(this.table.row(row), k)).trim();
   }
 
   /** Tell which devices were added to the sheet Devices. */

@@ -1,5 +1,6 @@
 // The log: newest first, with the row that did it, and what the robot said to be heard (again).
 
+import { shownName } from "../api.js";
 import { icon, make } from "../elements.js";
 import { t } from "../texts.js";
 import { clock } from "./time.js";
@@ -42,7 +43,7 @@ export function log(root) {
     if (row) what.append(link(row, rowId), " ");
     if (stream) what.append(make("span", { className: "name actuator", textContent: stream }), " ");
     what.append(words(kind, text));
-    if (by) what.append(make("span", { className: "quiet", textContent: byWhom(by) }));
+    if (by) what.append(make("span", { className: "quiet", textContent: byWhom(shownName(by)) }));
     if (file) {
       const again = make("button", { type: "button", className: "button plain small", ariaLabel: hear(text) }, icon("sound"));
       again.addEventListener("click", () => play(file));
