@@ -54,7 +54,7 @@ def quicker(aya: Shared, mika: Shared, cell: str, mine: str, theirs: str, *, off
     aya.go(cell)
     aya.write(mine)
     if offline:
-        expect(aya.page.locator(".unsent")).to_contain_text("kept here")
+        expect(aya.page.locator(".unsent")).to_contain_text("keeps your changes")
     else:
         until(aya.page, lambda: held)
     mika.go(cell)

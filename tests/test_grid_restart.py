@@ -88,7 +88,7 @@ def test_what_is_typed_while_the_server_is_away_is_saved_in_order_when_it_is_bac
     at.kill()
     at.type(4, "second")
     expect(at.page.locator("#saved")).to_have_text("Saving …")
-    expect(at.page.locator(".unsent")).to_contain_text("Your changes are kept here")
+    expect(at.page.locator(".unsent")).to_contain_text("It keeps your changes")
     expect(at.page.locator("#saved")).to_have_text("Not saved")
     at.type(ROWS + 8, "third")
     at.type(4, "fourth")
@@ -137,7 +137,7 @@ def test_an_edit_whose_answer_was_lost_is_made_once(at: Restarted) -> None:
 def test_what_is_not_saved_is_sent_by_the_page_that_is_loaded_again(at: Restarted) -> None:
     at.page.route("**/cells", lambda route: route.abort())
     at.type(2, "kept over a reload")
-    expect(at.page.locator(".unsent")).to_contain_text("Your changes are kept here")
+    expect(at.page.locator(".unsent")).to_contain_text("It keeps your changes")
     at.kill()
     at.start()
     at.page.unroute("**/cells")
