@@ -356,7 +356,7 @@ def test_the_table_and_the_marbles_of_a_run_tell_what_people_did(tmp_path, book)
     by_hand = score.groups[0].lane
     assert by_hand.label == "By hand"
     assert [m.value for m in by_hand.marbles] == [
-        "he laughs", "sent: Head yaw", "scene: Red ball is placed at 0.20, 0.00, 0.40 m."
+        "he laughs", "sent: Head yaw", "Red ball is placed at 0.20, 0.00, 0.40 m."
     ]  # fmt: skip
 
 
