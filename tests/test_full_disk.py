@@ -93,7 +93,9 @@ def test_the_page_tells_that_an_edit_was_not_stored_and_stays_usable(browser: An
 def test_what_cannot_be_kept_of_a_run_is_told_and_the_rest_is_whole(tmp_path: Path) -> None:
     book, out = bundled("workbooks") / "simple-tracking.xlsx", tmp_path / "run"
     command = ["run", str(book), "--fast", "--for", "12s", "--out", str(out)]
-    small = FULL.replace(str(LIMIT), "66_000")  # less than the pictures of 12 s, more than any other (robot.toml: 62 kB)
+    small = FULL.replace(
+        str(LIMIT), "66_000"
+    )  # less than the pictures of 12 s, more than any other (robot.toml: 62 kB)
     done = forked.run([sys.executable, "-c", small, *command], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     notes = [e.text for e in TraceReader(out) if isinstance(e, RecordedNotice) and e.kind == "note"]
