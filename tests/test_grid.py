@@ -88,7 +88,7 @@ def test_delete_undo_and_redo_tell_what_and_lead_there(grid) -> None:
     grid.expect("C3", "subscribe")
     grid.go("B9")
     grid.press("Control+z")
-    grid.status("Undone: row 3 is there.")
+    grid.status("Undone: row 3 is back.")
     eventually(lambda: grid.here == "B3" and grid.text("C3") == "filter")
 
 

@@ -45,7 +45,7 @@ def test_cells_tell_column_row_and_text_the_cursor_tells_more_and_editing_rows_a
     grid.press("Control+-")
     grid.status("The row is deleted.")
     grid.press("Control+z")
-    grid.status("Undone: row 4 is there.")
+    grid.status("Undone: row 4 is back.")
 
 
 @pytest.mark.slow
