@@ -20,6 +20,8 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS, kind_of
 from rrp_sheets.texts import N_, translate
+from rrp_sheets.web.analysis import no_analysis
+from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.workbook import japanese, read, schema
 from rrp_sheets.workbook.files import read_sheets, write_sheets
 from rrp_sheets.workbook.raw import text_sheet
@@ -292,3 +294,10 @@ def test_remedies_show_words_that_the_sheets_take() -> None:
         for choice in setting.choices:
             shown = translate(N_(choice, msgctxt="value"), "ja")
             assert japanese.standard(japanese.CHOICES[key(setting.name)], shown) == choice
+
+
+def test_a_japanese_workbook_is_offered_japanese_words() -> None:
+    words = vocabulary(no_analysis(), ["stream", "device", "mode"], "ja")
+    assert words["devices"][0]["text"] == "赤いボール" and words["sensors"][0]["adds"]["device"] == "赤いボール"
+    assert [one["text"] for one in words["takes"]["追跡"]["mode"]["choices"]] == ["頭", "全身", "腕の動き"]
+    assert vocabulary(no_analysis(), ["stream", "device"])["devices"][0]["text"] == "Red ball"

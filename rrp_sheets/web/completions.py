@@ -23,15 +23,17 @@ from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, verb_names
 from rrp_sheets.texts import N_, LazyMessage, sentences
 from rrp_sheets.web.analysis import Analysis
+from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.schema import FIELDS
 
 Word = dict[str, str]
 
 
-def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None) -> dict[str, Any]:
+def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, language: str = "en") -> dict[str, Any]:
     """Return all suggestions for one workbook, in the format of the grid's script.
 
     `columns` are the keys of the columns of its sheet Devices, into which chosen devices are written; None without one.
+    `language` is that of its headers, in which devices and the choices of their settings are offered.
     """
     robot, graph, firsts = analysis.robot, analysis.graph, _firsts(analysis.robot)
     named = [s for s in graph.streams.values() if s.name]
@@ -47,7 +49,7 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None) -> dict
     for s in named:
         if s.id in known and (record := known[s.id].record) is not None:
             records[key(argument_name(s.name))] = _record(record)
-    return {
+    words = {
         **_fixed(), **cell_words(analysis.workbook, robot), "uses": _uses(analysis),
         "streams": streams, "names": names, "records": records,
         "sensors": _devices(analysis, firsts, "sensor", columns),
@@ -66,6 +68,33 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None) -> dict
             for kind in ("sensor", "actuator") for name in _offered(robot, firsts, kind)
         ],
     }  # fmt: skip
+    return _as_written_in_japanese(words) if language == "ja" else words
+
+
+def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
+    """Return suggestions with the words of a Japanese workbook for devices and for the choices of their settings.
+
+    A device that is `named` so must be in the sheet Devices: the robot itself knows it by its English name.
+    """
+
+    def own(name: str) -> str:
+        return japanese.japanese(japanese.DEVICES, [name])[0]
+
+    def chosen(words: Mapping[str, Any], setting: str) -> dict[str, Any]:
+        choices = japanese.japanese(japanese.CHOICES.get(setting, {}), [one["text"] for one in words["choices"]])
+        return {**words, "choices": [{"text": text} for text in choices]}
+
+    for name in ("sensors", "actuators"):
+        found[name] = [
+            {**one, "text": own(one["text"]), "adds": {**one["adds"], "device": own(one["adds"]["device"])},
+             "named": own(one["text"]) != one["text"]}
+            if "adds" in one else one for one in found[name]
+        ]  # fmt: skip
+    found["devices"] = [{**one, "text": own(one["text"])} for one in found["devices"]]
+    takes = {device: {s: chosen(words, s) for s, words in known.items()} for device, known in found["takes"].items()}
+    also = {key(word): takes[key(device)] for word, device in japanese.DEVICES.items() if key(device) in takes}
+    found["takes"] = {**takes, **also}
+    return found
 
 
 def _uses(analysis: Analysis) -> dict[str, dict[str, int]]:

@@ -20,6 +20,7 @@ from typing import Any
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
+from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
 from rrp_sheets.page_texts import Versions, json_in
@@ -439,7 +440,7 @@ class WorkbookSession(Broadcaster):
         if kept is None or kept[0] is not analysis:
             devices = next((grid for grid in self.document.grids.values() if grid.kind == "devices"), None)
             columns = [key(column.header) for column in devices.columns] if devices and not self.document.why else None
-            text = json_in(vocabulary(analysis, columns), language)
+            text = json_in(vocabulary(analysis, columns, language_of_sheets(self.document.grids.values())), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:
                 self._words[language] = kept

@@ -202,9 +202,11 @@ export class Grid {
     }
   }
 
-  /** What the sheet Devices lacks for names in these cells: devices with one of their choices, such as “Wave”. */
+  /** What the sheet Devices lacks for names in these cells: devices with one of their choices, such as “Wave”, and those with a
+   *  Japanese name. */
   lacking(changes) {
-    const choices = new Map((this.words.choices ?? []).map((one) => [key(one.text), one]));
+    const { choices: chosen = [], sensors = [], actuators = [] } = this.words;
+    const choices = new Map([...chosen, ...[...sensors, ...actuators].filter((one) => one.named)].map((one) => [key(one.text), one]));
     return changes.flatMap(({ row, k, text }) => {
       const kind = this.editor.kind(k);
       const wanted = kind === "inputs" ? "sensor" : kind === "output" && this.connector(row) === "subscribe" ? "actuator" : "";
