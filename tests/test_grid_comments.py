@@ -213,6 +213,7 @@ def test_comments_go_with_cells_that_are_cut_and_pasted_as_one_step(grid: Shared
     becomes(lambda: texts(grid), {(3, 4): ["on the filter"]})
 
 
+@pytest.mark.slow
 def test_a_copy_of_a_sheet_has_its_comments_and_a_deleted_one_comes_back_with_them(grid: Shared) -> None:
     comment(grid, "D3", "hello")
     grid.page.get_by_role("button", name="Menu of the sheet T").click()
@@ -264,6 +265,7 @@ def test_hostile_words_are_only_words(grid: Shared) -> None:
     expect(grid.page.locator("td img, .thread img")).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_the_panel_the_card_and_the_list_are_accessible(shelf: Books) -> None:
     aya, _ = shelf.two()
     aya.checked()

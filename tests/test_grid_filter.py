@@ -149,6 +149,7 @@ def test_a_sheet_of_ones_own_is_filtered_too(shelf: Books) -> None:
     expect(grid.page.locator("#counts")).to_have_text("2 of 4 rows shown")
 
 
+@pytest.mark.slow
 def test_rows_are_moved_and_deleted_around_hidden_ones(grid: Shared) -> None:
     choose(grid, "Notes", "red")
     grid.go("E7")
@@ -198,6 +199,7 @@ def test_rows_with_problems(shelf: Books) -> None:
     becomes(lambda: numbers(grid, 3), [3])
 
 
+@pytest.mark.slow
 def test_others_see_all_rows_and_their_new_rows_are_shown(shelf: Books) -> None:
     aya, mika = shelf.two()
     choose(aya, "Notes", "near")

@@ -64,6 +64,7 @@ def test_a_cell_that_stays_is_edited_where_it_is_seen(grid: Shared) -> None:
     grid.press("Escape")
 
 
+@pytest.mark.slow
 def test_what_stays_takes_at_most_half_of_the_width(grid: Shared) -> None:
     grid.page.set_viewport_size({"width": 400, "height": 800})
     scrolled(grid)
@@ -72,6 +73,7 @@ def test_what_stays_takes_at_most_half_of_the_width(grid: Shared) -> None:
     assert grid.faults() == []
 
 
+@pytest.mark.slow
 def test_a_wide_first_column_does_not_stay(shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet="Devices")
     grid.checked()

@@ -95,6 +95,7 @@ def test_a_name_that_another_column_has_is_refused(grid: Shared) -> None:
     becomes(lambda: header(grid), "Zone")
 
 
+@pytest.mark.slow
 def test_others_see_the_new_header_at_once(shelf: Books) -> None:
     path = shelf.file(BOOK)
     aya, mika = (shelf.open(path=path, sheet="Parts", name=name) for name in ("Aya", "Mika"))

@@ -143,6 +143,7 @@ def test_the_panel_leads_to_the_pages(page: Any, books: Path) -> None:
     opened.value.close()
 
 
+@pytest.mark.slow
 def test_published_pages_work_from_a_disk(browser: Any, site: Path) -> None:
     context = browser.new_context(viewport={"width": 1280, "height": 900}, offline=True)
     page = context.new_page()

@@ -98,6 +98,7 @@ def test_texts_of_codes_have_the_same_commands_in_every_language(language: str) 
     assert wrong == {}
 
 
+@pytest.mark.slow
 def test_headings_have_the_same_anchors_in_every_language() -> None:
     for file in site.files():
         assert len({tuple(s.anchor for s in site.page(file, language).sections) for language in LANGUAGES}) == 1, file
@@ -121,10 +122,12 @@ def test_every_name_has_its_place() -> None:
         assert site.place_of(code) == f"{code}.html"
 
 
+@pytest.mark.slow
 def test_the_list_of_codes_has_an_anchor_for_each(written: Path) -> None:
     assert set(CODES) <= set(Page((written / "en" / "codes.html").read_text(encoding="utf-8")).ids)
 
 
+@pytest.mark.slow
 def test_every_link_of_the_written_pages_leads_to_what_is_there(written: Path) -> None:
     pages = {path: Page(path.read_text(encoding="utf-8")) for path in written.rglob("*.html")}
     assert len(pages) == 1 + len(LANGUAGES) * len(site.files())

@@ -115,7 +115,7 @@ def plain(thing: Any) -> Any:
     return [plain(one) for one in thing] if isinstance(thing, (list, tuple)) else thing
 
 
-@pytest.mark.parametrize("every", [1, 2, 3])
+@pytest.mark.parametrize("every", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_a_workbook_in_japanese_says_the_same(tmp_path: Path, name: str, every: int) -> None:
     path = bundled("workbooks") / f"{name}.xlsx"
@@ -144,6 +144,7 @@ def test_the_checks_and_tests_of_a_workbook_in_japanese_are_the_same(tmp_path: P
     assert [c.passed for c in api.test(path)[1].cases] == [c.passed for c in api.test(own)[1].cases]
 
 
+@pytest.mark.slow
 def test_a_run_of_a_workbook_in_japanese_leaves_the_same_trace(tmp_path: Path) -> None:
     pytest.importorskip("pybullet")
     path = bundled("workbooks") / "simple-tracking.xlsx"
