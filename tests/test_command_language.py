@@ -21,7 +21,13 @@ from rrp_sheets.cli.main import COMMANDS, group
 from rrp_sheets.render.style import columns
 from rrp_sheets.render.texts import texts as render_texts
 
-PROGRAM = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
+PATHS = [os.fsencode(path) for path in sys.path]
+PROGRAM = [
+    sys.executable, "-S", "-c",
+    f"import os, sys; sys.path[:] = map(os.fsdecode, {PATHS}); from rrp_sheets.cli.main import main; main()",
+]  # fmt: skip
+"""The program without Python's own reading of .pth files, which fails where a path is not in the locale's letters."""
+
 HEAD = "| Input streams | Connector | Formula | Output stream | On | Notes |\n|---|---|---|---|---|---|"
 WRONG = "| 近い | map | 距離な | 遠い | | |\n"
 TESTS = """

@@ -204,7 +204,7 @@ def test_help_has_what_the_command_line_says_and_a_picture_and_a_sheet_of_ones_o
     grid.page.keyboard.type("x")
     becomes(lambda: grid.page.locator(".editor").count(), 0)
     grid.press("Delete", "Control++", "Control+-")
-    grid.status("read-only")
+    grid.status("You cannot change this sheet here.")
     eventually(lambda: grid.path.read_bytes() == before and grid.here == "A3")
     assert grid.faults() == []
 

@@ -58,9 +58,7 @@ def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
     expect(page.get_by_label("4 map")).to_be_hidden()  # the list would cover the marbles
     lanes = page.locator("#marbles .lane")
     expect(lanes).to_have_count(3)
-    becomes(
-        lambda: [lane.get_attribute("data-stream") for lane in lanes.all()], ["手で送った値", "今のボール", "ことば"]
-    )
+    becomes(lambda: [lane.get_attribute("data-stream") for lane in lanes.all()], ["By hand", "今のボール", "ことば"])
     assert page.problems == []
 
 
@@ -69,7 +67,7 @@ def test_versions_by_hand(page: Any, folder: Path) -> None:
     page.evaluate("localStorage.setItem('name', 'Aya')")
     page.goto("/book/greeter.xlsx/versions")
     assert violations(page) == []
-    page.get_by_label("Save the workbook").fill("before the pilot")
+    page.get_by_label("Name of the new version").fill("before the pilot")
     page.keyboard.press("Enter")
     expect(page.get_by_role("status").first).to_have_text("Saved as “before the pilot”.")
     expect(page.locator("td[data-head=By]")).to_have_text("Aya")

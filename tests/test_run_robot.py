@@ -365,7 +365,7 @@ def at_rest(page: Any, read: Callable[[Any], tuple[float, float]]) -> tuple[floa
             places.append(read(page))
         except AssertionError:  # it was not drawn yet
             return False
-        return len(places) > 1 and math.dist(*places[-2:]) < 2
+        return len(places) > 2 and all(math.dist(one, places[-1]) < 2 for one in places[-3:])
 
     eventually(stays, places, 300)  # a picture of such a page takes a busy machine up to half a minute
     return places[-1]

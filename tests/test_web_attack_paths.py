@@ -93,6 +93,8 @@ def test_no_name_that_is_sent_leads_out_of_the_folder(client: Any, place: Path) 
     before = {n: c for n, c in contents(place).items() if not n.startswith("inside")}
     for key in FORMS:
         endpoint, _, action = key.partition(" ")
+        if endpoint == "help.open_example":  # its name is one of a new workbook: tests/test_help_site.py
+            continue
         address = f"/shelf/{action}" if endpoint == "workbooks.act" else f"/book/{BOOK}/versions/{action}"
         for field in ("book", "name", "template", "title", "version"):
             if field not in FORMS[key]:

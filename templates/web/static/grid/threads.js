@@ -30,7 +30,8 @@ export class Threads {
     scroll.addEventListener("pointerleave", () => this.shown !== grid.selection.cell && this.hide());
     scroll.addEventListener("scroll", () => {
       this.hide();
-      if (grid.selection.cell) this.soon(grid.selection.cell);
+      const cell = scroll.querySelector("td.commented:hover") ?? grid.selection.cell;
+      if (cell) this.soon(cell);
     });
     document.addEventListener("pointerdown", ({ target }) => this.panel && !this.panel.contains(target) && !target.closest("dialog") && this.close(false));
     table.grid.addEventListener("rrp:rows", () => this.came());
