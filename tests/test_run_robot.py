@@ -371,6 +371,22 @@ def at_rest(page: Any, read: Callable[[Any], tuple[float, float]]) -> tuple[floa
     return places[-1]
 
 
+def drag_thing(page: Any, name: str, read: Callable[[Any], tuple[float, float]], right: int, down: int) -> None:
+    """Drag a thing of a running world by so many pixels: pressed when it is outlined, which also keeps the view still."""
+
+    def outlined() -> bool:
+        page.mouse.move(*at_rest(page, read))
+        return page.locator("#robot3d canvas.on-thing").count() > 0
+
+    eventually(outlined, name, 300)
+    x, y = read(page)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + right, y + down, steps=10)
+    page.wait_for_selector(f"#robot3d .caption:text-matches('^{name}: ')")
+    page.mouse.up()
+
+
 def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path) -> None:
     at = GridPage(
         browser, url, "session.xlsx", name="Aya", reduced_motion="reduce"
@@ -382,21 +398,12 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
         "document.addEventListener('rrp:live', ({ detail }) => { window.robot = detail.robot ?? window.robot; })"
     )
     page.wait_for_function("() => window.robot?.things['Red ball']")
-    x, y = at_rest(page, red_place)
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x, y - 40, steps=10)
-    page.mouse.up()
+    drag_thing(page, "Red ball", red_place, 0, -80)
     page.wait_for_function("() => window.robot.things['Red ball'][2] > 0.45")
     # a person too, taken anywhere from head to foot; whoever is moved stays on the floor
     page.locator("#robot3d canvas").press("0")
     where = some(lambda: page.evaluate("window.robot.things.Kai"))
-    x, y = at_rest(page, jumper)
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 90, y, steps=10)
-    page.wait_for_selector("#robot3d .caption:text-matches('^Kai: ')")
-    page.mouse.up()
+    drag_thing(page, "Kai", jumper, 90, 0)
     page.wait_for_function("was => Math.hypot(...was.map((v, i) => v - window.robot.things.Kai[i])) > 0.1", arg=where)
     page.click("[data-run=stop]")
     ended(page)

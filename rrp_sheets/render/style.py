@@ -328,15 +328,18 @@ def typeset(
     options |= {"font_paths": [FONTS] if FONTS.is_dir() else [], "ignore_system_fonts": not missing}
     try:
         try:
-            made = typst.compile(files, format=form, **options)
+            made, told = typst.compile_with_warnings(files, format=form, **options)
         except typst.TypstError:
             if options.pop("pdf_standards", None) is None:
                 raise
             # A letter without any font forbids an accessible PDF, and a plain one is better than none.
-            made = typst.compile(files, format=form, **options)
+            made, told = typst.compile_with_warnings(files, format=form, **options)
     except typst.TypstError as error:
         raise SheetsError(N_("The {form} could not be made: {error}", form=form.upper(), error=str(error))) from error
-    return bytes(made if isinstance(made, bytes) else made[0]), [_warning(script) for script in missing]
+    warnings = [_warning(script) for script in missing]
+    if any("converge" in warning.message for warning in told):
+        warnings.append(N_("The page numbers may be wrong: this text has no layout in which all of them are right."))
+    return bytes(made if isinstance(made, bytes) else made[0]), warnings
 
 
 def scripts_without_font(text: str) -> list[str]:

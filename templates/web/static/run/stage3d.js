@@ -259,6 +259,7 @@ export class Stage {
       if (part >= 1) this.to = null;
       more = part < 1;
     }
+    this.orbit.pointed = Boolean(this.drag.marked || this.touch.shown);
     this.aim();
     if (this.orbit.settle()) more = true;
     this.draw();
@@ -287,6 +288,7 @@ export class Orbit extends OrbitControls {
     this.distance = 0; // this and the azimuth are of the framed view
     this.changed = changed;
     this.held = false; // while something is dragged, the view stays as it is
+    this.pointed = false; // and while the pointer is on something that can be pressed
     this.front();
     this.addEventListener("change", () => {
       camera.position.z = Math.max(camera.position.z, 0.03); // not below the floor
@@ -319,7 +321,7 @@ export class Orbit extends OrbitControls {
   /** Frame these groups, each with `points` and whether it is `somebody`: the first always, the others in their order
    * while it can stay near enough. */
   frame(groups, base, aside, hiding = []) {
-    if (this.base && this.byHand) { // it goes along
+    if (this.base && (this.byHand || this.pointed)) { // it goes along
       const way = base.clone().sub(this.base).setZ(0);
       for (const place of [this.target, this.object.position]) place.add(way);
     }
@@ -387,7 +389,7 @@ export class Orbit extends OrbitControls {
     const now = performance.now();
     const since = Math.min(now - (this.settled ?? now), 200);
     this.settled = now;
-    if (this.byHand || this.held || !this.framed) return false;
+    if (this.byHand || this.held || this.pointed || !this.framed) return false;
     part ??= 1 - Math.exp(-since / EASE);
     const all = this.framed.flatMap(({ points }) => points);
     const beside = this.aside && this.fit(all, ASIDE).distance <= WIDEST;

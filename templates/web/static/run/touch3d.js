@@ -18,6 +18,7 @@ export class Touch {
     this.stage = stage;
     this.on = false;
     this.press = null; // { zone, x, y, timer, held }
+    this.shown = null; // the zone under the pointer
     this.zones = stage.model.touch.map(({ zone, label, link, xyz }) => ({ zone, link: stage.body.links.get(link), at: new THREE.Vector3(...xyz), mark: mark(label) }));
     this.box = make("div", { className: "zones" }, ...this.zones.map((one) => one.mark));
     const { canvas } = stage;
@@ -45,7 +46,10 @@ export class Touch {
 
   allow(on) {
     this.on = on;
-    if (!on) this.end(false);
+    if (!on) {
+      this.end(false);
+      this.show(null);
+    }
     for (const { mark: button } of this.zones) button.disabled = !on;
   }
 
@@ -81,6 +85,8 @@ export class Touch {
 
   /** Show this zone under the pointer. */
   show(one) {
+    if (one === this.shown) return;
+    this.shown = one;
     for (const each of this.zones) each.mark.classList.toggle("under", each === one);
     this.stage.canvas.classList.toggle("on-zone", Boolean(one));
   }
