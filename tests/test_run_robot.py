@@ -329,6 +329,26 @@ def drawn(page: Any) -> Any:
     return np.moveaxis(np.asarray(Image.open(io.BytesIO(picture)).convert("RGB"), dtype=int), 2, 0)
 
 
+@pytest.mark.slow
+def test_the_view_stays_while_the_pointer_is_on_something(panel: RobotPanel) -> None:
+    page, things = panel.page, panel.real.robot["things"]
+    page.emulate_media(reduced_motion="reduce")
+    page.locator("#robot3d canvas").press("0")
+    panel.live(t=2.0, robot=panel.real.robot)
+    panel.still()
+    x, y = at_rest(page, red_place)
+    page.mouse.move(x, y)
+    page.wait_for_selector("#robot3d canvas.on-thing")
+    wider = {**panel.real.robot, "things": {**things, "Wall": [0.6, 1.4, 0.3]}}
+    panel.live(t=2.1, robot=wider)
+    panel.still()
+    assert red_place(page) == pytest.approx((x, y), abs=2), "one can press what one points at"
+    page.mouse.move(x, y - 120)
+    panel.still()
+    until(page, lambda: math.dist(red_place(page), (x, y)) > 15)
+    page.emulate_media(reduced_motion="no-preference")
+
+
 def red(page: Any) -> tuple[Any, Any]:
     """Rows and columns of what is red in the robot's picture."""
     r, g, b = drawn(page)
