@@ -79,6 +79,9 @@ def test_behaviours(at) -> None:
     assert "500 ms" in at("T", "D5", " ")
     assert at("T", "E4", "head t")[0] == "Head tracker" and "Say" in at("T", "E4", "sa")
     assert at("T", "E2", "new name") == []
+    assert at("T", "E2", " ") == ["Distance"], "named as the field"
+    assert at("T", "E3", " ") == []
+    assert {"redBall.distance", "redBall.x"} <= {*at("T", "D2", " ")}
     assert at("T", "A2", "f") == ["FALSE"]
     assert at("T", "D2", '"redBall.') == []  # within a text
 
@@ -104,6 +107,11 @@ def test_so_do_japanese_ones(shelf: Books, book: Path, cell: str, typed: str, na
     grid.page.keyboard.insert_text(typed)  # as an input method does
     eventually(lambda: name in grid.page.locator("[role=option] .name").all_inner_texts())
     grid.press("Escape", "Escape")
+
+
+def test_single_joints_come_last(at) -> None:
+    found = at("T", "B2", "hand")
+    assert found.index("Touch") < found.index("L hand")
 
 
 def test_a_finished_word_hides_no_others(at) -> None:

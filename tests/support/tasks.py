@@ -6,6 +6,7 @@ which the head follows, head and body follow, and the arm points.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -32,23 +33,41 @@ TRACKING = [
     ["Close", "subscribe", "", "Arm tracker"],
 ]
 TASKS = {"walkthrough": WALKTHROUGH, "tracking": TRACKING}
-# What a practised person types: the beginning of a name and Tab where it is suggested, nothing where the input is what
-# the row above gives; in each cell, and Tab or Enter after it.
+# What a practised person types: the beginning of a name and Tab where it is suggested, ↓ and Enter for a name that is
+# proposed (↵), nothing where the input is what the row above gives; in each cell, and Tab or Enter after it.
 KEYS = {
     "walkthrough": [
-        ["red", "map", "r⇥.d⇥", "Distance"],
-        ["", "f", "d⇥ < 0.5", "Close"],
+        ["re", "m", "r⇥.d⇥", "d↵"],
+        ["", "f", "d⇥<0.5", "Close"],
         ["", "su", "", "h"],
     ],
     "tracking": [
-        ["red", "map", "r⇥.d⇥", "Distance"],
-        ["", "f", "d⇥ >= 1.5", "Far"],
+        ["re", "m", "r⇥.d⇥", "d↵"],
+        ["", "f", "d⇥>=1.5", "Far"],
         ["", "su", "", "h"],
-        ["d", "f", "0.6 <= d⇥ < 1.5", "Middle"],
+        ["d", "f", "0.6<=d⇥<1.5", "Middle"],
         ["", "su", "", "head a"],
-        ["d", "f", "d⇥ < 0.6", "Close"],
+        ["d", "f", "d⇥<0.6", "Close"],
         ["", "su", "", "a"],
     ],
+}  # fmt: skip
+# The same by mouse: what is offered (→) is clicked, typed is only what nobody could offer.
+CLICKS = {
+    "walkthrough": [
+        ["→Red ball", "→map", "→redBall.distance", "→Distance"],
+        ["", "→filter", "d⇥<0.5", "Close"],
+        ["", "→subscribe", "", "→Head tracker"],
+    ],
+    "tracking": [
+        ["→Red ball", "→map", "→redBall.distance", "→Distance"],
+        ["", "→filter", "d⇥>=1.5", "Far"],
+        ["", "→subscribe", "", "→Head tracker"],
+        ["→Distance", "→filter", "0.6<=d⇥<1.5", "Middle"],
+        ["", "→subscribe", "", "→Head and body tracker"],
+        ["→Distance", "→filter", "d⇥<0.6", "Close"],
+        ["", "→subscribe", "", "→Arm tracker"],
+    ],
+    "a touch is answered": [["hand→Left hand touch", "→subscribe", "", "wave→Wave"]],
 }  # fmt: skip
 TRACKING_TEST = [
     ["Time (ms)", "Stream", "Send", "Expect"],
@@ -96,17 +115,25 @@ def press_rows(page: GridPage, rows: Sequence[Sequence[str]]) -> None:
     """Fill rows as `KEYS` says, from the cell with the cursor on."""
     for row in rows:
         for place, text in enumerate(row):
-            for i, part in enumerate(text.split("⇥")):
-                if i:
-                    page.press("Tab")  # takes the suggestion
-                page.page.keyboard.type(part)
+            press(page, text)
             page.press("Enter" if place == len(row) - 1 else "Tab")
 
 
+def press(page: GridPage, text: str) -> None:
+    """Type a text, with Tab for a name that is suggested (⇥), ↓ and Enter for one that is proposed (↵)."""
+    for part in re.split("([⇥↵])", text):
+        if part == "⇥":
+            page.press("Tab")
+        elif part == "↵":
+            page.press("ArrowDown")
+            page.press("Enter")
+        else:
+            page.page.keyboard.type(part)
+
+
 def by_mouse(page: GridPage, task: str, *, touch: bool = False) -> None:
-    """Fill the rows by clicking or tapping; typed is only what nobody could offer: new names and numbers."""
-    offered = {"Input streams", "Connector"}
-    for i, row in enumerate(TASKS[task]):
+    """Fill the rows as `CLICKS` says, by clicking or tapping each cell."""
+    for i, row in enumerate(CLICKS[task]):
         for header, text in zip(HEADER, row, strict=True):
             if not text:
                 continue
@@ -117,17 +144,18 @@ def by_mouse(page: GridPage, task: str, *, touch: bool = False) -> None:
                 cell.tap(position={"x": 8, "y": 8})
             else:
                 cell.dblclick(position={"x": 8, "y": 8})
-            if header in offered or (header == "Output stream" and row[1] == "subscribe"):
-                choose(page, text, touch=touch)
-            else:
-                page.page.keyboard.type(text)
-    last = page.cell(f"{_letter(page, 'Connector')}{len(TASKS[task]) + 2}")
+            typed, _, name = text.partition("→")
+            press(page, typed)
+            if name:
+                choose(page, name, touch=touch)
+    last = page.cell(f"{_letter(page, 'Connector')}{len(CLICKS[task]) + 2}")
     last.tap() if touch else last.click()
 
 
 def choose(page: GridPage, text: str, *, touch: bool = False) -> None:
     """Take a suggestion by clicking on it."""
-    option = page.page.locator("[role=option]", has=page.page.locator(f".name:text-is('{text}')"))
+    name = page.page.locator(".name", has_text=re.compile(f"^{re.escape(text)}$"))
+    option = page.page.locator("[role=option]", has=name)
     option.tap() if touch else option.click()
 
 

@@ -135,9 +135,10 @@ export class Editor {
     this.field.style.height = `${this.field.scrollHeight + 4}px`;
   }
 
-  /** Show the suggestions once the word list is loaded, if an editor was opened before; Enter takes none of them. */
+  /** Show the suggestions once the word list is loaded, if an editor was opened before and none of its suggestions would be
+   *  taken by Enter; Enter takes none of the new ones. */
   renew() {
-    if (this.isOpen && this.list.hidden && this.typed !== null) this.update(false);
+    if (this.isOpen && this.chosen < 0 && this.typed !== null) this.update(false);
   }
 
   /** Look again at what could be meant; while an input method composes, nothing is chosen. */
@@ -348,10 +349,11 @@ function suggest(words, where, before, text) {
     const [actuators, joints] = simple(words.actuators);
     return grouped(pick([...actuators, ...chosen(words, "actuator"), ...joints], text, 0, true));
   }
+  if (kind === "output") return { ...pick(proposed(words, where), text, 0, true), sure: false, names: [] };
   const other = inCell(words, where, before, text);
   if (other) return other;
   const choices = {
-    connector: words.connectors, device: words.devices, output: [], fieldname: words.fields, tested: [...words.streams, ...words.dones],
+    connector: words.connectors, device: words.devices, fieldname: words.fields, tested: [...words.streams, ...words.dones],
   }[kind] ?? where.choices;
   return pick(choices, text, 0, true);
 }
@@ -380,23 +382,23 @@ function shown(texts) {
 }
 
 /** Those of the choices that begin with what is typed, those that hold it, then those of which a plain word or a word of their
- *  help begins with it. What is complete stays in the list only beside others. */
+ *  help begins with it; single joints last. What is complete stays in the list only beside others. */
 function pick(choices, typed, from, whole) {
   const wanted = key(typed);
-  const [starts, holds, alike, about] = [[], [], [], []];
+  const [starts, holds, alike, about, joints] = [[], [], [], [], []];
   let complete = false;
   for (const choice of choices ?? []) {
     const k = key(choice.text);
     if (k === wanted && wanted) complete = true;
-    if (k.startsWith(wanted)) starts.push(choice);
+    if (k.startsWith(wanted)) (choice.joint ? joints : starts).push(choice);
     else if (!wanted) continue;
-    else if (k.includes(wanted)) holds.push(choice);
+    else if (k.includes(wanted)) (choice.joint ? joints : holds).push(choice);
     else if (begins(choice.words, wanted)) alike.push(choice);
     else if (wanted.length >= LEAST_OF_HELP && !choice.joint && begins(choice.help, wanted)) about.push(choice);
   }
-  const items = [...starts, ...holds, ...alike, ...about].slice(0, wanted ? MOST_OFFERED : MOST_AT_FIRST);
+  const items = [...starts, ...holds, ...alike, ...about, ...joints].slice(0, wanted ? MOST_OFFERED : MOST_AT_FIRST);
   if (complete) return { items: items.length > 1 ? items : [], from, sure: false, word: typed };
-  return { items, from, sure: wanted !== "" && starts.length > 0, whole, partial: false, word: typed, names: choices };
+  return { items, from, sure: wanted !== "" && key(items[0]?.text ?? "").startsWith(wanted), whole, partial: false, word: typed, names: choices };
 }
 
 const groupOf = ({ group, kind, row }) => (row || kind === "stream" || kind === "done" ? "book" : group === "gesture" || group === "posture" ? "gestures" : kind);
@@ -472,7 +474,8 @@ function inFormula(words, where, before) {
   const mine = inputs(where).map((name) => words.names[key(name)] ?? unchecked(name)).filter(Boolean);
   const period = words.periods?.includes(connector(where));
   if (period) return before.trim() ? none : { ...pick(words.durations, "", 0, true), sure: false };
-  const all = [...mine, ...words.helpers, ...words.tables, ...(word ? words.functions : [])];
+  const fields = word ? [] : mine.flatMap(({ text }) => (words.records[key(text)]?.fields ?? []).map((one) => ({ ...one, text: `${text}.${one.text}` })));
+  const all = [...mine, ...fields, ...words.helpers, ...words.tables, ...(word ? words.functions : [])];
   if (!word && before.trim()) return none;
   return { ...pick(all, word, from, false), partial: true };
 }
@@ -508,6 +511,17 @@ export function inputs(where) {
     return [named(above, "output")].filter(Boolean);
   }
   return [];
+}
+
+/** The name that is proposed for the output of a row whose formula is a field alone: “Distance” of redBall.distance, or
+ *  “Red ball distance” where that is the name of something else. */
+function proposed(words, where) {
+  const field = /^=?\s*[\p{L}\p{N}_]+\.([\p{L}\p{N}_]+)\s*$/u.exec(named(where, "formula"))?.[1];
+  if (!field) return [];
+  const plain = field.replace(/(\p{Ll})(\p{Lu})/gu, (_, end, start) => `${end} ${start.toLowerCase()}`);
+  const taken = new Set([...streams(words, where), ...words.sensors, ...words.actuators].map(({ text }) => key(text)));
+  const name = [plain[0].toUpperCase() + plain.slice(1), ...inputs(where).map((input) => `${input} ${plain}`)].find((one) => !taken.has(key(one)));
+  return name ? [{ text: name, kind: "stream", help: t("named as the field") }] : [];
 }
 
 // A stream that the check has not seen yet, as it was named a moment ago; a name that is spelled otherwise in formulas
