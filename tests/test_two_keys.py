@@ -106,6 +106,35 @@ def test_a_menu_is_gone_through_by_tab(switched: Books) -> None:
     expect(items).to_have_count(0)
 
 
+def test_lists_and_ticks_are_changed(switched: Books, url: str) -> None:
+    page = switched.page
+    page.goto(f"{url}/book/session.xlsx/run/Cheer")
+    page.wait_for_selector("body[data-ready]", state="attached")
+    speed = page.locator("#run-speed")
+    speed.focus()
+    page.keyboard.press("Enter")
+    expect(speed).to_have_class("choosing")
+    page.keyboard.press("Tab")
+    expect(page.get_by_role("status").get_by_text("2×", exact=True)).to_be_attached()
+    page.keyboard.press("Enter")
+    expect(speed).to_have_value("2")
+    for _ in range(3):  # to the first one after the last
+        page.keyboard.press("Enter")
+        page.keyboard.press("Tab")
+        page.keyboard.press("Enter")
+    expect(speed).to_have_value("0.5")
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    page.keyboard.press("Escape")
+    expect(speed).to_have_value("0.5")
+    page.locator("[data-run=start]").focus()
+    page.keyboard.press("Enter")
+    tab_to(page, page.locator("#run-dialog [value=try]"))
+    page.keyboard.press("Enter")
+    expect(page.locator("#run-dialog [value=simulated]")).to_be_checked()
+    page.keyboard.press("Escape")
+
+
 @pytest.mark.slow
 def test_a_session_is_run_touched_and_stopped(switched: Books, folder: Path, url: str) -> None:
     page = switched.page
@@ -130,8 +159,19 @@ def test_a_session_is_run_touched_and_stopped(switched: Books, folder: Path, url
     tab_to(page, hand)
     page.keyboard.press("Enter")
     expect(page.locator("#log")).to_contain_text("Left hand")
+    page.get_by_role("tab", name="Scene").press("Enter")
+    height = page.locator("#things input[type=range]").nth(2)
+    was = float(height.input_value())
+    height.focus()
+    page.keyboard.press("Enter")
+    page.keyboard.press("Tab")
+    eventually(lambda: float(height.input_value()) > was)
+    page.keyboard.press("Enter")
     start.focus()
     tab_to(page, page.locator("[data-run=stop]"), 4)
     page.keyboard.press("Enter")
     ended(page)
-    assert any("Left hand" in str(entry) for entry in trace(folder, "session"))
+    entries = trace(folder, "session")
+    assert any("Left hand" in str(entry) for entry in entries)
+    heights = [entry["detail"]["put"][2] for entry in entries if "put" in (entry.get("detail") or {})]
+    assert heights and max(heights) > was

@@ -159,7 +159,7 @@ export class Grid {
     this.here = here;
     this.told = told;
     this.mending.place();
-    this.threads?.soon(cell);
+    this.threads?.soon();
     this.bar.querySelector("b").textContent = this.table.address(cell);
     this.fillBar();
     this.bar.classList.toggle("at-comment", row.classList.contains("comment"));

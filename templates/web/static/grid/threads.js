@@ -22,16 +22,10 @@ export class Threads {
     this.place = null; // {row, k}: the cell whose panel is open
     document.querySelector("main").append(this.card);
     const { scroll, table } = grid;
-    scroll.addEventListener("pointerover", ({ target, pointerType }) => {
-      const cell = target.closest("td.commented");
-      if (cell && pointerType !== "touch") this.soon(cell);
-      else if (this.shown !== grid.selection.cell) this.hide();
-    });
-    scroll.addEventListener("pointerleave", () => this.shown !== grid.selection.cell && this.hide());
+    for (const name of ["pointerover", "pointerleave"]) scroll.addEventListener(name, () => this.soon());
     scroll.addEventListener("scroll", () => {
       this.hide();
-      const cell = scroll.querySelector("td.commented:hover") ?? grid.selection.cell;
-      if (cell) this.soon(cell);
+      this.soon();
     });
     document.addEventListener("pointerdown", ({ target }) => this.panel && !this.panel.contains(target) && !target.closest("dialog") && this.close(false));
     table.grid.addEventListener("rrp:rows", () => this.came());
@@ -43,11 +37,14 @@ export class Threads {
 
   // ---- the card
 
-  /** The pointer or the cursor is on a cell: show its comments when it rests there. */
-  soon(cell) {
+  /** Show the comments of the cell under the pointer, else of the one with the cursor, when it rests there. */
+  soon() {
     clearTimeout(this.timer);
-    if (!cell.classList.contains("commented") || this.panel) return this.hide();
-    if (cell === this.shown) return undefined;
+    const { scroll, selection } = this.grid;
+    const cell = scroll.querySelector("td.commented:hover") ?? selection.cell;
+    if (cell && cell === this.shown) return;
+    this.hide();
+    if (!cell?.classList.contains("commented") || this.panel) return;
     const place = this.at(cell);
     this.timer = setTimeout(async () => {
       const comments = await this.read(place);
@@ -59,11 +56,9 @@ export class Threads {
         ...comments.slice(-MOST_ON_CARD).map((one) => make("p", {}, make("b", who(one)), ` ${one.text}`)),
       );
       this.shown = now;
-      this.shownAt = place;
       this.card.hidden = false;
       beside(this.card, now);
     }, RESTS_MS);
-    return undefined;
   }
 
   hide() {
@@ -256,11 +251,7 @@ export class Threads {
 
   /** Rows were shown anew: somebody may have commented. */
   came() {
-    if (this.shown && !this.shown.isConnected) {
-      this.hide();
-      const cell = this.cellAt(this.shownAt);
-      if (cell) this.soon(cell);
-    }
+    this.soon();
     if (this.panel && this.grid.table.row(this.place.row)) this.fill();
     const n = this.grid.table.grid.querySelectorAll("td.commented").length;
     this.count.hidden = !n;
