@@ -61,12 +61,12 @@ ONCE = Connector(
         "do nothing.",
         "formula_next": "The first {one} with a new value of {formula} goes to {rows}. Later ones with the same value "
         "do nothing.",
-        "several": "Only the first {one} becomes {output}. After each {others}, this starts over.",
-        "several_next": "Only the first {one} goes to {rows}. After each {others}, this starts over.",
+        "several": "Only the first {one} becomes {output}, and again the first one after each {others}.",
+        "several_next": "Only the first {one} goes to {rows}, and again the first one after each {others}.",
         "formula_several": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same "
-        "value do nothing. After each {others}, this starts over.",
+        "value do nothing, until {others} arrives.",
         "formula_several_next": "The first {one} with a new value of {formula} goes to {rows}. Later ones with the "
-        "same value do nothing. After each {others}, this starts over.",
+        "same value do nothing, until {others} arrives.",
     },
     legend="only the first time",
     build=build,
