@@ -78,6 +78,37 @@ def test_a_setting_that_a_device_lacks_leads_to_the_device_that_has_it(tmp_path)
     assert "DEV007" not in dict(found) and [(c.place, c.new) for c in changes] == [("Devices!B2", "Say parameter")]
 
 
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(
+    ("devices", "changed"),
+    [
+        ("| Stream | Device | Language |\n|---|---|---|\n| Ask | Say | en |\n", {"Devices!C2": "ja"}),
+        ("| Stream | Device |\n|---|---|\n| Ask | Say |\n", {"Devices!C1": "Language", "Devices!C2": "ja"}),
+        ("| Device | Stream | Notes |\n|---|---|---|\n| Timer | Tick | often |\n",
+         {"Devices!D1": "Language", "Devices row 3": "Say | Ask | ja"}),
+    ],
+)  # fmt: skip
+def test_the_language_of_a_voice_is_written_beside_its_stream(devices, changed, suffix, tmp_path):
+    says = "Ask" if "Ask" in devices else "Say"
+    text = f'| | Chest button | subscribe | "こんにちは" | {says} |\n| | Tick | sample | 1 s | X |{PRINT}'
+    text = text if "Tick" in devices else text.replace("Tick", "Red ball")
+    changed = {place: new.replace("Ask", says) for place, new in changed.items()}
+    changes, found = fixed(text, tmp_path, more=f"## Devices\n{devices}")
+    assert changes == [] and found == [("LINT018", "D2")]
+    changes, found = fixed(text, tmp_path, "LINT018:other-language", more=f"## Devices\n{devices}", suffix=suffix)
+    assert found == [] and {str(c.place): c.new for c in changes} == changed
+
+
+def test_texts_of_two_languages_are_left_to_the_user(tmp_path):
+    text = (
+        '| | Chest button | subscribe | "こんにちは" | Say |\n| | Bumper | subscribe | "Please touch my head" | Say |'
+    )
+    with pytest.raises(SheetsError, match="No problem here has the fix"):
+        fixed(
+            text, tmp_path, "LINT018:other-language", more="## Devices\n| Stream | Device |\n|---|---|\n| Say | Say |"
+        )
+
+
 def test_headers_and_devices(tmp_path):
     text = "| | Neck | subscribe | | Print |"
     changes, found = fixed(text, tmp_path, more=DEVICES + "| Neck | JointPositon | HeadYaw |")

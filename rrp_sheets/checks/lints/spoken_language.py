@@ -1,0 +1,107 @@
+"""LINT018: texts in letters that the voice of their language does not read: `こんにちは` in English."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from rrp_sheets.checks.lints.context import LintContext
+from rrp_sheets.checks.speech_texts import SpeechTexts
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
+from rrp_sheets.graph import Stream
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import N_
+
+JAPANESE, ENGLISH = "ja", "en"
+_CHINESE = ("cmn", "zh", "yue", "hak")
+_KANA = re.compile("[\u3041-\u3096\u30a1-\u30fa\uff66-\uff9d]")
+_HAN = re.compile("[\u3400-\u9fff]")
+_LATIN = re.compile("[A-Za-z\u00c0-\u024f]{2,}")
+_SEVERAL = 3  # Latin words: one or two may be a name
+_UNKNOWN = re.compile("‹[^‹›|]*›")  # what is not known before the run
+_LONGEST = 60  # letters of a text that are shown
+_LETTERS = {JAPANESE: N_("Japanese letters"), ENGLISH: N_("Latin letters")}
+
+
+def lint_spoken_language(context: LintContext) -> None:
+    """Report streams that say texts of another language than theirs, each at the first row that does so."""
+    speech = SpeechTexts(context.graph, context.compiled.formulas, context.compiled.facts)
+    said: dict[str, dict[Address, list[str]]] = {}
+    for step in context.steps():
+        stream = context.graph.streams[step.output]
+        if step.connector.is_sink and stream.device is not None and "language" in stream.settings:
+            place, texts = (step.row.formula or step.row.output).address, speech.texts_of(step)
+            if "text" in stream.settings:
+                place, texts = _text_cell(stream, context) or place, [str(stream.settings["text"] or "")]
+            said.setdefault(stream.id, {})[place] = [_UNKNOWN.sub(" ", text) for text in texts]
+    for name, places in said.items():
+        _tell(context.graph.streams[name], places, context)
+
+
+def language_of_text(text: str, voice: str) -> str:
+    """Return the code of the language in which a text should be said instead of the voice's; empty for none.
+
+    >>> language_of_text("赤いボールです", "en"), language_of_text("Well done, my friend", "ja")
+    ('ja', 'en')
+    >>> language_of_text("NAO", "ja"), language_of_text("你好", "cmn"), language_of_text("赤は red です", "ja")
+    ('', '', '')
+    """
+    base = voice.partition("-")[0]
+    if base == JAPANESE:
+        strange = len(_LATIN.findall(text)) >= _SEVERAL and not _is_japanese(text)
+        return ENGLISH if strange else ""
+    return JAPANESE if _KANA.search(text) or (_HAN.search(text) and base not in _CHINESE) else ""
+
+
+def _is_japanese(text: str) -> bool:
+    return bool(_KANA.search(text) or _HAN.search(text))
+
+
+def _tell(stream: Stream, said: Mapping[Address, list[str]], context: LintContext) -> None:
+    voice = str(stream.settings["language"])
+    wrong = {place: text for place, texts in said.items() for text in reversed(texts) if language_of_text(text, voice)}
+    if not wrong:
+        return
+    other = language_of_text(next(iter(wrong.values())), voice)
+    mixed = any(language_of_text(text, other) for texts in said.values() for text in texts)
+    languages = context.robot.languages
+    spoken = N_(languages.get(voice, voice), msgctxt="value")
+    remedy = N_("Set the Language of “{stream}” to {code} in the sheet Devices, or write the text in {spoken}.",
+                stream=stream.name, code=other, spoken=spoken)  # fmt: skip
+    if mixed:
+        remedy = N_("Let another stream, with the Language {code} in the sheet Devices, say it, or write the text in "
+                    "{spoken}.", code=other, spoken=spoken)  # fmt: skip
+    edits = [] if mixed else _edits(stream, other, context)
+    title = N_("Let “{stream}” speak {language}", stream=stream.name,
+               language=N_(languages.get(other, other), msgctxt="value"))  # fmt: skip
+    for place in wrong if mixed else [next(iter(wrong))]:
+        shown = wrong[place].strip()
+        text = shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}…"
+        context.report.add(
+            "LINT018", place, fixes=[Fix("other-language", title, tuple(edits))] if edits else [], text=text,
+            letters=_LETTERS[other], stream=stream.name, spoken=spoken, remedy=remedy,
+        )  # fmt: skip
+
+
+def _text_cell(stream: Stream, context: LintContext) -> Address | None:
+    devices = (d for d in context.workbook.devices if key(d.stream.text) == key(stream.name))
+    return next((cell.address for d in devices if (cell := d.settings.get("text"))), None)
+
+
+def _edits(stream: Stream, language: str, context: LintContext) -> list[FixEdit]:
+    """Return the edits that write the language beside a stream in the sheet Devices; none without such a sheet."""
+    book = context.workbook
+    sheet = book.device_sheet
+    rows = [d.stream.address for d in book.devices if key(d.stream.text) == key(stream.name)]
+    if sheet is None or stream.device is None or any(at.sheet != sheet.address.sheet for at in rows):
+        return []
+    name, column, edits = sheet.address.sheet, sheet.columns.get("language", 0), list[FixEdit]()
+    if not column:
+        column = sheet.free
+        header = "言語" if book.language == JAPANESE else "Language"
+        edits.append(Put(Address(name, sheet.address.row, column), header))
+    if rows:
+        return [*edits, Put(Address(name, rows[0].row, column), language)]
+    cells = {sheet.columns["stream"]: stream.name, sheet.columns["device"]: stream.device.name, column: language}
+    return [*edits, Insert(name, sheet.last + 1, tuple(sorted(cells.items())))]
