@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from hashlib import sha256
+from itertools import pairwise
 
 import openpyxl
 import pytest
@@ -97,6 +98,8 @@ def test_the_language_of_a_voice_is_written_beside_its_stream(devices, changed, 
     assert changes == [] and found == [("LINT018", "D2")]
     changes, found = fixed(text, tmp_path, "LINT018:other-language", more=f"## Devices\n{devices}", suffix=suffix)
     assert found == [] and {str(c.place): c.new for c in changes} == changed
+    lines = (tmp_path / f"out{suffix}").read_text(encoding="utf-8").splitlines() if suffix == ".md" else []
+    assert all(line.count("|") == above.count("|") for above, line in pairwise(lines) if line.startswith("|---"))
 
 
 def test_texts_of_two_languages_are_left_to_the_user(tmp_path):

@@ -130,15 +130,17 @@ def text_on(name: str, others: Sequence[str] = (), language: str = "en") -> Iter
     hits = meanings if meanings or guess else search(name, language, _LISTED) or near(name, language, _LISTED)
     if not hits:
         raise _unknown(name, guess)
-    return _listed(name, hits)
+    return _listed(name, hits, language)
 
 
 _LISTED = 8
+_SENTENCE = re.compile(r".*?(?:[.](?= )|。|$)")
 
 
-def _listed(name: str, hits: Sequence[HelpEntry]) -> Iterator[Block]:
+def _listed(name: str, hits: Sequence[HelpEntry], language: str) -> Iterator[Block]:
+    """Yield a list of entries, each with the first sentence about it."""
     yield paragraph(N_("Help that has to do with “{name}”:", name=name))
-    yield entries((hit.name, hit.line) for hit in hits)
+    yield entries((hit.name, _SENTENCE.findall(translate(hit.line, language))[0]) for hit in hits)
     yield paragraph(N_("For one of these: `rrp-sheets help {name}`", name=hits[0].name))
 
 
