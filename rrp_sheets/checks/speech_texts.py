@@ -13,6 +13,7 @@ from rrp_sheets.formulas import Formula, HelperDef
 from rrp_sheets.formulas.parsing import IfError, Join, Pick, Switch
 from rrp_sheets.graph import Graph, Step, StreamKind
 from rrp_sheets.model.values import Record, Value, show
+from rrp_sheets.model.workbook import Address
 
 MOST = 24  # texts of one formula
 MOST_NODES = 5_000  # that one row is followed through: helpers may call each other again and again
@@ -56,6 +57,18 @@ class SpeechTexts:
             for stream in dict.fromkeys(step.inputs):
                 found |= self._of_stream(stream, 0)
         return [text for text in found if text]
+
+    def cell_of(self, step: Step, text: str) -> Address:
+        """Return the cell of the formula that gives one of a row's texts; that of the row's output when none does."""
+        if step.row.formula:
+            return step.row.formula.address
+        streams = list(step.inputs)
+        for stream in streams:
+            for maker in self._makers.get(stream, ()):
+                if maker.connector.name in _MADE and maker.row.formula and text in self.texts_of(maker):
+                    return maker.row.formula.address
+                streams += [one for one in maker.inputs if one not in streams]
+        return step.row.output.address
 
     def _of_stream(self, stream: str, deep: int) -> SpokenTexts:
         if stream not in self._found:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 from rrp_sheets.checks.lints.context import LintContext
 from rrp_sheets.checks.speech_texts import SpeechTexts
 from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
-from rrp_sheets.graph import Stream
+from rrp_sheets.graph import Step, Stream
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
@@ -27,16 +27,14 @@ _LETTERS = {JAPANESE: N_("Japanese letters"), ENGLISH: N_("Latin letters")}
 def lint_spoken_language(context: LintContext) -> None:
     """Report streams that say texts of another language than theirs, each at the first row that does so."""
     speech = SpeechTexts(context.graph, context.compiled.formulas, context.compiled.facts)
-    said: dict[str, dict[Address, list[str]]] = {}
+    said: dict[str, list[tuple[Step, list[str]]]] = {}
     for step in context.steps():
         stream = context.graph.streams[step.output]
         if step.connector.is_sink and stream.device is not None and "language" in stream.settings:
-            place, texts = (step.row.formula or step.row.output).address, speech.texts_of(step)
-            if "text" in stream.settings:
-                place, texts = _text_cell(stream, context) or place, [str(stream.settings["text"] or "")]
-            said.setdefault(stream.id, {})[place] = [_UNKNOWN.sub(" ", text) for text in texts]
-    for name, places in said.items():
-        _tell(context.graph.streams[name], places, context)
+            fixed = [str(stream.settings["text"] or "")] if "text" in stream.settings else None
+            said.setdefault(stream.id, []).append((step, speech.texts_of(step) if fixed is None else fixed))
+    for name, rows in said.items():
+        _tell(context.graph.streams[name], rows, speech, context)
 
 
 def language_of_text(text: str, voice: str) -> str:
@@ -47,7 +45,7 @@ def language_of_text(text: str, voice: str) -> str:
     >>> language_of_text("NAO", "ja"), language_of_text("你好", "cmn"), language_of_text("赤は red です", "ja")
     ('', '', '')
     """
-    base = voice.partition("-")[0]
+    text, base = _UNKNOWN.sub(" ", text), voice.partition("-")[0]
     if base == JAPANESE:
         strange = len(_LATIN.findall(text)) >= _SEVERAL and not _is_japanese(text)
         return ENGLISH if strange else ""
@@ -58,13 +56,19 @@ def _is_japanese(text: str) -> bool:
     return bool(_KANA.search(text) or _HAN.search(text))
 
 
-def _tell(stream: Stream, said: Mapping[Address, list[str]], context: LintContext) -> None:
+def _tell(
+    stream: Stream, said: Sequence[tuple[Step, list[str]]], speech: SpeechTexts, context: LintContext
+) -> None:  # fmt: skip
     voice = str(stream.settings["language"])
-    wrong = {place: text for place, texts in said.items() for text in reversed(texts) if language_of_text(text, voice)}
+    wrong: dict[Address, str] = {}
+    for step, texts in said:
+        text = next((text for text in texts if language_of_text(text, voice)), "")
+        if text:
+            wrong.setdefault(_text_cell(stream, context) or speech.cell_of(step, text), _UNKNOWN.sub(" ", text).strip())
     if not wrong:
         return
     other = language_of_text(next(iter(wrong.values())), voice)
-    mixed = any(language_of_text(text, other) for texts in said.values() for text in texts)
+    mixed = any(language_of_text(text, other) for _, texts in said for text in texts)
     languages = context.robot.languages
     spoken = N_(languages.get(voice, voice), msgctxt="value")
     remedy = N_("Set the Language of “{stream}” to {code} in the sheet Devices, or write the text in {spoken}.",
@@ -76,8 +80,7 @@ def _tell(stream: Stream, said: Mapping[Address, list[str]], context: LintContex
     title = N_("Let “{stream}” speak {language}", stream=stream.name,
                language=N_(languages.get(other, other), msgctxt="value"))  # fmt: skip
     for place in wrong if mixed else [next(iter(wrong))]:
-        shown = wrong[place].strip()
-        text = shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}…"
+        text = wrong[place] if len(wrong[place]) <= _LONGEST else f"{wrong[place][:_LONGEST]}…"
         context.report.add(
             "LINT018", place, fixes=[Fix("other-language", title, tuple(edits))] if edits else [], text=text,
             letters=_LETTERS[other], stream=stream.name, spoken=spoken, remedy=remedy,
