@@ -183,6 +183,13 @@ def test_the_robot_speaks_the_language_of_the_headers_unless_devices_names_anoth
     assert api.check(book).graph.streams["say"].settings["language"] == headers  # that of explanations is another
 
 
+def test_the_japanese_workbook_that_comes_along_speaks_japanese(tmp_path: Path) -> None:
+    new = api.new(tmp_path / "new.xlsx", template="say-ball-colour-ja")
+    for book in (new, bundled("workbooks") / "say-ball-colour-ja.xlsx"):
+        spoken = [s.settings["language"] for s in api.check(book).graph.streams.values() if "language" in s.settings]
+        assert spoken and set(spoken) == {"ja"}
+
+
 def test_the_voice_that_is_heard_and_printed_is_japanese(tmp_path: Path) -> None:
     pytest.importorskip("pybullet")
     scene = "## シーン\n| 時間（秒） | 対象 | 動作 | 値 |\n|---|---|---|---|\n| 0.2 | 子ども | 触る | 胸 |\n"

@@ -17,6 +17,7 @@ from rrp_sheets.model.workbook import Address
 
 MOST = 24  # texts of one formula
 MOST_NODES = 5_000  # that one row is followed through: helpers may call each other again and again
+MOST_STREAMS = 100  # before a row in which its text is looked for
 _DEEP = 40
 _FORMS: Mapping[str, Callable[[str], str]] = {
     "LOWER": str.lower, "UPPER": str.upper, "PROPER": str.title, "TRIM": str.strip,
@@ -67,7 +68,7 @@ class SpeechTexts:
             for maker in self._makers.get(stream, ()):
                 if maker.connector.name in _MADE and maker.row.formula and text in self.texts_of(maker):
                     return maker.row.formula.address
-                streams += [one for one in maker.inputs if one not in streams]
+                streams += [one for one in maker.inputs if len(streams) < MOST_STREAMS and one not in streams]
         return step.row.output.address
 
     def _of_stream(self, stream: str, deep: int) -> SpokenTexts:

@@ -21,6 +21,7 @@ _LATIN = re.compile("[A-Za-z\u00c0-\u024f]{2,}")
 _SEVERAL = 3  # Latin words: one or two may be a name
 _UNKNOWN = re.compile("‹[^‹›|]*›")  # what is not known before the run
 _LONGEST = 60  # letters of a text that are shown
+_MOST = 20  # rows of one stream that are told
 _LETTERS = {JAPANESE: N_("Japanese letters"), ENGLISH: N_("Latin letters")}
 
 
@@ -60,14 +61,11 @@ def _tell(
     stream: Stream, said: Sequence[tuple[Step, list[str]]], speech: SpeechTexts, context: LintContext
 ) -> None:  # fmt: skip
     voice = str(stream.settings["language"])
-    wrong: dict[Address, str] = {}
-    for step, texts in said:
-        text = next((text for text in texts if language_of_text(text, voice)), "")
-        if text:
-            wrong.setdefault(_text_cell(stream, context) or speech.cell_of(step, text), _UNKNOWN.sub(" ", text).strip())
+    each = ((step, next((text for text in texts if language_of_text(text, voice)), "")) for step, texts in said)
+    wrong = [(step, text) for step, text in each if text]
     if not wrong:
         return
-    other = language_of_text(next(iter(wrong.values())), voice)
+    other = language_of_text(wrong[0][1], voice)
     mixed = any(language_of_text(text, other) for _, texts in said for text in texts)
     languages = context.robot.languages
     spoken = N_(languages.get(voice, voice), msgctxt="value")
@@ -79,8 +77,10 @@ def _tell(
     edits = [] if mixed else _edits(stream, other, context)
     title = N_("Let “{stream}” speak {language}", stream=stream.name,
                language=N_(languages.get(other, other), msgctxt="value"))  # fmt: skip
-    for place in wrong if mixed else [next(iter(wrong))]:
-        text = wrong[place] if len(wrong[place]) <= _LONGEST else f"{wrong[place][:_LONGEST]}…"
+    for step, whole in wrong[: _MOST if mixed else 1]:
+        text = _UNKNOWN.sub(" ", whole).strip()
+        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+        place = _text_cell(stream, context) or speech.cell_of(step, whole)
         context.report.add(
             "LINT018", place, fixes=[Fix("other-language", title, tuple(edits))] if edits else [], text=text,
             letters=_LETTERS[other], stream=stream.name, spoken=spoken, remedy=remedy,
