@@ -85,3 +85,18 @@ def test_undo_tells_which_cells_it_has_changed(document: Document) -> None:
     make_fix(document, look_with(replace(FIX, edits=FIX.edits[1:2])), "Aya", ASKED)
     back = document.undo("Aya")
     assert back is not None and back.cells == ((document.grids["T"].rows[0], 3),)
+
+
+def test_a_fix_adds_a_column_to_the_devices_and_an_undo_takes_it_away(document: Document) -> None:
+    before = texts(document)
+    fix = Fix("language", "", (Put(Address("Devices", 1, 3), "Language"), Put(Address("Devices", 2, 3), "ja")))
+    changed = make_fix(document, look_with(fix), "Aya", {**ASKED, "fix": "language"})
+    assert changed.change is not None and changed.change.what == "reshaped"
+    assert texts(document)["Devices"] == [["Ball", "Red ball", "ja"]]
+    assert read(document.path).workbook.devices[0].settings["language"].text == "ja"
+    document.undo("Aya")
+    assert texts(document) == before and [c.header for c in document.grids["Devices"].columns] == ["Stream", "Device"]
+    assert "language" not in read(document.path).workbook.devices[0].settings
+    with pytest.raises(Refused, match="header of this column"):
+        fix = replace(fix, edits=(Put(Address("T", 1, 5), "Notes"),))
+        make_fix(document, look_with(fix), "Aya", {**ASKED, "fix": "language"})

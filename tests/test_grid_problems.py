@@ -51,6 +51,24 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
         grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
 
 
+def test_a_fix_adds_a_column_to_the_devices_which_every_page_shows_at_once(shelf: Books) -> None:
+    row = ["", "Chest button", "subscribe", '"こんにちは"', "Say", ""]
+    path = shelf.file({"T": [TRACKING["T"][0], row], "Devices": [["Stream", "Device"], ["Ask", "Say"]]})
+    devices = shelf.open(path=path, sheet="Devices", name="other")
+    grid = shelf.open(path=path, sheet="T")
+    titles = devices.page.locator("[role=columnheader][data-c] .title")
+    expect(titles).to_have_text(["Stream", "Device"])
+    grid.go("D2")
+    expect(grid.page.locator(".problem-list")).to_contain_text("“Say” speaks English")
+    grid.page.click(".problem-list [data-fix]")
+    expect(titles).to_have_text(["Stream", "Device", "Language"])
+    expect(devices.page.locator("tbody tr", has_text="ja")).to_contain_text("Say")
+    expect(grid.page.locator(".problem-list li")).to_have_count(0)
+    assert api.check(path).graph.streams["say"].settings["language"] == "ja"
+    grid.press("Control+z")
+    expect(titles).to_have_text(["Stream", "Device"])
+
+
 LATER = """() => {
   const soon = window.setTimeout, late = [];
   window.setTimeout = (call, milliseconds, ...more) => milliseconds === 6000 ? -late.push(call) : soon(call, milliseconds, ...more);

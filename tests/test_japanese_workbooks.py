@@ -11,6 +11,7 @@ from typing import Any
 
 import openpyxl
 import pytest
+from test_print import pack_of
 from typed import run
 
 from rrp_sheets import api
@@ -108,7 +109,7 @@ def plain(thing: Any) -> Any:
     if isinstance(thing, Protocol):
         return {k: plain(cell) for k, cell in thing.fields.items()}
     if is_dataclass(thing):
-        without = {"source", "sheets"} | ({"headers"} if isinstance(thing, Device) else set())
+        without = {"source", "sheets", "language"} | ({"headers"} if isinstance(thing, Device) else set())
         return {f.name: plain(getattr(thing, f.name)) for f in fields(thing) if f.name not in without}
     if isinstance(thing, Mapping):
         return {k: plain(one) for k, one in thing.items()}
@@ -156,6 +157,53 @@ def test_a_run_of_a_workbook_in_japanese_leaves_the_same_trace(tmp_path: Path) -
         lines = (tmp_path / f"out-{book.suffix}" / "trace.jsonl").read_text(encoding="utf-8").splitlines()
         traces.append([line for line in lines if json.loads(line).get("type") not in ("header", "summary")])
     assert len(traces[0]) > 20 and traces[0] == traces[1]
+
+
+SPEAKS = {
+    "ja": "| 入力ストリーム | コネクター | 式 | 出力ストリーム |\n|---|---|---|---|\n| Chest button | subscribe | \"はい\" | Say |\n| Bumper | subscribe | | 歌 |",
+    "en": "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Chest button | subscribe | \"Yes\" | Say |\n| Bumper | subscribe | | 歌 |",
+}  # fmt: skip
+SINGS = {
+    "ja": "| ストリーム | デバイス | 文 | 言語 |\n|---|---|---|---|\n| 歌 | 決まった発話 | ら | {} |",
+    "en": "| Stream | Device | Text | Language |\n|---|---|---|---|\n| 歌 | Say parameter | La | {} |",
+}
+
+
+@pytest.mark.parametrize("cell", ["", "ja", "en"])
+@pytest.mark.parametrize("headers", ["ja", "en"])
+def test_the_robot_speaks_the_language_of_the_headers_unless_devices_names_another(
+    tmp_path: Path, headers: str, cell: str
+) -> None:
+    book = tmp_path / "book.md"
+    book.write_text(f"## T\n{SPEAKS[headers]}\n\n## Devices\n{SINGS[headers].format(cell)}\n", encoding="utf-8")
+    streams = api.check(book).graph.streams
+    assert (streams["say"].settings["language"], streams["歌"].settings["language"]) == (headers, cell or headers)
+    protocol = "\n## Protocol\n| Field | Value |\n|---|---|\n| Language | Japanese |\n| Time limit | 10 s |\n"
+    book.write_text(book.read_text(encoding="utf-8") + protocol, encoding="utf-8")
+    assert api.check(book).graph.streams["say"].settings["language"] == headers  # that of explanations is another
+
+
+def test_the_japanese_workbook_that_comes_along_speaks_japanese(tmp_path: Path) -> None:
+    new = api.new(tmp_path / "new.xlsx", template="say-ball-colour-ja")
+    for book in (new, bundled("workbooks") / "say-ball-colour-ja.xlsx"):
+        spoken = [s.settings["language"] for s in api.check(book).graph.streams.values() if "language" in s.settings]
+        assert spoken and set(spoken) == {"ja"}
+
+
+def test_the_voice_that_is_heard_and_printed_is_japanese(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    scene = "## シーン\n| 時間（秒） | 対象 | 動作 | 値 |\n|---|---|---|---|\n| 0.2 | 子ども | 触る | 胸 |\n"
+    said = {}
+    for language in ("", "ja", "en"):
+        book = tmp_path / f"book{language}.md"
+        devices = f"## デバイス\n| ストリーム | デバイス | 言語 |\n|---|---|---|\n| Say | 話す | {language} |\n"
+        book.write_text(
+            f"## T\n{SPEAKS['ja'].rpartition('|')[0].rpartition('| Bumper')[0]}\n{devices}\n{scene}", encoding="utf-8"
+        )
+        api.run(book, api.RunSettings(seconds=1.0, fast=True, film=False, out=tmp_path / f"out{language}"))
+        said[language] = (tmp_path / f"out{language}" / "say-001.wav").read_bytes()
+    assert said[""] == said["ja"] != said["en"]
+    assert [line.voice.partition("、")[0] for line in pack_of(tmp_path / "book.md", language="ja").says] == ["日本語"]
 
 
 # ---- the words

@@ -253,6 +253,42 @@ PASSING = [
 ]  # fmt: skip
 
 
+SPOKEN = [
+    # text, language of Say, cell
+    ('| Start | subscribe | "こんにちは" | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start | subscribe | "質問一" | Ask | |', "en-us", [("LINT018", "C2")]),
+    ('| Start | subscribe | "Red は 赤" | Ask | |', "de", [("LINT018", "C2")]),
+    ('| Start | map | IF(start.count > 1; "また会いましたね"; "はじめまして") | Text | |\n| Text | changes | | New | |\n| New | subscribe | | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start, Touch | merge | | Any | |\n| Any | map | "はい" | Text | |\n| Text | subscribe | | Ask | |\n| Text | subscribe | | Print | |', "", [("LINT018", "C3")]),
+    ('| Start | subscribe | "ボタン" & start.count | Ask | |\n| Touch | subscribe | "足" | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start | subscribe | "こんにちは" | Ask | |\n| Touch | subscribe | "Please touch my head" | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start | subscribe | "こんにちは" | Ask | |\n| Touch | subscribe | "Please touch my head" | Ask | |', "ja", [("LINT018", "C3")]),
+    ('| Start | subscribe | "Please touch my head" | Ask | |', "ja", [("LINT018", "C2")]),
+    ('| Start | subscribe | "Well done, number " & start.count | Ask | |', "ja", [("LINT018", "C2")]),
+    ('| Start | subscribe | "ボール " & start.label | Ask | |', "ja", []),
+    ('| Start | subscribe | "Hello, NAO" | Ask | |', "ja", []),
+    ('| Start | subscribe | "Red ball は赤いボールです" | Ask | |', "ja", []),
+    ('| Start | subscribe | "你好" | Ask | |', "cmn", []),
+    ('| Start | subscribe | "Please touch my head" | Ask | |', "", []),
+    ('| Start | subscribe | "Dziękuję bardzo, café!" | Ask | |', "", []),
+    ('| Start | map | "こんにちは" | 挨拶 | |\n| 挨拶 | subscribe | | Print | |', "", []),
+    ('| Start | subscribe | BLANK | Ask | |', "ja", []),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "language", "expected"), SPOKEN)
+def test_texts_in_letters_that_the_voice_does_not_read(text, language, expected):
+    devices = "\n## Devices\n| Stream | Device | Label | Language |\n|---|---|---|---|\n"
+    devices += f"| Start | Operator button | Start | |\n| Ask | Say | | {language} |\n"
+    assert findings(rows(text, devices, header=HEADER)) == expected
+
+
+def test_texts_of_endless_helpers_are_followed_only_so_far():
+    helpers = "".join(f"| h{i} | | h{i + 1} & h{i + 1} & h{i + 1} |\n" for i in range(15)) + '| h15 | | "はい" |'
+    helpers = f"\n## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n{helpers}\n"
+    assert ("LINT018", "C2") in lints("| Start | subscribe | h0 | Ask | |", helpers)
+
+
 @pytest.mark.parametrize(("text", "expected"), PASSING)
 def test_a_filter_that_chooses_nothing(text, expected):
     assert lints(text) == expected

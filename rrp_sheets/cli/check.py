@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.language import readers_language, speak, translated
+from rrp_sheets.cli.language import readers_language, speak, spoken, translated
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE, handle_signals
 from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, styled, usage_error
 from rrp_sheets.texts import LANGUAGES, N_, counted
@@ -93,7 +93,7 @@ def check_command(
     language = language or checked.run.language
     speak(language)
     if out is not None:
-        api.mark(mended or file, out, report, language)
+        api.mark(mended or file, out, report, spoken())
     if as_json:
         found = {"findings": [d.as_dict(language) for d in report], "examples": _examples(checked)}
         if mended is not None:

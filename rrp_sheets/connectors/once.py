@@ -52,6 +52,7 @@ ONCE = Connector(
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M4.6 4.4 6.2 3v6M4.6 9h3.2"/>'),
+    words=("distinct", "first", "take", "最初", "一度", "1回"),
     help="Passes only the first value of the first input on, or the first for each result of the formula. A value of "
     "another input starts over.",
     sentence="Only the first {one} becomes {output}.",

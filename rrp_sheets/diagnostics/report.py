@@ -11,7 +11,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.names import key
+from rrp_sheets.model.names import count_typos, key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_, LazyMessage, places_in, translate
 
@@ -86,7 +86,6 @@ class Fix:
 
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
 """The detail that holds what is misspelt; of other codes it is `name`."""
-LONGEST = 60  # letters of a name that are compared
 _TELLING = re.compile(r"\d|(?<![^\W_])[^\W_](?![^\W_])")
 """Digits and single letters; names that differ in these are two names: `Step 1` and `Step 2`, `Ball x` and `Ball y`."""
 
@@ -126,31 +125,6 @@ def surely(wrong: str, guess: str, most: int = 0) -> bool:
     if _TELLING.findall(wrong.casefold()) != _TELLING.findall(guess.casefold()):
         return False
     return count_typos(wrong, guess) <= (most or max(1, len(key(wrong)) // 4))
-
-
-def count_typos(first: str, second: str, most: int = LONGEST) -> int:
-    """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
-
-    Beyond `most` they are not counted exactly, which is quicker for names that are not alike.
-
-    >>> count_typos("Red bal", "red_ball"), count_typos("SQTR", "SQRT"), count_typos("Touch", "Say", most=2) > 2
-    (1, 1, True)
-    """
-    a, b = key(first)[:LONGEST], key(second)[:LONGEST]
-    apart = max(abs(len(a) - len(b)), len(b) - sum(map(frozenset(a).__contains__, b)))
-    if apart > most:
-        return apart
-    before: list[int] = []
-    row = list(range(len(b) + 1))
-    for i, x in enumerate(a, 1):
-        older, before, row = before, row, [i]
-        for j, y in enumerate(b, 1):
-            row.append(min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (x != y)))
-            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
-                row[j] = min(row[j], older[j - 2] + 1)
-        if min(row) > most and min(before) > most:
-            return most + 1
-    return row[-1]
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,14 +28,6 @@ __all__ = ["StreamKind", "build_graph"]
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
 _FORMULA = re.compile(r"""["'<>=&+*/^()]|\w\.\w|^\d""")
 """Matches formulas and durations, and no connector's name."""
-_ELSEWHERE = {
-    "scan": "accumulate", "reduce": "accumulate", "count": "accumulate", "sum": "accumulate", "distinct": "once",
-    "first": "once", "take": "once", "throttlefirst": "throttle", "debounce": "timeout", "select": "map",
-    "where": "filter", "withlatestfrom": "map", "zip": "combineLatest", "combine": "combineLatest", "join": "merge",
-    "concat": "merge", "distinctuntilchange": "changes", "change": "changes", "wait": "delay",
-    "buffer": "sample", "interval": "sample",
-}  # fmt: skip
-"""Names that other reactive software and newcomers use for the connectors."""
 _IN_SIMULATION = {
     "sensor": N_("It sends no values in a simulated run."),
     "actuator": N_("In a simulated run, its actions end at once as not completed."),
@@ -122,7 +114,7 @@ class _Builder:
         connector = self.connectors.get(cell.text)
         if connector is None and row.on:
             names = list(dict.fromkeys(c.name for c in self.connectors))
-            guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
+            guess = self._called(cell.text) or nearest(cell.text, self.connectors.names())
             remedy = N_("Choose one of {names}.", names=", ".join(names))
             if _FORMULA.search(cell.text):
                 words = N_(
@@ -131,6 +123,10 @@ class _Builder:
                 remedy = N_(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
         return connector
+
+    def _called(self, word: str) -> str | None:
+        """Return the connector that people call by a plain word (`count`), or None."""
+        return next((c.name for c in self.connectors if key(word) in map(key, c.words)), None)
 
     def _inputs(self, row: Row, above: tuple[str, ...] | None) -> tuple[tuple[str, ...] | None, bool]:
         """Return the stream ids of a row's inputs, and whether a name among them was refused."""

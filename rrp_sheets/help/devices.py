@@ -138,6 +138,10 @@ def described(setting: Setting) -> str:
         parts.append(N_("From {low} to {high}.", low=f"{setting.lower:g}", high=_measured(f"{setting.upper:g}", unit)))
     if setting.required:
         parts.append(N_("It must be filled in."))
+    elif setting.kind == "language":
+        parts.append(
+            N_("Blank means {value}, or ja where the headers of the workbook are Japanese.", value=_default(setting))
+        )
     elif setting.default not in (None, ""):
         parts.append(N_("Blank means {value}.", value=_measured(_default(setting), unit)))
     return sentences(*parts)

@@ -7,7 +7,7 @@ of these names. The search looks through an index of all sections in the browser
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -23,7 +23,7 @@ from rrp_sheets.help.connectors import one_connector
 from rrp_sheets.help.devices import done_stream, names_of, one_device
 from rrp_sheets.help.functions import one_function
 from rrp_sheets.help.layout import Block, slug
-from rrp_sheets.help.topics import GROUPS, SMALL_WORDS, TITLES, page_of, topic_of
+from rrp_sheets.help.topics import GROUPS, SMALL_WORDS, TITLES, all_names, page_of, topic_of
 from rrp_sheets.robots import load_robot
 from rrp_sheets.texts import LANGUAGES, N_, listed, translate
 
@@ -230,6 +230,10 @@ def other_language(language: str) -> str:
 @lru_cache(maxsize=len(LANGUAGES))
 def search_index(language: str) -> str:
     """Return a script that gives all sections of the help to the search, as an array of objects."""
+    words: dict[str, list[str]] = {}
+    for entry in all_names():
+        if entry.words:
+            words.setdefault(place_of(entry.name), []).extend(entry.words)
     found = []
     for file in files():
         shown = page(file, language)
@@ -240,11 +244,17 @@ def search_index(language: str) -> str:
             lines = (" ".join(translate(line, language).replace("`", "").split()) for line in _lines(section.blocks))
             found.append({
                 "page": file, "anchor": section.anchor, "title": shown.title, "part": section.title,
-                "text": "\n".join(lines),
+                "text": "\n".join(lines), "words": _words_of(section, file, words),
             })  # fmt: skip
     texts = json.dumps(found, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     small = json.dumps(sorted(SMALL_WORDS))
     return f"globalThis.helpSmallWords = {small};\nglobalThis.helpSections = {texts};\n"
+
+
+def _words_of(section: Section, file: str, words: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the plain words of a section, from those of all addresses; a topic's are those of its beginning."""
+    places = [f"{file}#{anchor}" for anchor in (section.anchor, *section.others)] if section.anchor else [file]
+    return list(dict.fromkeys(word for place in places for word in words.get(place, ())))
 
 
 def _lines(blocks: Sequence[Block]) -> Iterator[str]:

@@ -15,6 +15,7 @@ from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
 from rrp_sheets.help.scene_page import TIMES, scene_message
+from rrp_sheets.help.topics import plain_words
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
@@ -120,13 +121,15 @@ def _fixed() -> dict[str, Any]:
     known = list(dict.fromkeys(connectors()))
     return {
         "connectors": [
-            {"text": c.name, "help": N_("{help} (advanced)", help=c.help_message()) if c.advanced else c.help_message()}
+            {"text": c.name, "words": " ".join(c.words),
+             "help": N_("{help} (advanced)", help=c.help_message()) if c.advanced else c.help_message()}
             for c in known
         ],
         "periods": [key(c.name) for c in known if c.parameter is Parameter.PERIOD],
         "durations": [{"text": text} for text in ("500 ms", "1 s", "3 s", "10 s", "1 min")],
         "functions": [
             {"text": f"{f.name}(", "name": f.name, "names": f.names, "label": usage(f), "help": first_line(f),
+             "words": " ".join(f.words),
              "example": next((N_("{formula} is {value}", formula=a, value=v) for a, v in examples(f)), "")}
             for f in functions.values()
         ],
@@ -262,7 +265,7 @@ def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
 def _synonyms(robot: Robot, name: str) -> str:
     """Return plain words for a device, by which it is found too."""
     found = robot.find(name)
-    return " ".join(found.type.synonyms) if found and "joint" not in found.preset else ""
+    return " ".join(plain_words(found.type, robot)) if found and "joint" not in found.preset else ""
 
 
 _EXPECTS = (

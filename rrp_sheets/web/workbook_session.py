@@ -486,7 +486,10 @@ class WorkbookSession(Broadcaster):
         answer: Answer = {"rows": [self._rows(one) for one in (changed, *changed.then)]}
         for one in answer["rows"]:
             self.tell("grid", {**one, "tag": tag}, but=client)
-        if change := changed.change:  # a sheet was added, removed, renamed or moved
+        reshaped = [one.sheet for one in (changed, *changed.then) if one.change and one.change.what == "reshaped"]
+        for sheet in reshaped:
+            self.tell("reload", {"why": N_("This sheet has other columns now."), "sheet": sheet})
+        if (change := changed.change) and not reshaped:  # a sheet was added, removed, renamed or moved
             if change.was:
                 with self._lock:
                     self.locks.rename(change.was, change.name)
@@ -500,7 +503,7 @@ class WorkbookSession(Broadcaster):
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
         with self._lock:
-            if changed.heads:
+            if changed.heads or changed.change:
                 self._renderers.pop(changed.sheet, None)
             renderer = self.renderer(changed.sheet)
             entry = self._now(changed.sheet)

@@ -277,8 +277,13 @@ def title_of(kind: str, language: str) -> str:
 
 
 def language_of(headers: Iterable[str]) -> str:
-    """Return the language of headers of ours."""
-    return "en" if all(header.isascii() for header in headers) else "ja"
+    """Return the language of headers of ours: that of most of them.
+
+    >>> language_of(["入力", "コネクター", "Formula"]), language_of(["Stream", "Device", "メモ"])
+    ('ja', 'en')
+    """
+    english = [header.isascii() for header in headers]
+    return "ja" if 2 * sum(english) < len(english) else "en"
 
 
 def is_single(kind: str) -> bool:

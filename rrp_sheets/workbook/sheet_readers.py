@@ -275,6 +275,15 @@ def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
     return tuple(devices)
 
 
+def place_of_devices(table: OwnTable) -> model.DeviceSheet:
+    """The place of a Devices sheet, and of what can be added to it."""
+    columns = {key(name): c for name, c in table.columns.items()}
+    columns |= {_setting(k): c for c, k in table.header_keys.items()}
+    free = max(column for _, column in table.sheet.cells) + 1
+    last = max(table.sheet.rows(), default=table.header_row)
+    return model.DeviceSheet(table.address(table.header_row, columns["stream"]), columns, free, last)
+
+
 def _setting(header: str) -> str:
     """Return the key of a setting, of its header's key."""
     return key(japanese.standard(japanese.SETTINGS, header))

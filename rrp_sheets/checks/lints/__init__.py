@@ -17,6 +17,7 @@ from rrp_sheets.checks.lints.deadlock import lint_deadlock
 from rrp_sheets.checks.lints.failing_formulas import lint_failing_formulas
 from rrp_sheets.checks.lints.flooded import lint_flooded
 from rrp_sheets.checks.lints.input_specs import lint_input_specs
+from rrp_sheets.checks.lints.spoken_language import lint_spoken_language
 from rrp_sheets.checks.lints.stale import lint_stale
 from rrp_sheets.checks.lints.unmatched import lint_unmatched
 from rrp_sheets.checks.lints.unreachable import lint_unreachable
@@ -39,7 +40,7 @@ def lint(
     context = replace(context, unclear=_unclear_rows(context))
     for each in (
         lint_stale, lint_flooded, lint_conflicts, lint_unreachable, lint_failing_formulas, lint_input_specs,
-        lint_unused_helpers, lint_unmatched, lint_deadlock,
+        lint_unused_helpers, lint_unmatched, lint_deadlock, lint_spoken_language,
     ):  # fmt: skip
         each(context)
     for d in context.report:

@@ -591,7 +591,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     return document.together(author, steps)
 
 
-def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows]:
+def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows | PutHeader]:
     """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in edits:
@@ -606,6 +606,9 @@ def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutT
             rows.insert(place, row)
             continue
         place = one.address.row - grid.first
+        if place == -1 and isinstance(one, Put) and one.text:
+            yield PutHeader(grid.name, one.address.column, one.text, "")
+            continue
         if not 0 <= place < len(rows):
             raise Refused(_OLD, _LOOK)
         now = grid.text(rows[place], one.address.column)
