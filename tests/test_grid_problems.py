@@ -113,6 +113,26 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
         eventually(lambda: grid.page.locator("tbody tr").count() == rows and not passes(path))
 
 
+def test_warnings_stay_in_the_list_below_an_error_which_says_that_checks_wait(shelf: Books) -> None:
+    path = shelf.folder / "both.xlsx"
+    shutil.copy(bundled("workbooks") / "complex-tracking.xlsx", path)
+    grid = shelf.open(path=path, sheet="Tracking")
+    codes = grid.page.locator(".problem-list .code")
+    expect(codes).to_have_text(["LINT001"])
+    becomes(lambda: grid.page.locator(".more-later").count(), 0)
+    grid.go("A20")
+    for text in "Red ball", "map", "redBall.distence", "Far":
+        grid.write(text, "Tab")
+    grid.press("Control+Home")
+    expect(codes).to_have_text(["FORM007", "LINT001", "GRAPH011"])
+    expect(grid.page.locator(".more-later")).to_have_text(
+        "Some checks need the errors fixed first, so more problems may appear."
+    )
+    grid.page.locator(".problem-list [data-fix]").first.click()
+    expect(codes).to_have_text(["LINT001", "GRAPH011"])
+    becomes(lambda: grid.page.locator(".more-later").count(), 0)
+
+
 def test_a_row_that_a_fix_inserts_is_shown_as_the_check_after_it_says_however_late_the_answer(shelf: Books) -> None:
     path = shelf.folder / "late.xlsx"
     shutil.copy(bundled("workbooks") / "complex-tracking.xlsx", path)

@@ -18,7 +18,7 @@ from werkzeug.wrappers import Response as BaseResponse
 from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
+from rrp_sheets.diagnostics.report import MORE_LATER, FixEdit, Insert, Put, checks_wait
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
@@ -101,7 +101,7 @@ class Panels:
 
     Attributes:
         problems: the number of each, also on its flag in the diagram, the id of its row if that is shown, and the
-            finding; `left_out` is the number of those that are not listed.
+            finding; `left_out` is the number of those that are not listed, `more_later` is said if checks wait.
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         diagram_number: the number of the behaviour, under which the diagram is a file of its own; 0 for none.
         words: the description of the behaviour, if there can be one; `row_ids` are the ids of its rows by number.
@@ -117,6 +117,7 @@ class Panels:
     counts: tuple[KindText, ...]
     problems: tuple[tuple[int, str, Diagnostic], ...]
     left_out: int
+    more_later: str
     drawing: Markup
     words: BehaviourText | None
     row_ids: Mapping[int, str]
@@ -679,7 +680,8 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
     here = grids.get(sheet)
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
-        left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+        left_out=max(0, len(analysis.findings) - MOST_PROBLEMS),
+        more_later=MORE_LATER if checks_wait(analysis.findings) else "", drawing=drawing, words=words, why=why,
         parts=offered, part=AROUND if part.startswith(AROUND) else part,
         row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),

@@ -260,7 +260,7 @@ function tableOf(html) {
   if (!html) return null;
   const unstyled = html.replace(/<style[^]*?<\/style>/gi, "").replace(/<[^>]*>/g, (tag) => tag.replace(/\sstyle\s*=\s*("[^"]*"|'[^']*')/gi, ""));
   const { body } = new DOMParser().parseFromString(unstyled, "text/html"); // a style would be a breach of the page's policy
-  for (const one of body.querySelectorAll("script, title")) one.remove();
+  for (const one of body.querySelectorAll("script")) one.remove();
   const [table, ...others] = body.querySelectorAll("table");
   table?.remove();
   if (!table?.rows.length || others.length || body.textContent.trim()) return null;
