@@ -50,6 +50,7 @@ export class Grid {
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
       meant: (cell, was, text) => this.renaming.meant(cell, was, text),
+      renames: (meant) => this.renaming.preview(meant),
       ask: (...names) => this.renaming.ask(...names),
       editing: (row, k, on) => this.taking(row, k, on),
       typing: () => {
@@ -475,6 +476,13 @@ export class Table {
   /** A cell's address, such as C4. */
   address(cell) {
     return `${this.headers[this.column(cell)].dataset.letter}${cell.parentElement.cells[0].textContent}`;
+  }
+
+  /** The cell or the header of an address; undefined for one that is not here. */
+  named(address) {
+    const [, letters, number] = /^([A-Z]+)(\d+)$/.exec(address);
+    const k = this.headers.findIndex((header) => header.dataset.letter === letters);
+    return Number(number) === this.first - 1 ? this.headers[k] : this.cell(this.rows[number - this.first], k);
   }
 
   /** The text of a cell, as it was typed. */
