@@ -521,10 +521,8 @@ def _rename_column(
     column, also = given.get("column"), given.get("also", [])
     if not isinstance(column, int) or not isinstance(also, list) or sheet not in document.grids:
         raise BadRequest
-    found = session.renaming_column(sheet, old, new.strip())
-    wanted = {e.address: e for e in found.edits}
-    wanted |= {e.address: e for e in found.unsure if f"{e.address.sheet}!{e.address.cell}" in also}
-    steps = list(_steps(document.grids, tuple(wanted.values())))
+    found = session.renaming_column(sheet, old, new.strip()).including(also)
+    steps = list(_steps(document.grids, found.edits))
     return document.together(author, [PutHeader(sheet, column, new.strip(), old), *steps])
 
 
