@@ -77,6 +77,7 @@ _ACTIONS = (
     "fix", "test", "comment", "look",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
+_OWN_ROW = re.compile(r"r[0-9]{1,7}", re.ASCII)  # of a sheet of the user's own, by its number
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 _OLD = N_("This is no longer what the check says.")
@@ -258,11 +259,14 @@ def _shown_edit(edit: Put) -> dict[str, str | None]:
 
 @blueprint.get("/book/<name>/thread/<sheet>")
 def thread(name: str, sheet: str) -> Response:
-    """Send the comments of a cell; none for one that is gone, or in a sheet that is not under edit here."""
+    """Send the comments of a cell or a header; none for one that is gone."""
     document = workbook_or_404(name).document
-    grid = document.grids.get(sheet_or_404(document, sheet))
-    column = request.args.get("column", 0, type=int)
-    found = grid.marks.thread(request.args.get("row", ""), column) if grid else ()
+    sheet = sheet_or_404(document, sheet)
+    row, column = request.args.get("row", ""), request.args.get("column", 0, type=int)
+    if grid := document.grids.get(sheet):
+        found = grid.marks.thread(row, column)
+    else:
+        found = document.marks_of(sheet)[0].get((int(row[1:]) if _OWN_ROW.fullmatch(row) else 0, column), ())
     return jsonify({"comments": [asdict(c) for c in found]})
 
 
@@ -275,7 +279,8 @@ def comments(name: str) -> Response:
     except SheetsError as error:
         return jsonify({"message": error_text(error)})
     return jsonify({"threads": [
-        {"sheet": sheet, "row": row, "cell": f"{column_letters(column)}{number}", "replies": len(thread) - 1,
+        {"sheet": sheet, "row": row or _own_row(document, sheet, number, column),
+         "cell": f"{column_letters(column)}{number}", "replies": len(thread) - 1,
          **asdict(thread[0]), "text": thread[0].text[:MOST_LISTED_TEXT]}
         for sheet, number, column, row, thread in found[:MOST_LISTED_THREADS]
     ], "left_out": max(0, len(found) - MOST_LISTED_THREADS)})  # fmt: skip
@@ -689,13 +694,23 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
 
 
 def own_grid(document: Document, name: str) -> Grid:
-    """Load the texts of a sheet of the user's own, up to the limits of rows and columns."""
+    """Load the texts, comments and looks of a sheet of the user's own, up to the limits of rows and columns."""
     sheet = next(s for s in document.reading.sheets if s.name == name)
-    width = min(max((column for _, column in sheet.cells), default=1), MOST_COLUMNS)
+    threads, looks = document.marks_of(name)
+    width = min(max((column for _, column in (*sheet.cells, *threads)), default=1), MOST_COLUMNS)
     grid = Grid(name, "own", 1, tuple(GridColumn(number, "") for number in range(1, width + 1)))
     grid.load(sheet)
-    del grid.rows[MOST_OWN_ROWS:]
+    grid.add_blank(max((number for number, _ in threads), default=0) - len(grid.rows))
+    grid.texts = {f"r{number}": grid.texts[row] for row, number in grid.numbers().items() if number <= MOST_OWN_ROWS}
+    grid.rows = [*grid.texts]
+    grid.marks.load(dict(enumerate(grid.rows, 1)), threads, looks)
     return grid
+
+
+def _own_row(document: Document, sheet: str, number: int, column: int) -> str:
+    """Return the id of a row of a sheet of the user's own if the cell is shown, else an empty text."""
+    shown = sheet in document.own and number <= MOST_OWN_ROWS and column <= MOST_COLUMNS
+    return f"r{number}" if shown else ""
 
 
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:
