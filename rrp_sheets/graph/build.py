@@ -83,7 +83,8 @@ def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[s
 class _Builder:
     """Builder of the steps of one behaviour.
 
-    `failed` is True when a row could not be understood, `refused` when an input was; `read` are the ids of all others.
+    `failed` is True when a row could not be understood, `refused` when an input could not; `read` are the inputs of
+    rows without a step.
     """
 
     def __init__(
@@ -107,14 +108,13 @@ class _Builder:
         for i, (row, connector) in enumerate(zip(rows, self.found, strict=True)):
             inputs, refused = self._inputs(row, above)
             refused = refused or (above_refused and not row.inputs)
-            if row.on:
-                self.refused = self.refused or refused or inputs is None
-                self.read.update(inputs or ())
             output = self.names.output(row, connector, read_below[i]) if connector else None
             if connector is not None and not refused and inputs is not None and output is not None:
                 steps.append(self._step(row, connector, inputs, output))
-            else:
+            else:  # also of a row that is off: it is meant to be used
                 self.failed = True
+                self.refused = self.refused or refused or inputs is None
+                self.read.update(inputs or ())
             if row.on:  # "above" skips rows that are switched off
                 drives = connector is not None and connector.is_sink
                 above = inputs if drives else (self.names.output_id(row),)
@@ -206,8 +206,8 @@ def set_in_order(
 ) -> tuple[Step, ...]:
     """Return the steps in the order of the sheet, with their ranks and whether they are active.
 
-    `read` are the inputs of all rows, also of those without a step; None when one of them could not be understood: an
-    output without readers may then be meant there, and is not reported.
+    `read` are the inputs of rows without a step; None when one of them could not be understood: an output without
+    readers may then be meant there, and is not reported.
     """
     maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.is_sink}
     needs: dict[int, list[int]] = {
@@ -225,11 +225,12 @@ def set_in_order(
     _tell_long_chains(needs, order, steps, report)
     done = tuple(replace(s, rank=ranks[i], active=active[i]) for i, s in enumerate(steps))
     fed = {s.output for s in done if s.active}
+    taken = {source for s in done if s.row.on for source in s.inputs} | set(read or ())
     for i, step in enumerate(done):
         stream = streams[step.output]
         if stream.kind in (StreamKind.ORDINARY, StreamKind.ANONYMOUS) and step.output not in fed:
             streams[step.output] = replace(stream, active=False)
-        unused = read is not None and step.row.on and step.output not in read and i not in in_circle
+        unused = read is not None and step.row.on and step.output not in taken and i not in in_circle
         if unused and stream.kind is StreamKind.ORDINARY and not step.connector.is_sink:
             report.add("GRAPH011", step.row.output.address, name=stream.name)
     return done
