@@ -458,6 +458,13 @@ def test_an_error_hides_only_what_may_follow_from_it_and_it_is_said_that_checks_
     assert checks_wait(report)
 
 
+def test_an_error_of_the_protocol_that_no_row_depends_on_lets_no_check_wait():
+    protocol = "## Protocol\n| Field | Value |\n|---|---|\n| Seed | many |"
+    report = check(rows(WAITS, TEST + "| 0 | Nobody | | 1 |", protocol, header=HEADER)).report
+    assert report.flatten(["code", "cell"]) == [("TEST002", "B2"), ("PROT005", "B2"), ("LINT017", "A2")]
+    assert not checks_wait(report)
+
+
 def test_a_wrong_setting_hides_only_the_lints_of_its_device():
     speaks = SPEAKS_ALWAYS + "| Start | map | 3 | Three | |\n| Three | subscribe | | Pose | |"
     found = findings(rows(speaks, DEVICES.replace("Name", "Nmae"), header=HEADER))

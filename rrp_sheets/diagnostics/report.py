@@ -36,7 +36,7 @@ _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM
 _WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
 AFTER_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
 """Hidden by wrong rows of the Scene, as they depend on the things in the room, which are not known then."""
-_ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
+_ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT001", "PROT004")
 _AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009")
 """Hidden by errors of rows, those of formulas excepted: streams that tests and the scene name may be missing."""
 _RANKS = {severity: rank for rank, severity in enumerate(Severity)}

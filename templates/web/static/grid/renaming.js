@@ -8,6 +8,7 @@ import { key } from "./editor.js";
 import { status } from "./spoken.js";
 
 const RESTS_MS = 150; // after the last key, before the server is asked what would change
+const PREVIEW_MS = 400; // after the last key in a cell: who types on needs no outlines
 const MOST_LISTED = 200; // cells
 
 export class Renaming {
@@ -81,7 +82,7 @@ export class Renaming {
     this.looks++;
     this.mark();
     if (!meant) return;
-    this.timer = setTimeout(async () => this.mark((await this.look(meant.old, meant.name))?.cells), RESTS_MS);
+    this.timer = setTimeout(async () => this.mark((await this.look(meant.old, meant.name))?.cells), PREVIEW_MS);
   }
 
   /** Outline cells of this sheet, and the tabs of the others that some cells are in; without any, nothing. */
