@@ -281,7 +281,7 @@ def test_a_header_has_its_comments_which_are_answered_and_undone_there(shelf: Bo
     aya.page.get_by_role("button", name="Delete thread").click()
     expect(mark).to_have_count(0)
     becomes(lambda: texts(aya), {})
-    assert mika.page.locator("thead .commented").count() == 0
+    expect(mika.page.locator("thead .commented")).to_have_count(0)
 
 
 def test_a_sheet_of_ones_own_shows_its_comments_also_beyond_its_texts(shelf: Books) -> None:

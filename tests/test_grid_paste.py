@@ -58,7 +58,7 @@ CLIPBOARDS = {  # text, HTML, cells
 
 
 def test_what_programs_put_on_the_clipboard_becomes_their_cells(shelf: Books) -> None:
-    found = shelf.open().page.evaluate(
+    found = shelf.open().page.evaluate(  # read once: no state of the page
         """async given => {
             const { cellsOf } = await import("/static/grid/clipboard.js");
             return given.map(([text, html]) => cellsOf({ text, html }));
