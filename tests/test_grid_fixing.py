@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.document import Journal
+from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.views.sheet import make_fix
@@ -51,6 +52,16 @@ FIX = Fix(
     ),
 )  # fmt: skip
 ASKED = {"finding": FOUND.id, "fix": "declare"}
+
+
+def test_a_row_bears_the_flag_of_its_first_finding_which_is_an_error() -> None:
+    details = {"first": "a", "second": "b", "name": "x", "stream": "s", "hz": 1, "period": "1 s", "remedy": ""}
+    found = Report(
+        Diagnostic(code, Address("T", row, column), details)
+        for code, row, column in [("LINT002", 2, 1), ("GRAPH001", 2, 3), ("LINT002", 3, 4)]
+    )
+    analysis = replace(no_analysis(), findings=tuple(found))
+    assert analysis.flags(BehaviourGraph("T", "t", ())) == {2: 1, 3: 3}
 
 
 def test_a_fix_of_two_sheets_is_made_and_taken_back_as_one(document: Document) -> None:

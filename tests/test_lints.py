@@ -8,6 +8,7 @@ import pytest
 from play import check, example, findings, play, rows
 
 from rrp_sheets import api
+from rrp_sheets.diagnostics.report import checks_wait
 from rrp_sheets.resources import bundled
 
 HEADER = "| Input streams | Connector | Formula | Output stream | Priority |\n|---|---|---|---|---|\n"
@@ -405,6 +406,7 @@ def test_many_rows_that_wait_for_themselves_are_found_at_once():
 
 SPEAKS_ALWAYS = "| Red ball | map | redBall.distance | D | |\n| D | subscribe | | Say | |\n"
 WAITS = '| Say done | map | "a" | Q | |\n| Q | subscribe | | Say | |\n'
+TEST = "## Try\n| Time (ms) | Stream | Send | Expect |\n|---|---|---|---|\n"
 OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
 
 
@@ -441,6 +443,62 @@ OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
 )  # fmt: skip
 def test_a_warning_hides_only_the_lints_of_what_depends_on_its_row(text, more, expected):
     assert findings(rows(text, *more, header=HEADER)) == expected
+
+
+WRONG = "| Red bal | map | 1 | W | |\n| W | subscribe | | Print | |\n"
+SPEAKS_OTHER = "| Red ball | map | redBall.distance | D | |\n| D | subscribe | | Talk | |\n"
+TALK = "## Devices\n| Stream | Device | Speed |\n|---|---|---|\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "expected"),
+    [
+        # beside what an error has nothing to do with, also in another sheet
+        (SPEAKS_ALWAYS + WRONG, [], [("GRAPH001", "A4"), ("LINT002", "B3")]),
+        (SPEAKS_ALWAYS, ["## Other", HEADER + WRONG], [("GRAPH001", "A2"), ("LINT002", "B3")]),
+        (SPEAKS_ALWAYS + "| Red ball | mapp | 1 | W | |\n| W | subscribe | | Print | |", [], [("CONN002", "B4"), ("LINT002", "B3")]),
+        # rows that depend on it: by its output, its formula, a helper, one of several inputs, through further rows
+        (SPEAKS_ALWAYS.replace("distance", "distence"), [], [("FORM007", "C2")]),
+        ("| Red ball | map | far(redBall.distance) | D | |\n| D | subscribe | | Say | |",
+         ["## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| far | x | x + |"], [("FORM001", "C2")]),
+        ("| Red bal | map | 1 | X | |\n| X, Red ball | merge | | M | |\n| M | map | 1 | N | |\n| N | subscribe | | Say | |", [], [("GRAPH001", "A2")]),
+        # two rows in each other's way, and one of them is not yet what is meant
+        ('| Red ball | map | "a" | Q | |\n| Q | subscribe | | Say | |\n| Red ball | map | "b" | R | |\n| R | subscribe | r.x | Say | |',
+         [], [("FORM021", "C5"), ("LINT002", "B3")]),
+        # a device with a wrong setting, and another one; a device without a name can be any
+        (SPEAKS_ALWAYS + SPEAKS_OTHER.replace("| D", "| E").replace("D |", "E |"), [TALK + "| Talk | Say | quick |"],
+         [("DEV004", "C2"), ("LINT002", "B3")]),
+        (SPEAKS_ALWAYS, [TALK + "| | Say | |"], [("DEV005", "A2")]),
+        # the robot
+        (SPEAKS_ALWAYS, ["## Protocol\n| Field | Value |\n|---|---|\n| Robot | neo |"], [("PROT001", "B2")]),
+        # what no row does is told when all rows are understood
+        (WAITS + WRONG, [], [("GRAPH001", "A4")]),
+        ("| Say done | subscribe | | Print | |\n" + WRONG, [], [("GRAPH001", "A3")]),
+        (WRONG, ["## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| far | | 1 |"], [("GRAPH001", "A2")]),
+        # what no row takes: unless a row takes something that is not understood
+        ("| Red ball | map | 1 | Unused | |\n| Red ball | map | redBall.distence | W | |\n| W | subscribe | | Print | |", [],
+         [("FORM007", "C3"), ("GRAPH011", "D2")]),
+        ("| Red ball | map | 1 | Unused | |\n| Red ball | mapp | 1 | W | |\n| W | subscribe | | Print | |", [],
+         [("CONN002", "B3"), ("GRAPH011", "D2")]),
+        ("| Red ball | map | 1 | Unused | |\n" + WRONG, [], [("GRAPH001", "A3")]),
+        ("| Red ball | map | 1 | Unused | |\n| Red ball | merge | | W | |\n| W | subscribe | | Print | |", [], [("CONN003", "A3")]),
+        # tests, where the formula of a row is wrong, and where a row may have another name
+        ("| Red ball | map | redBall.distence | W | |\n| W | subscribe | | Print | |", [TEST + "| 0 | Red bal | | 1 |"],
+         [("FORM007", "C2"), ("TEST002", "B2")]),
+        (WRONG, [TEST + "| 0 | V | | 1 |"], [("GRAPH001", "A2")]),
+    ],
+)  # fmt: skip
+def test_an_error_hides_only_what_may_follow_from_it_and_it_is_said_that_checks_wait(text, more, expected):
+    report = check(rows(text, *more, header=HEADER)).report
+    assert report.flatten(["code", "cell"]) == expected
+    assert checks_wait(report)
+
+
+def test_an_error_of_the_protocol_that_no_row_depends_on_lets_no_check_wait():
+    protocol = "## Protocol\n| Field | Value |\n|---|---|\n| Seed | many |"
+    report = check(rows(WAITS, TEST + "| 0 | Nobody | | 1 |", protocol, header=HEADER)).report
+    assert report.flatten(["code", "cell"]) == [("TEST002", "B2"), ("PROT005", "B2"), ("LINT017", "A2")]
+    assert not checks_wait(report)
 
 
 def test_a_wrong_setting_hides_only_the_lints_of_its_device():

@@ -155,6 +155,7 @@ def test_findings_stand_beside_their_rows(wrong, tmp_path, kind):
     assert sheet.column_dimensions["E"].width == 70
     last = book.worksheets[-1]
     assert (last.title, last["A1"].value) == ("Findings", "3 errors")
+    assert last["A2"].value == "Some checks need the errors fixed first, so more problems may appear."
     assert [[c.value for c in row][:3] for row in last["A4:C6"]] == [
         ["Tracking!C2", "Error", "FORM001"], ["Tracking!B3", "Error", "CONN002"], ["Tracking!A4", "Error", "GRAPH001"],
     ]  # fmt: skip

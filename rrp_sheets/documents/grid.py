@@ -105,6 +105,8 @@ class SheetMissing(Refused):
         super().__init__(N_("There is no sheet “{sheet}” any more.", sheet=sheet), N_("Reload the page."))
 
 
+HEADER = "header"
+"""Stands for the id of the row of headers, whose cells have comments; it is none of a grid's rows."""
 BLANK_ROWS = 20  # at least, below the last filled row, so that there is always room to go on
 
 
@@ -164,6 +166,8 @@ class Grid:
 
     def number(self, row: str) -> int:
         """A row's number in the sheet."""
+        if row == HEADER:
+            return self.first - 1
         return self.first + self.rows.index(row)
 
     def numbers(self) -> dict[str, int]:
@@ -533,8 +537,8 @@ def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Cha
 
 
 def put_thread(store: Store, author: str, grid: Grid, step: PutThread) -> tuple[Changed, PutThread]:
-    """Change the comments of a cell; raise Refused when others have changed the same comment."""
-    must_have(grid, [step.row])
+    """Change the comments of a cell or a header; raise Refused when others have changed the same comment."""
+    must_have(grid, {step.row} - {HEADER})
     now = grid.marks.thread(step.row, step.column)
     try:
         after = merged(now, step.before, step.after)

@@ -49,7 +49,8 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
         before = len(report)
         builder = _Builder(behaviour, devices, connectors, streams, report, sheets)
         found = builder.steps()
-        steps = set_in_order(found, streams, report, rank, complete=not builder.failed)
+        read = None if builder.refused else builder.read
+        steps = set_in_order(found, streams, report, rank, read)
         rank += len(steps)
         behaviours.append(BehaviourGraph(behaviour.name, key(behaviour.name), steps))
         if behaviour.rows and not any(s.active for s in steps) and len(report) == before and not builder.failed:
@@ -72,7 +73,11 @@ def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[s
 
 
 class _Builder:
-    """Builder of the steps of one behaviour; `failed` is True when a row could not be understood."""
+    """Builder of the steps of one behaviour.
+
+    `failed` is True when a row could not be understood, `refused` when an input could not; `read` are the inputs of
+    rows without a step.
+    """
 
     def __init__(
         self, behaviour: Behaviour, devices: DeviceTable, connectors: Registry[Connector], streams: dict[str, Stream],
@@ -81,7 +86,8 @@ class _Builder:
         self.behaviour = behaviour
         self.connectors = connectors
         self.report = report
-        self.failed = False
+        self.failed = self.refused = False
+        self.read: set[str] = set()
         self.found = [self._connector(row) for row in behaviour.rows]
         self.names = Names(behaviour, self.found, devices, streams, report, sheets)
 
@@ -97,8 +103,10 @@ class _Builder:
             output = self.names.output(row, connector, read_below[i]) if connector else None
             if connector is not None and not refused and inputs is not None and output is not None:
                 steps.append(self._step(row, connector, inputs, output))
-            else:
+            else:  # also of a row that is off: it is meant to be used
                 self.failed = True
+                self.refused = self.refused or refused or inputs is None
+                self.read.update(inputs or ())
             if row.on:  # "above" skips rows that are switched off
                 drives = connector is not None and connector.is_sink
                 above = inputs if drives else (self.names.output_id(row),)
@@ -159,6 +167,7 @@ class _Builder:
         elif most is not None and count > most:
             allowed = N_("one input stream") if most == 1 else N_("{most} input streams", most=most)
             self.report.add("CONN004", at, connector=connector.name, most=allowed, count=count)
+        self.refused = self.refused or len(self.report) > before
         period = self._parameter(row, connector)
         self.failed = self.failed or len(self.report) > before
         return replace(step, period_us=period)
@@ -189,12 +198,12 @@ class _Builder:
 
 
 def set_in_order(
-    steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, *, complete: bool
+    steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, read: Collection[str] | None
 ) -> tuple[Step, ...]:
     """Return the steps in the order of the sheet, with their ranks and whether they are active.
 
-    `complete` is False when rows are missing because they could not be understood: an output without readers may
-    then be read by one of those, and is not reported.
+    `read` are the inputs of rows without a step; None when one of them could not be understood: an output without
+    readers may then be meant there, and is not reported.
     """
     maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.is_sink}
     needs: dict[int, list[int]] = {
@@ -212,13 +221,13 @@ def set_in_order(
     _tell_long_chains(needs, order, steps, report)
     done = tuple(replace(s, rank=ranks[i], active=active[i]) for i, s in enumerate(steps))
     fed = {s.output for s in done if s.active}
-    read = {source for s in done if s.row.on for source in s.inputs}
+    taken = {source for s in done if s.row.on for source in s.inputs} | set(read or ())
     for i, step in enumerate(done):
         stream = streams[step.output]
         if stream.kind in (StreamKind.ORDINARY, StreamKind.ANONYMOUS) and step.output not in fed:
             streams[step.output] = replace(stream, active=False)
-        unused = step.row.on and step.output not in read and i not in in_circle
-        if complete and unused and stream.kind is StreamKind.ORDINARY and not step.connector.is_sink:
+        unused = read is not None and step.row.on and step.output not in taken and i not in in_circle
+        if unused and stream.kind is StreamKind.ORDINARY and not step.connector.is_sink:
             report.add("GRAPH011", step.row.output.address, name=stream.name)
     return done
 

@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.documents.grid import Grid, GridColumn
+from rrp_sheets.documents.grid import HEADER, Grid, GridColumn
 from rrp_sheets.graph import StreamKind
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.model.workbook import column_letters, truth_of
@@ -64,8 +64,14 @@ class RowRenderer:
         for c in self.grid.columns:
             column = self._column(c)
             spellings = dict.fromkeys([key(c.header), *map(key, (c.name, *column.synonyms) if c.name else ())])
-            heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column))
+            thread = self.grid.marks.thread(HEADER, c.number)
+            about = (_told(thread), thread[0].done) if thread else ()
+            heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column, *about))
         return heads
+
+    def header_comments(self) -> list[dict[str, Any]]:
+        """Return the comments of headers in short, as pages get them when one of them has changed."""
+        return [{"column": h.number, "told": h.told, "resolved": h.resolved} for h in self.heads() if h.told]
 
     def update(self, analysis: Analysis, locked: Locked, verdicts: Mapping[str, str] = MappingProxyType({})) -> None:
         """Take over the newest check, the locked cells with their editors (page, name), and the test results."""

@@ -20,6 +20,7 @@ from typing import Any
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
+from rrp_sheets.documents.grid import HEADER
 from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.names import key
@@ -512,6 +513,8 @@ class WorkbookSession(Broadcaster):
             if changed.touched:
                 made = renderer.html(changed.touched, self.languages)
                 entry["replace"] = [{"id": row, "html": html} for row, html in made.items()]
+            if HEADER in changed.touched:
+                entry["headers"] = renderer.header_comments()
             if changed.cells:
                 entry["cells"] = [list(place) for place in changed.cells[:1000]]
                 entry["about"] = changed.about

@@ -13,6 +13,7 @@ from xml.sax.saxutils import quoteattr
 from lxml import etree
 
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.report import MORE_LATER, checks_wait
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, counted, translate
 from rrp_sheets.workbook import limits
@@ -147,7 +148,9 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
     kinds = [f.severity.value for f in findings]
     counts = translate(counted({kind: kinds.count(kind) for kind in _WORDS}), language)
     headers = [translate(text, language) for text in _HEADERS]
-    rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head]), (3, headers, [head] * 5)]
+    later = [translate(MORE_LATER, language)] if checks_wait(findings) else []
+    rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head]), (2, later, [plain] * len(later))]
+    rows.append((3, headers, [head] * 5))
     links = []
     for row, f in enumerate(findings, 4):
         kind = f.severity.value
