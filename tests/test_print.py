@@ -21,6 +21,11 @@ from rrp_sheets.services.printing import make
 
 GOLDEN = Path(__file__).parent / "golden" / "print"
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+VARIED = {
+    "debugging-exercise", "follow-my-pointing", "greeter-with-memory", "mixed-control", "say-ball-colour-ja",
+    "say-ball-colour-merge", "story",
+}  # fmt: skip
+"""Those that have between them all that any of them has to print."""
 
 
 def pack_of(path: Path, **options: object) -> Pack:
@@ -47,7 +52,9 @@ def flat(value: object, path: str = "") -> list[str]:
     return [f"{path}: {value}"] if value not in ("", None, False, 0) else []
 
 
-@pytest.mark.parametrize("name", WORKBOOKS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in VARIED)) for name in WORKBOOKS]
+)
 def test_what_is_printed_of_every_workbook(name, request):
     pack = pack_of(bundled("workbooks", f"{name}.xlsx"))
     _, warnings = set_pack(pack, {})  # Typst refuses what is no PDF/UA
