@@ -244,7 +244,7 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
         page.mouse.up()
 
     def told(do: Callable[[], None]) -> list[str]:
-        """What is asked for when something is done: of a short press that a busy page hears late, a longer touch."""
+        """The requests when something is done; a short press that a busy page hears late is a longer touch."""
         asked.clear()
         do()
         until(page, lambda: asked and asked[-1].endswith((" once", " end")))
