@@ -110,7 +110,8 @@ def test_what_a_row_sends_and_what_it_hears_are_no_names_of_its_own(grid: Shared
 
 
 @pytest.mark.parametrize(("sheet", "cell", "new", "changed"), [
-    ("Devices", "A2", "Voice", (3, 3, "Voice")), ("Helpers", "A2", "nearest", (1, 2, "distance < nearest")),
+    ("Devices", "A2", "Voice", (3, 3, "Voice")),
+    pytest.param("Helpers", "A2", "nearest", (1, 2, "distance < nearest"), marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_a_device_and_a_helper_are_renamed_in_the_rows(
     shelf: Books, sheet: str, cell: str, new: str, changed: tuple[int, int, Any]
@@ -266,6 +267,7 @@ def test_the_menu_renames_one_of_the_streams_that_a_row_hears(grid: Shared) -> N
     becomes(lambda: grid.page.get_by_role("menuitem", name="Rename everywhere").count(), 0)
 
 
+@pytest.mark.slow
 def test_a_stream_that_a_test_names_is_renamed_from_there(shelf: Books) -> None:
     grid = shelf.open({**BOOK, "Two": [HEADER, ["Red ball", "map", "1", "Distance"]]}, sheet="Two")
     grid.checked()

@@ -115,6 +115,7 @@ def test_others_see_the_new_header_at_once(shelf: Books) -> None:
     becomes(lambda: openpyxl.load_workbook(path)["Parts"]["B2"].value, "7")
 
 
+@pytest.mark.slow
 def test_a_behaviour_has_no_columns_to_rename(shelf: Books) -> None:
     grid = shelf.open(BOOK, sheet="T")
     grid.go("C2")

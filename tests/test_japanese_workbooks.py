@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -264,6 +265,12 @@ def test_values_of_the_scene(own: str, meant: str) -> None:
 
 
 # ---- new workbooks
+@pytest.fixture(scope="module")
+def new(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A new workbook in Japanese, which stays as it is."""
+    return api.new(tmp_path_factory.mktemp("new") / "own.xlsx", language="ja")
+
+
 @pytest.mark.parametrize("template", ["guided", "empty"])
 def test_a_new_workbook_in_japanese_checks_and_explains_itself(tmp_path: Path, template: str) -> None:
     path = tmp_path / "実験.xlsx"
@@ -282,14 +289,13 @@ def test_a_new_workbook_in_japanese_checks_and_explains_itself(tmp_path: Path, t
     assert "赤いボール" in [cell.value for column in book["リスト"].columns for cell in column]
 
 
-def test_a_new_workbook_in_japanese_says_what_the_english_one_does(tmp_path: Path) -> None:
-    own, other = api.new(tmp_path / "own.xlsx", language="ja"), api.new(tmp_path / "other.xlsx")
-    assert [c.passed for c in api.test(own)[1].cases] == [True]
-    first, second = api.check(own), api.check(other)
+def test_a_new_workbook_in_japanese_says_what_the_english_one_does(new: Path, tmp_path: Path) -> None:
+    assert [c.passed for c in api.test(new)[1].cases] == [True]
+    first, second = api.check(new), api.check(api.new(tmp_path / "other.xlsx"))
     assert first.scene == second.scene and first.run.time_limit_us == second.run.time_limit_us
     assert [len(b.rows) for b in first.workbook.behaviours] == [len(b.rows) for b in second.workbook.behaviours]
     assert set(first.workbook.protocol.fields) == set(second.workbook.protocol.fields)
-    assert "頭で追う" in run("explain", own)[1]
+    assert "頭で追う" in run("explain", new)[1]
 
 
 def test_the_language_of_the_computer_is_that_of_a_new_workbook(
@@ -301,18 +307,17 @@ def test_the_language_of_the_computer_is_that_of_a_new_workbook(
     assert [read(tmp_path / f"{name}.xlsx").workbook.behaviours[0].name for name in "ab"] == ["頭で追う", "Tracking"]
 
 
-def test_conversion_keeps_the_headers_and_the_drop_downs_in_japanese(tmp_path: Path) -> None:
-    path = api.new(tmp_path / "a.xlsx", language="ja")
-    there = api.convert(path, tmp_path / "a.md")
+def test_conversion_keeps_the_headers_and_the_drop_downs_in_japanese(new: Path, tmp_path: Path) -> None:
+    there = api.convert(new, tmp_path / "a.md")
     assert "リスト" not in there.read_text(encoding="utf-8").replace("「リスト」", "").replace(
         "ドロップダウンリスト", ""
     )
     back = api.convert(there, tmp_path / "b.xlsx")
-    assert to_rows(read_sheets(back)) == to_rows(read_sheets(path))
+    assert to_rows(read_sheets(back)) == to_rows(read_sheets(new))
 
 
-def test_findings_name_headers_and_words_as_the_workbook_has_them(tmp_path: Path) -> None:
-    path = api.new(tmp_path / "a.xlsx", language="ja")
+def test_findings_name_headers_and_words_as_the_workbook_has_them(new: Path, tmp_path: Path) -> None:
+    path = Path(shutil.copy(new, tmp_path))
     run("set", path, "デバイス!C3", "首")
     run("set", path, "シーン!C2", "飛ぶ")
     said = run("check", path)[1]

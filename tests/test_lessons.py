@@ -49,6 +49,7 @@ def rows(page: Shared) -> Any:
 
 def test_a_lesson_is_done_when_its_test_passes(shelf: Books) -> None:
     page = opened(shelf, "done.xlsx")
+    assert page.faults() == []
     following = page.page.locator("[data-lesson-do=next]")
     expect(following).to_have_attribute("aria-disabled", "true")
     becomes(lambda: states(page), ["is-now", "is-later", "is-later", "is-later"])
@@ -113,21 +114,12 @@ def test_show_me_plays_a_step_and_changes_nothing(shelf: Books) -> None:
     assert page.path.read_bytes() == file
     page.press("Control+z")  # one's own edit is the newest still
     page.expect("B3", "Red ball")
-
-
-def test_a_step_is_shown_at_once_where_nothing_may_move(shelf: Books) -> None:
-    page = opened(shelf, "calm.xlsx")
-    page.page.emulate_media(reduced_motion="reduce")
+    page.page.emulate_media(reduced_motion="reduce")  # where nothing may move, it is shown at once
     page.page.click("[data-lesson-do=show]")
     expect(page.page.locator(".shown-step")).to_have_text("Hello heard")
     page.press("Escape")
     expect(page.page.locator(".shown-step")).to_have_count(0)
     page.page.emulate_media(reduced_motion="no-preference")
-
-
-def test_the_panel_has_no_violation(shelf: Books) -> None:
-    page = opened(shelf, "axe.xlsx")
-    assert page.faults() == []
 
 
 def test_other_workbooks_have_no_lesson(tmp_path: Path) -> None:
