@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from itertools import islice
 from types import MappingProxyType
 from typing import Any
@@ -21,6 +22,7 @@ from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
+from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.comments import Thread
 from rrp_sheets.workbook.looks import Look, shade
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column
@@ -63,6 +65,10 @@ class RowRenderer:
         heads = []
         for c in self.grid.columns:
             column = self._column(c)
+            if not c.header.isascii():
+                words = japanese.CHOICES.get(key(column.name), {})
+                choices = (replace(one, text=japanese.japanese(words, [one.text])[0]) for one in column.choices)
+                column = replace(column, choices=tuple(choices))
             spellings = dict.fromkeys([key(c.header), *map(key, (c.name, *column.synonyms) if c.name else ())])
             heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column))
         return heads

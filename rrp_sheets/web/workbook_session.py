@@ -32,6 +32,7 @@ from rrp_sheets.web.models import error_text
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests
+from rrp_sheets.workbook import japanese
 
 LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
 _KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there
@@ -439,7 +440,9 @@ class WorkbookSession(Broadcaster):
             kept = self._words.get(language)
         if kept is None or kept[0] is not analysis:
             devices = next((grid for grid in self.document.grids.values() if grid.kind == "devices"), None)
-            columns = [key(column.header) for column in devices.columns] if devices and not self.document.why else None
+            columns = None
+            if devices is not None and not self.document.why:
+                columns = [key(japanese.standard(japanese.SETTINGS, column.header)) for column in devices.columns]
             text = json_in(vocabulary(analysis, columns, language_of_sheets(self.document.grids.values())), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:

@@ -56,6 +56,7 @@ from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
+from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.comments import (
     Comment,
     Thread,
@@ -405,7 +406,8 @@ def _added_devices(document: Document, given: Any) -> list[PutTexts | AddRows]:
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
         raise BadRequest
     grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
-    columns = {key(c.name or c.header): c.number for c in grid.columns} if grid else {}
+    headers = {c.number: c.name or japanese.standard(japanese.SETTINGS, c.header) for c in grid.columns} if grid else {}
+    columns = {key(header): number for number, header in headers.items()}
     if grid is None or not {"stream", "device"} <= set(columns):
         return []
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
