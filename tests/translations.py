@@ -153,7 +153,7 @@ def _help_texts() -> Iterator[tuple[str, str]]:
         yield from ((message.template, message.context) for message in words(function))
     yield from ((field.help, "done") for field in DONE.fields)
     for kind in KINDS.values():
-        yield from ((text, "scene") for text in (kind.title, kind.help) if text)
+        yield from ((text, "scene") for text in (kind.name, kind.title, kind.help) if text)
         yield from ((line, "scene") for verb in kind.verbs for _, line in verb.examples if line)
 
 

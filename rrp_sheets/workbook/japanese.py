@@ -27,7 +27,8 @@ DEVICES = {
     "歩行": "Walk", "歩く": "Walk", "音の再生": "Play sound", "ふるまいの切り替え": "Behaviour",
 }  # fmt: skip
 SETTINGS = {
-    "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "表示": "Label", "場所": "Zone",
+    "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "ラベル": "Label", "表示": "Label",
+    "場所": "Zone",
     "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed", "音量": "Volume",
     "話しながらの身ぶり": "Gestures", "せりふ": "Text", "文": "Text", "名前": "Name", "動かし方": "Mode",
     "使う腕": "Effector",

@@ -450,7 +450,7 @@ _FIELDS = (
         {"フレーム": "frame", "イベントループ": "event loop"}),
     ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15")),
                   synonyms=("フレームレート",)),
-    ProtocolField("Run", synonyms=("実行する動作", "実行"), also={"すべて": "all"}),
+    ProtocolField("Run", synonyms=("実行するふるまい", "実行する動作", "実行"), also={"すべて": "all"}),
     ProtocolField("Seed", (
         CellChoice("0", N_("a whole number that sets the random choices of PICK and the simulator")),
     ), synonyms=("乱数の種",)),
