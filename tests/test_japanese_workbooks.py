@@ -224,6 +224,8 @@ def test_findings_name_headers_and_words_as_the_workbook_has_them(tmp_path: Path
     run("set", path, "シーン!C2", "飛ぶ")
     said = run("check", path)[1]
     assert "首" in said and "飛ぶ" in said
+    run("set", path, "シーン!D3", "行き先 どこか")
+    assert "「行き先 どこか」は「動く」に合いません" in run("check", path, "--language", "ja")[1]
     assert not re.search(r"\bMode\b", said)
 
 
@@ -245,6 +247,9 @@ def test_remedies_show_words_that_the_sheets_take() -> None:
             assert japanese.standard(japanese.VERBS, translate(N_(verb.name, msgctxt="scene"), "ja")) == verb.name
             if verb.name not in ("says", "presses", "is seen") and verb.example:
                 assert japanese.standard_value(translate(N_(verb.example, msgctxt="scene"), "ja")) == verb.example
+            for part in verb.parts:
+                for word in {part.word, *part.choices} & set(japanese.VALUE.values()):
+                    assert japanese.standard_value(translate(N_(word, msgctxt="scene"), "ja")) == word
     settings = [s for d in load_robot().devices.values() for s in d.settings.values()]
     for setting in settings:
         for choice in setting.choices:

@@ -155,6 +155,8 @@ def _help_texts() -> Iterator[tuple[str, str]]:
     for kind in KINDS.values():
         yield from ((text, "scene") for text in (kind.name, kind.title, kind.help) if text)
         yield from ((line, "scene") for verb in kind.verbs for _, line in verb.examples if line)
+        parts = [part for verb in kind.verbs for part in verb.parts]
+        yield from ((word, "scene") for part in parts for word in (part.word, *part.choices) if word)
 
 
 def _example_texts() -> Iterator[str]:

@@ -20,7 +20,7 @@ from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.media_files import check_pictures
 from rrp_sheets.scene import scene_words
 from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, normalize_signs
-from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.texts import N_, LazyMessage, listed, sentences
 
 _ANY = N_("Write for example Red ball, Blue cup, Table, Wall, Person, Child, a name, Light, Noise or Operator.")
 _PROPOSES = 0.8  # how like a known thing a word must be to be taken for a typing mistake
@@ -63,7 +63,7 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
 
 def _typed(cell: Cell) -> str:
     """Return the words of a cell as they were typed, if they were Japanese."""
-    return cell.text if cell.original.isascii() or not cell.text.isascii() else cell.original
+    return cell.text if cell.original.isascii() else cell.original.strip()
 
 
 def _check_time(time: Cell, report: Report) -> None:
@@ -196,7 +196,7 @@ def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Valu
         said = {}
         for part, words in _cut(verb, normalize_signs(text)):
             if part.name in said:
-                raise BadValueError("Write “{value}” once.", value=part.word or words)
+                raise BadValueError("Write “{value}” once.", value=LazyMessage(part.word or words, msgctxt="scene"))
             said[part.name] = _READERS[part.kind](part, words)
     for part in verb.parts:
         if part.needed and part.name not in said:
@@ -274,7 +274,9 @@ def _choice(part: Part, text: str) -> Value:
         words: dict[object, str] = {}
         for word, value in part.choices.items():
             words.setdefault(value, word)  # one for each
-        raise BadValueError("You can write after “{word}”: {names}.", word=part.word, names=", ".join(words.values()))
+        names = listed([LazyMessage(word, msgctxt="scene") for word in words.values()])
+        before = LazyMessage(part.word, msgctxt="scene")
+        raise BadValueError("You can write after “{word}”: {names}.", word=before, names=names)
     return choices[key(text)]
 
 

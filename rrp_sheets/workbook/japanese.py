@@ -199,7 +199,7 @@ def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
     >>> offered("Mode", ["Head"]), offered("Connectors", ["map"]), offered("All devices", ["Red ball"])
     (('頭',), ('map',), ('赤いボール', 'Red ball'))
     """
-    tables = {"All devices": DEVICES, "Thing": THINGS, "Does": VERBS}
+    tables = {"All devices": DEVICES, "Thing": THINGS, "Does": VERBS, "Name": MOVES}
     own = japanese(tables.get(title) or CHOICES.get(key(title), {}), names)
     return tuple(dict.fromkeys((*own, *names))) if title == "All devices" else own
 
