@@ -17,6 +17,7 @@ from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.help.layout import FILES
+from rrp_sheets.model import japanese as words_of_sheets
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
 from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.style import NAME_PT, PAGE, width
@@ -26,7 +27,6 @@ from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS
 from rrp_sheets.services.printing import gather
 from rrp_sheets.texts import LANGUAGES, LOCALE, LazyMessage, translate
-from rrp_sheets.workbook import japanese as words_of_sheets
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 UNITS = {"m", "rad", "cm", "Hz", "TRUE", "FALSE"}

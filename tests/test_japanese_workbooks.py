@@ -18,6 +18,7 @@ from rrp_sheets.help.as_text import as_text
 from rrp_sheets.help.layout import checked
 from rrp_sheets.help.site import files, page
 from rrp_sheets.help.topics import text_on
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
 from rrp_sheets.resources import bundled
@@ -26,7 +27,7 @@ from rrp_sheets.scene.scene_words import KINDS, kind_of
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import no_analysis
 from rrp_sheets.web.completions import vocabulary
-from rrp_sheets.workbook import japanese, read, schema
+from rrp_sheets.workbook import read, schema
 from rrp_sheets.workbook.files import read_sheets, write_sheets
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.reading import to_rows
@@ -227,6 +228,35 @@ def test_findings_name_headers_and_words_as_the_workbook_has_them(tmp_path: Path
     run("set", path, "シーン!D3", "行き先 どこか")
     assert "「行き先 どこか」は「動く」に合いません" in run("check", path, "--language", "ja")[1]
     assert not re.search(r"\bMode\b", said)
+
+
+MISSPELT = """## 追う
+| 入力ストリーム | コネクター | 式 | 出力ストリーム |
+|---|---|---|---|
+| 球 | subscribe | | 頭 |
+
+## デバイス
+| ストリーム | デバイス | 動かしかた |
+|---|---|---|
+| 球 | 赤いボル | |
+| 頭 | 追跡 | 頭 |
+
+## シーン
+| 時間（秒） | 対象 | 動作 | 値 |
+|---|---|---|---|
+| 1 | 赤いボル | 現れる | |
+| 2 | 赤いボール | 現われる | |
+"""
+
+
+def test_a_misspelt_japanese_word_gets_the_right_one_proposed(tmp_path: Path) -> None:
+    path = tmp_path / "m.md"
+    path.write_text(MISSPELT, encoding="utf-8")
+    found = {d.code: (d.address and d.address.cell, d.details.get("guess")) for d in api.check(path).report}
+    assert found == {
+        "DEV001": ("B2", "赤いボール"), "DEV007": ("C3", None), "SCENE002": ("B2", "赤いボール"), "SCENE003": ("C3", "現れる"),
+    }  # fmt: skip
+    assert "「動かし方」のことですか" in run("check", path, "--language", "ja")[1]
 
 
 @pytest.mark.parametrize("kind", [*SHEETS, "table"])

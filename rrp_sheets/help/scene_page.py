@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from rrp_sheets.help.layout import (
     FOR_EXAMPLE,
@@ -16,12 +16,12 @@ from rrp_sheets.help.layout import (
     titled,
     workbook,
 )
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_sheet import MOST_THINGS, WAITING_US
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
 from rrp_sheets.texts import N_, LazyMessage, listed, translate
-from rrp_sheets.workbook import japanese
 
 TIMES = [
     ("2.5", N_("seconds from the start of the run")),
@@ -48,7 +48,7 @@ def verb_rows(kind: ThingKind, language: str) -> list[tuple[str, str, str]]:
     """Return the verbs of a kind of thing as rows: verb (once), a value, and a line of help."""
     rows = []
     for verb in kind.verbs:
-        name, *also = [verb.name, *verb.also] if language == "en" else words_for(japanese.VERBS, verb.name)
+        name, *also = [verb.name, *verb.also] if language == "en" else japanese.words_for(japanese.VERBS, verb.name)
         for at, (value, line) in enumerate(verb.examples):
             told: str = scene_message(line)
             if also and at == len(verb.examples) - 1:
@@ -58,11 +58,6 @@ def verb_rows(kind: ThingKind, language: str) -> list[tuple[str, str, str]]:
                 )
             rows.append((name if at == 0 else "", scene_value(verb.name, value, language), told))
     return rows
-
-
-def words_for(words: Mapping[str, str], standard: str) -> list[str]:
-    """Return all Japanese words that mean a standard one."""
-    return [own for own, meant in words.items() if meant == standard]
 
 
 def scene_value(verb: str, value: str, language: str) -> str:

@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from rrp_sheets.diagnostics.report import Report, meant
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration
 from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.names import key, nearest
@@ -128,7 +129,7 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     said = str(values["zone"])
     if key(said) in map(key, robot.touch_zones):
         return True
-    near = nearest(said, robot.touch_zones)
+    near = nearest(said, [*robot.touch_zones, *japanese.words_for(japanese.ZONES, *robot.touch_zones)])
     names = listed([N_(zone, msgctxt="value") for zone in robot.touch_zones])
     otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=names)
     report.add("SCENE004", value.address, text=_typed(value), does=_typed(does), **meant(near, otherwise, quoted=True))
@@ -137,13 +138,14 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
 
 @lru_cache(maxsize=1024)
 def _nearest_thing(text: str) -> str | None:
-    return nearest(text, scene_words.known_things())
+    return nearest(text, [*scene_words.known_things(), *japanese.THINGS])
 
 
 def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     verb = find_verb(kind, does.text)
     if verb is None:
-        near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
+        known = [n for v in kind.verbs for n in (v.name, *v.also)]
+        near = nearest(does.text, [*known, *japanese.words_for(japanese.VERBS, *known)])
         names = listed([N_(v.name, msgctxt="scene") for v in kind.verbs])
         otherwise = N_("It can do this: {names}.", names=names)
         remedy = meant(near, otherwise, quoted=True)

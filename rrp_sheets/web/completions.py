@@ -15,6 +15,7 @@ from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
 from rrp_sheets.help.scene_page import TIMES, scene_message, scene_value
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
@@ -23,7 +24,6 @@ from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, kind_of
 from rrp_sheets.texts import N_, LazyMessage, sentences, translate
 from rrp_sheets.web.analysis import Analysis
-from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.schema import FIELDS
 
 Word = dict[str, str]

@@ -14,6 +14,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.grid import Grid, GridColumn
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.model.workbook import column_letters, truth_of
 from rrp_sheets.page_texts import Versions
@@ -22,7 +23,6 @@ from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.web.completions import in_browser
 from rrp_sheets.web.models import Head
-from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.comments import Thread
 from rrp_sheets.workbook.looks import Look, shade
 from rrp_sheets.workbook.schema import CELLS, OWN, PLAIN, SHEETS, Column

@@ -22,6 +22,7 @@ from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
 from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.page_texts import Versions, json_in
 from rrp_sheets.runs.check_worker import CheckWorker
@@ -32,7 +33,6 @@ from rrp_sheets.web.models import error_text
 from rrp_sheets.web.row_renderer import RowRenderer
 from rrp_sheets.web.statics import build_id
 from rrp_sheets.web.workbook_tests import Tester, WorkbookTests
-from rrp_sheets.workbook import japanese
 
 LOCK_SECONDS = 120.0  # a cell is given free when its editor was silent for so long
 _KEEP_ALIVE = 5.0  # seconds of silence after which a comment is sent, which shows whether the page is still there

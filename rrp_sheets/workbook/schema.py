@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.texts import LANGUAGE_NAMES, N_
-from rrp_sheets.workbook import japanese, limits
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 

@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.texts import N_, LazyMessage, translate
-from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.files import already_there, make_workbook
 from rrp_sheets.workbook.maker import Offers
 from rrp_sheets.workbook.raw import text_sheet

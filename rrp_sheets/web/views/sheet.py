@@ -24,6 +24,7 @@ from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.render.diagram import draw_diagram
@@ -56,7 +57,6 @@ from rrp_sheets.web.views.tabs import SheetTabs, sheet_tabs
 from rrp_sheets.web.workbook_repository import CheckedWorkbook, printable
 from rrp_sheets.web.workbook_session import WorkbookSession, stream
 from rrp_sheets.web.workbook_tests import TestsPanel, panel_of
-from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.comments import (
     Comment,
     Thread,

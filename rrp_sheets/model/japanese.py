@@ -191,6 +191,15 @@ def japanese_thing(text: str) -> str:
     return text if own == name else f"{own}{text[len(name) :].strip()}"
 
 
+def words_for(words: Mapping[str, str], *standards: str) -> list[str]:
+    """Return all Japanese words that mean one of some standard ones.
+
+    >>> words_for(VERBS, "appears", "disappears")
+    ['現れる', '出てくる', '消える']
+    """
+    return [own for own, meant in words.items() if meant in standards]
+
+
 def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
     """Return the entries of a drop-down's list in Japanese, by the list's title.
 
