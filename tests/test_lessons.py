@@ -138,12 +138,19 @@ def test_other_workbooks_have_no_lesson(tmp_path: Path) -> None:
     assert get(client, "/book/greeter.xlsx/lesson/1").status_code == 404
 
 
-@pytest.mark.parametrize(("language", "lesson"), [("en", "Lesson 1 Hello"), ("ja", "レッスン1 あいさつをする")])
-def test_a_tutorial_is_made_in_the_language_of_the_reader(language: str, lesson: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("language", "lesson", "term"),
+    [("en", "Lesson 1 Hello", "connector"), ("ja", "レッスン1 あいさつをする", "コネクター")],
+)
+def test_a_tutorial_is_made_in_the_language_of_the_reader(
+    language: str, lesson: str, term: str, tmp_path: Path
+) -> None:
     client = visit(tmp_path)
     headers = {"X-RRP": "grid", "Origin": HOME, "Accept-Language": language}
     assert client.post("/shelf/tutorial", base_url=HOME, headers=headers).headers["HX-Redirect"]
     assert lesson in read(tmp_path / "tutorial.xlsx").workbook.sheets
+    panel = get(client, "/book/tutorial.xlsx/lesson/1", Accept_Language=language).text
+    assert 'data-topic="connector"' in panel and f">{term}</a>" in panel
 
 
 @pytest.mark.parametrize("number", [0, 11, 99_999])

@@ -340,7 +340,9 @@ _DONE = {PASSES: N_("done"), FAILS: N_("now fails")}
 """Words for lessons instead."""
 _WORD = re.compile(r"[A-Za-z]+")
 MOST_TERMS = 4
-WORDS = frozenset(("stream", "event", "field", "formula", "connector", "actuator", "sensor", "trace"))
+WORDS: Mapping[str, str] = {word: word for word in (
+    N_("stream"), N_("event"), N_("field"), N_("formula"), N_("connector"), N_("actuator"), N_("sensor"), N_("trace"),
+)}  # fmt: skip
 """Words of the field that there is help on; connectors are such words too."""
 
 
@@ -500,4 +502,4 @@ def terms_in(words: str) -> Iterator[str]:
         if word in names:
             yield word
         elif single in WORDS:
-            yield single
+            yield WORDS[single]
