@@ -169,8 +169,9 @@ def test_written_pages_take_nothing_from_elsewhere_and_need_no_script(written: P
 
 
 @pytest.mark.slow
-def test_examples_to_download_are_workbooks_in_order(written: Path) -> None:
-    books = sorted((written / "examples").iterdir())
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_examples_to_download_are_workbooks_in_order(written: Path, language: str) -> None:
+    books = sorted((written / f"examples-{language}").iterdir())
     assert len(books) > 30
     assert {b.name: e for b in books if (e := [d.code for d in api.check(b).report.errors])} == {}
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import get, visit
+from browser import HOME, get, visit
 from chromium import becomes, eventually
 from grid_books import Books, Shared
 from playwright.sync_api import expect
@@ -18,6 +18,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.web.views.lessons import lesson_panel
 from rrp_sheets.web.workbook_tests import Results, WorkbookTests
 from rrp_sheets.web.workbook_tests import Tested as Result
+from rrp_sheets.workbook import read
 
 TUTORIAL = bundled("templates", "workbooks", "tutorial.xlsx")
 ROW = ("Hello heard", "subscribe", '"Hello!"', "Say")
@@ -129,6 +130,21 @@ def test_other_workbooks_have_no_lesson(tmp_path: Path) -> None:
     assert get(client, "/book/greeter.xlsx/lesson/1").status_code == 404
 
 
+@pytest.mark.parametrize(
+    ("language", "lesson", "term"),
+    [("en", "Lesson 1 Hello", "connector"), ("ja", "レッスン1 あいさつをする", "コネクター")],
+)
+def test_a_tutorial_is_made_in_the_language_of_the_reader(
+    language: str, lesson: str, term: str, tmp_path: Path
+) -> None:
+    client = visit(tmp_path)
+    headers = {"X-RRP": "grid", "Origin": HOME, "Accept-Language": language}
+    assert client.post("/shelf/tutorial", base_url=HOME, headers=headers).headers["HX-Redirect"]
+    assert lesson in read(tmp_path / "tutorial.xlsx").workbook.sheets
+    panel = get(client, "/book/tutorial.xlsx/lesson/1", Accept_Language=language).text
+    assert 'data-topic="connector"' in panel and f">{term}</a>" in panel
+
+
 @pytest.mark.parametrize("number", [0, 11, 99_999])
 def test_a_lesson_that_is_not_there_is_the_first_to_do(number: int, tmp_path: Path) -> None:
     shutil.copy(TUTORIAL, tmp_path)
@@ -140,10 +156,11 @@ def test_a_lesson_that_is_not_there_is_the_first_to_do(number: int, tmp_path: Pa
 
 
 @pytest.mark.parametrize("number", range(1, len(LESSONS) + 1))
-def test_each_lesson_knows_where_its_steps_are_written(number: int, tmp_path: Path) -> None:
-    shutil.copy(TUTORIAL, tmp_path)
-    document = Document(tmp_path / "tutorial.xlsx", None)
+@pytest.mark.parametrize("name", ["tutorial.xlsx", "tutorial.ja.xlsx"])
+def test_each_lesson_knows_where_its_steps_are_written(name: str, number: int, tmp_path: Path) -> None:
+    shutil.copy(TUTORIAL.with_name(name), tmp_path)
+    document = Document(tmp_path / name, None)
     tests = WorkbookTests(document, None, lambda _: None, lambda: False)  # type: ignore[arg-type]
-    panel = lesson_panel(tests, document, "tutorial.xlsx", "My robot", number)
+    panel = lesson_panel(tests, document, name, next(iter(document.grids)), number)
     assert panel is not None and panel.shows and all(step.cells for step in panel.steps)
     assert panel.steps[0].state == "now"

@@ -57,7 +57,8 @@ check = functools.cache(api.check)
 def sped_up(name: str) -> str:
     """The source of a workbook, with the times of its scene and one duration of its rows made shorter."""
     pace, (long, short) = FASTER[name], SHORTER.get(name, ("", ""))
-    rows, head, rest = (FOLDER / "source" / f"{name}.md").read_text(encoding="utf-8").partition("## Scene\n")
+    text = (FOLDER / "source" / f"{name}.md").read_text(encoding="utf-8")
+    rows, head, rest = re.split("(## (?:Scene|シーン)\n)", text, maxsplit=1)
     scene, *tests = rest.split("\n## ", 1)
     assert head and long in rows
     scene = re.sub(r"(?m)(^\| | in | period )([\d.]+)", lambda m: f"{m[1]}{round(float(m[2]) / pace, 3)}", scene)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Put, meant, surely
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.values import Value
@@ -59,7 +60,10 @@ class DeviceTable:
         self._headers = {k: header.strip() for d in workbook.devices for k, header in d.headers.items()}
         misspelt = self._misspelt_columns(workbook.devices)
         for device in workbook.devices:
-            settings = {misspelt.get(k, k): cell for k, cell in device.settings.items() if misspelt.get(k) != "notes"}
+            settings = {
+                misspelt.get(k, k): _standard(misspelt[k], cell) if k in misspelt else cell
+                for k, cell in device.settings.items() if misspelt.get(k) != "notes"
+            }  # fmt: skip
             self._declare(device.stream, device.device, settings)
         for k, declared in list(self.declared.items()):  # of an actuator that may be declared after it
             if self.done(declared.name) is not None and declared.address is not None:
@@ -79,9 +83,10 @@ class DeviceTable:
         for k, uses in filled.items():
             settings = {key(s.name): s.name for _, found in uses for s in found.type.settings.values()}
             free = [name for s, name in settings.items() if not any(s in d.settings for d in devices)]
-            guess = nearest(k, [*free, *(c.name for c in DEVICES.optional)])
+            own = japanese.words_for(japanese.SETTINGS, *free)
+            guess = nearest(k, [*free, *own, *(c.name for c in DEVICES.optional)])
             if guess:
-                meant[k] = key(guess)
+                meant[k] = key(japanese.standard(japanese.SETTINGS, guess))
                 cell, found = uses[0]
                 header = self._headers.get(k, k)
                 remedy = N_("Did you mean {guess}? Then correct the header of this column.", guess=guess)
@@ -104,7 +109,7 @@ class DeviceTable:
             if not device:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
-                guess = nearest(device.text, [f.name for f in self.robot.names.values()])
+                guess = nearest(device.text, [*(f.name for f in self.robot.names.values()), *japanese.DEVICES])
                 remedy = called(device.text, guess, self.robot) or meant(guess, N_("See `rrp-sheets help devices`."))
                 self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
@@ -192,6 +197,11 @@ class DeviceTable:
         """Return the names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
+
+
+def _standard(setting: str, cell: Cell) -> Cell:
+    """Return a cell of a setting that a misspelt header means, with the standard word for a Japanese choice."""
+    return replace(cell, text=japanese.standard(japanese.CHOICES.get(setting, {}), cell.text))
 
 
 def called(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:

@@ -117,7 +117,7 @@ def page(file: str, language: str) -> HelpPage:
         return HelpPage(SEARCH, translate(N_("Search the help"), language), "search", ())
     if name in CODES and file.endswith(".html"):
         above = page("codes.html", language)
-        return _page(file, [*one_code(CODES[name])], language, above)
+        return _page(file, [*one_code(CODES[name], language)], language, above)
     if file not in files():
         raise KeyError(file)
     topic = "" if name == "index" else name
@@ -156,9 +156,9 @@ def _named(file: str, language: str) -> Iterator[Section]:
             if names:
                 found = robot.find(names[0])
                 assert found is not None
-                yield _section([*one_device(found)], language, names[1:])
+                yield _section([*one_device(found, language)], language, names[1:])
         if (say := robot.find("Say")) is not None:
-            yield _section([*done_stream(say)], language)
+            yield _section([*done_stream(say, language)], language)
 
 
 def _section(blocks: Sequence[Block], language: str, others: Sequence[str] = ()) -> Section:

@@ -14,10 +14,10 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help.functions import first_line
 from rrp_sheets.help.layout import FOR_EXAMPLE, Block, entries, example, from_file, paragraph, titled, workbook
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.robots import DeviceType, FoundDevice, Robot, load_robot
 from rrp_sheets.texts import N_, listed, translate
-from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.schema import SHEETS, SheetKind
 
 _OVERVIEW = ("overview", "help", "index")
@@ -172,15 +172,17 @@ def page_of(topic: str, language: str) -> Iterator[Block]:
     elif topic == "scene":
         yield from scene(language)
     else:
-        kinds = {kind.name: _columns(kind) for kind in SHEETS.values()} if topic == "sheets" else {}
+        kinds = {kind.name: _columns(kind, language) for kind in SHEETS.values()} if topic == "sheets" else {}
         yield from from_file(topic or "overview", language, **kinds)
     if topic in EXAMPLES:
-        yield titled(FOR_EXAMPLE, workbook(topic, EXAMPLES[topic]))
+        yield titled(FOR_EXAMPLE, workbook(topic, EXAMPLES[topic], language))
 
 
-def _columns(kind: SheetKind) -> str:
+def _columns(kind: SheetKind, language: str) -> str:
     """Return the columns of a kind of sheet; notes, which all sheets may have, are named beside other optional ones."""
-    required, optional = (", ".join(c.name for c in columns) for columns in (kind.required, kind.optional))
+    required, optional = (
+        translate(listed([c.header(language) for c in columns]), language) for columns in (kind.required, kind.optional)
+    )
     return f"{required}; {optional}" if len(kind.optional) > 1 else required
 
 
@@ -193,15 +195,15 @@ def _named(name: str, language: str) -> Iterator[Iterator[Block]]:
     from rrp_sheets.help.functions import one_function
 
     if (code := CODES.get(name.upper())) is not None:
-        yield one_code(code)
+        yield one_code(code, language)
     if (connector := connectors().get(name)) is not None:
         yield one_connector(connector, language)
     if (function := library().get(name.removesuffix("()"))) is not None:
         yield one_function(function)
     if (device := load_robot().find(name)) is not None:
-        yield one_device(device)
+        yield one_device(device, language)
     elif (found := load_robot().find(done_of(name))) is not None and found.type.kind == "actuator":
-        yield done_stream(found)
+        yield done_stream(found, language)
 
 
 def _guess(name: str, others: Sequence[str]) -> str | None:

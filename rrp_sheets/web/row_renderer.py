@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from itertools import islice
 from types import MappingProxyType
 from typing import Any
@@ -13,6 +14,7 @@ from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.documents.grid import HEADER, Grid, GridColumn
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.model.workbook import column_letters, truth_of
 from rrp_sheets.page_texts import Versions
@@ -63,6 +65,10 @@ class RowRenderer:
         heads = []
         for c in self.grid.columns:
             column = self._column(c)
+            if not c.header.isascii():
+                words = japanese.CHOICES.get(key(column.name), {})
+                choices = (replace(one, text=japanese.japanese(words, [one.text])[0]) for one in column.choices)
+                column = replace(column, choices=tuple(choices))
             spellings = dict.fromkeys([key(c.header), *map(key, (c.name, *column.synonyms) if c.name else ())])
             thread = self.grid.marks.thread(HEADER, c.number)
             about = (_told(thread), thread[0].done) if thread else ()

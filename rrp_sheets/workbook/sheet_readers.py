@@ -11,11 +11,12 @@ from itertools import count, groupby, product, takewhile
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
+from rrp_sheets.model import japanese
 from rrp_sheets.model import workbook as model
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address, Cell
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook import japanese, limits
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.raw import Kind, RawCell, RawSheet
 from rrp_sheets.workbook.schema import FIELDS, PLAIN, Recognised, SheetKind, field_key

@@ -24,6 +24,7 @@ from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.render.diagram import draw_diagram
@@ -411,7 +412,8 @@ def _added_devices(document: Document, given: Any) -> list[PutTexts | AddRows]:
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
         raise BadRequest
     grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
-    columns = {key(c.name or c.header): c.number for c in grid.columns} if grid else {}
+    headers = {c.number: c.name or japanese.standard(japanese.SETTINGS, c.header) for c in grid.columns} if grid else {}
+    columns = {key(header): number for number, header in headers.items()}
     if grid is None or not {"stream", "device"} <= set(columns):
         return []
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}

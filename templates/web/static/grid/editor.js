@@ -614,7 +614,7 @@ function verbs(words, where) {
   const acts = words.acts ?? {};
   if (!thing) return Object.values(acts).flat();
   const name = key(thing).replace(/\d+$/, "");
-  return acts[Object.keys(acts).find((kind) => name.endsWith(kind)) ?? "person"];
+  return acts[Object.entries(words.kinds ?? {}).find(([word]) => name.endsWith(word))?.[1] ?? "person"];
 }
 
 /** Times at which something may happen, also after the end of what an actuator does. */

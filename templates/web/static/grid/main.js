@@ -75,7 +75,7 @@ function tests(grid, listen) {
     const heading = table.row(id);
     if (!heading) return;
     const rows = table.rows.slice(table.at(heading) + 1);
-    const next = rows.findIndex((row) => /^#+\s*lesson\s/i.test(table.value(row.querySelector("td[data-v]"))));
+    const next = rows.findIndex((row) => /^#+\s*(?:lesson\s|レッスン)/i.test(table.value(row.querySelector("td[data-v]"))));
     const mine = next < 0 ? rows : rows.slice(0, next);
     const row = mine.find((one) => !one.classList.contains("comment")) ?? heading;
     scroll.scrollIntoView({ block: "nearest" });
