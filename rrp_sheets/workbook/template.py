@@ -270,7 +270,8 @@ def in_japanese(
     """Return the rows of an English example with Japanese titles, headers and words.
 
     Args:
-        sheets: the rows by sheet name. One with a misspelt header, and a table of the user's own, stay as they are.
+        sheets: the rows by sheet name. One with a misspelt header stays as it is, as do
+            headers of the user's own tables.
         own: returns the Japanese word for a name, a note or a text of the example; without it, the catalogue does.
     """
     return _Japanese(sheets, own or (lambda text: translate(LazyMessage(text, msgctxt="example"), "ja"))).sheets()
@@ -314,8 +315,10 @@ class _Japanese:
 
     def _sheet(self, name: str, what: Recognised) -> list[list[str]]:
         rows = [list(row) for row in self._rows[name]]
-        if what.kind is None or what.near is not None:
+        if what.near is not None:
             return rows
+        if what.kind is None:
+            return [rows[0], *([self._own(text) for text in row] for row in rows[1:])]
         settings = what.kind is DEVICES
         for header, at in what.columns.items():
             rows[what.row - 1][at - 1] = what.kind.column(header).header("ja")
