@@ -585,7 +585,7 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
         if not sure and not all(_has(c, keys, _COMMON) for c in kind.required if c is not wanted):
             continue
         free = [h for h in headers.values() if key(h) not in kind.spellings]
-        spellings = (wanted.name, *(s for s in wanted.synonyms if s not in _COMMON))
+        spellings = (wanted.name, wanted.name.partition(" (")[0], *(s for s in wanted.synonyms if s not in _COMMON))
         meant = next((n for s in spellings if (n := nearest(s, free))), None)
         certain = kind.any_name or named
         if meant or certain:
