@@ -10,7 +10,7 @@ from rrp_sheets.checks.protocol import kept_kinds, names_of
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import people, study
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
-from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.pack.source import Driver, Source
 from rrp_sheets.render.sentences import device_says
 from rrp_sheets.render.style import clean
 from rrp_sheets.texts import capital, translate
@@ -57,7 +57,7 @@ def summary(source: Source, said: Sequence[Said]) -> str:
     texts = doing.count_texts(said)
     moving = [d for d in source.drivers if not d.stops and not doing.speaks(d.stream)]
     can = [source.count("summary.says", texts)] if texts else []
-    can = list(dict.fromkeys(can + [source.rows.does(d.step) for d in moving]))
+    can = list(dict.fromkeys(can + [_plainly(source, d) for d in moving]))
     sentences = (
         get("summary.senses", list=_shortened(source, occasions)) if occasions else get("summary.senses_nothing"),
         get("summary.acts", list=_shortened(source, can)) if can else get("summary.acts_nothing"),
@@ -65,6 +65,14 @@ def summary(source: Source, said: Sequence[Said]) -> str:
         get("summary.ends_limit", limit=source.words.duration(limit)) if limit else get("summary.ends"),
     )
     return source.words.sentences(sentences)
+
+
+def _plainly(source: Source, driver: Driver) -> str:
+    """Return what a row does, without the technical name of a joint."""
+    if not driver.stream.settings.get("joint"):
+        return source.rows.does(driver.step)
+    parts = [source.get(f"part.{part}") for part in doing.parts_of(source, [driver])]
+    return source.get("summary.moves", parts=source.words.listed(parts))
 
 
 def _shortened(source: Source, things: Sequence[str]) -> str:
