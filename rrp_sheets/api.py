@@ -146,14 +146,17 @@ def set_cell(path: Path | str, cell: str, value: str, sheet: str = "") -> CellSe
     return set_one(Path(path), cell, value, sheet)
 
 
-def rename(path: Path | str, old: str, new: str, sheet: str = "", *, preview: bool = False) -> Renamed:
-    """Give a stream or a helper another name in all cells that have it, and check the workbook; see `edit`.
+def rename(
+    path: Path | str, old: str, new: str, sheet: str = "", also: Sequence[str] = (), *, preview: bool = False
+) -> Renamed:
+    """Give a stream, a helper or a column another name in all cells that have it, and check the workbook; see `edit`.
 
-    `sheet` (or `Tracking!Far` as the old name) says where the name is given; with `preview` nothing is written.
+    `sheet` (or the old name as `Tracking!Far`, `Parts[Zone]`) says where the name is given; `also` are cells
+    (`Helpers!C2`) that only perhaps read the column. With `preview` nothing is written.
     """
     from rrp_sheets.services.edited_copies import rename as rename_all
 
-    return rename_all(Path(path), old, new, sheet, preview=preview)
+    return rename_all(Path(path), old, new, sheet, also, preview=preview)
 
 
 def pose(

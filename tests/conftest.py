@@ -62,23 +62,21 @@ atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # The files that take longest go first, so that no worker is left with one of them while the others have ended.
 LONGEST = (
-    "test_accessible.py", "test_grid_typing.py", "test_workbooks.py", "test_sim_run.py", "test_run.py",
-    "test_tasks.py", "test_faces.py", "test_run_robot.py", "test_grid_restart.py", "test_stop.py",
-    "test_grid_words.py", "test_watchdog.py", "test_killed_server.py", "test_writing_text.py", "test_grid_long.py",
-    "test_records_pages.py", "test_run_control_live.py", "test_mistakes.py", "test_run_panel_changes.py",
-    "test_sim_dones.py", "test_grid_problems.py", "test_tutorial.py", "test_gestures_grid.py", "test_grid.py",
-    "test_workbook_tests_run.py", "test_lookback_page.py", "test_words.py", "test_run_panel.py", "test_records.py",
-    "test_diff_forms.py", "test_sheets_web.py", "test_web_attack_texts.py", "test_hostile_files.py",
-    "test_gestures.py", "test_faces_files.py", "test_grid_people.py", "test_grid_paste.py", "test_run_control.py",
-    "test_full_disk.py", "test_grid_help.py", "test_print.py", "test_run_views.py", "test_gesture_sheet.py",
-    "test_private_files.py", "test_postures.py", "test_failed_requests.py", "test_print_page.py", "test_web.py",
-    "test_web_attack_requests.py", "test_grid_files.py", "test_formula_python.py", "test_grid_status.py",
-    "test_walk.py", "test_tasks_together.py", "test_bundle.py", "test_writing_foreign.py", "test_falling.py",
-    "test_lookback.py", "test_event_loop.py", "test_web_attack_paths.py", "test_workbook_files.py",
-    "test_documents.py", "test_web_attack_bodies.py", "test_grid_spoken.py", "test_writing_commands.py",
-    "test_replay.py", "test_attack_storms.py", "test_grid_columns.py", "test_bundle_refused.py", "test_web_guard.py",
-    "test_run_process.py", "test_web_lines.py", "test_writing_lossless.py", "test_diagram.py",
-    "test_writing_blocks.py", "test_findings_in_japanese.py", "test_workers.py", "test_runs_command.py",
+    "test_watchdog.py", "test_words.py", "test_run_panel.py", "test_records.py", "test_stop.py",
+    "test_grid_comments.py", "test_workbooks.py", "test_grid_renaming.py", "test_lessons.py", "test_run_robot.py",
+    "test_grid_filter.py", "test_gestures_grid.py", "test_help_browser.py", "test_command_language.py", "test_run.py",
+    "test_tutorial.py", "test_lookback_page.py", "test_run_panel_changes.py", "test_first_rows.py", "test_print.py",
+    "test_web_attack_texts.py", "test_grid_devices.py", "test_findings_in_japanese.py", "test_diff_laws.py",
+    "test_grid_table_columns.py", "test_hostile_files.py", "test_grid_menu.py", "test_run_control.py",
+    "test_sheets_web.py", "test_bundle.py", "test_japanese_workbooks.py", "test_event_loop.py",
+    "test_runs_command.py", "test_records_pages.py", "test_web_attack_bodies.py", "test_house.py",
+    "test_writing_text.py", "test_failed_requests.py", "test_writing_commands.py", "test_grid_looks.py",
+    "test_grid.py", "test_web_attack_paths.py", "test_sim_run.py", "test_killed_server.py", "test_help_topics.py",
+    "test_run_control_live.py", "test_house_tests.py", "test_diagram_parts.py", "test_grid_long.py",
+    "test_session_in_japanese.py", "test_full_disk.py", "test_grid_frozen.py", "test_grid_help.py",
+    "test_sim_dones.py", "test_gestures.py", "test_workers.py", "test_gesture_sheet.py", "test_grid_ranges.py",
+    "test_grid_find.py", "test_formula_safety.py", "test_tasks.py", "test_documents.py", "test_walk.py",
+    "test_run_views.py", "test_replay.py",
 )  # fmt: skip
 
 

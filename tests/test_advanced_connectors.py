@@ -314,7 +314,7 @@ def test_the_sentences_of_the_advanced_connectors():
     assert [r.text for r in said.rows][:8] == [
         "“A” adds 1 to “N”. “B” sets “N” to 0.",
         "Each “A” adds 1 to “M”.",
-        "Only the first “N” becomes “O”. After each “B”, this starts over.",
+        "Only the first “N” becomes “O”, and again the first one after each “B”.",
         "The first “N” with a new value of `n` becomes “P”. Later ones with the same value do nothing.",
         "8 s after the last “O”, emit “Q”, unless “P” arrives first.",
         "Each “Q” that differs from the one before becomes “R”.",

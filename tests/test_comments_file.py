@@ -9,6 +9,7 @@ from typing import Any
 
 import openpyxl
 import pytest
+from examples import example_count
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lossless import SHEET, add_part, edited, make, parts, refused, repack
@@ -176,7 +177,7 @@ _EDITS = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=example_count(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(made=_EDITS)
 def test_any_comments_and_row_edits_agree_with_openpyxl(tmp_path: Path, made: list[Any]) -> None:
     wanted: Threads = {}

@@ -23,6 +23,8 @@ from rrp_sheets.compare.side import open_workbook
 from rrp_sheets.resources import bundled
 
 WORKBOOKS = sorted(bundled("workbooks").glob("*.xlsx"))
+VARIED = {"attention-training", "greeter-with-memory", "story"}
+"""Those that have between them all that any of them has to compare."""
 PROGRAM = [sys.executable, "-c", "from rrp_sheets.cli.main import main; main()"]
 
 
@@ -206,7 +208,9 @@ def test_text_cannot_act_on_a_terminal(pair):
 # ---- formats and git
 
 
-@pytest.mark.parametrize("path", WORKBOOKS, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", [
+    pytest.param(path, marks=[pytest.mark.slow] * (path.stem not in VARIED), id=path.stem) for path in WORKBOOKS
+])  # fmt: skip
 def test_twins_have_the_same_behaviour(path, tmp_path):
     source = path.parent / "source" / f"{path.stem}.md"
     text = tmp_path / "text.md"

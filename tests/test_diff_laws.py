@@ -6,6 +6,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from examples import example_count
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_diff import BASE
@@ -25,7 +26,7 @@ ROW = st.tuples(
 )
 SHEET = st.lists(ROW, min_size=1, max_size=12)
 BOOK = st.dictionaries(st.sampled_from(["One", "Two", "三"]), SHEET, min_size=1, max_size=3)
-BOUNDED = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+BOUNDED = settings(max_examples=example_count(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def text(

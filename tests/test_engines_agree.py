@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import reduce
 
 import pytest
+from examples import example_count
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from play import Played, check
@@ -196,7 +197,7 @@ def by_time(events):
     return sorted(events, key=lambda e: e[0])
 
 
-BOUNDED = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+BOUNDED = settings(max_examples=example_count(60), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 LONG = settings(max_examples=3_000, deadline=None, suppress_health_check=list(HealthCheck))
 
 

@@ -105,8 +105,7 @@ def test_proposals_name_volume_buttons_and_children(tmp_path):
     assert found["distress"][1] == "The child"
 
 
-@pytest.mark.parametrize("language", ["English", "日本語"])
-@pytest.mark.parametrize("suffix", [".md", ".xlsx", ""])
+@pytest.mark.parametrize(("suffix", "language"), [(".md", "English"), (".xlsx", "日本語"), ("", "English")])
 def test_fix_adds_the_proposed_rows_in_every_format(tmp_path, suffix, language):
     made = workbook(tmp_path, LOOKS, rest=RISKS, protocol=f"| Language | {language} |")
     path = made if suffix == ".md" else api.convert(made, tmp_path / f"book{suffix}")

@@ -257,13 +257,15 @@ DEVICES = """
         ("Clock | subscribe | clock.count | Print", "Every second (stream “Clock”), write its count to the log."),
         ("Say done | filter | sayDone.completed | Said", "When “Say” finishes uninterrupted, emit “Said”."),
         ("Say done | filter | NOT(sayDone.completed) | Cut", "When “Say” is interrupted, emit “Cut”."),
+        ("Touch | filter | touch.pressed | Held", "When somebody touches the robot or lets go, if the touch begins, emit “Held”."),
+        ("Touch | filter | NOT(touch.pressed) | Let go", "When somebody touches the robot or lets go, if the touch ends, emit “Let go”."),
         ("Clock, Going | merge | | ", "Any of “Clock” or “Going” goes to row 3."),
         ("Clock, Going | accumulate | IF(ISBLANK(going); total + 1; 0) | N", "“Clock” adds 1 to “N”. “Going” sets “N” to 0."),
         ("Clock, Going | accumulate | IF(ISBLANK(going); total; 1) | N", "“Clock” leaves “N” as it is. “Going” sets “N” to 1."),
         ("Clock, Going | accumulate | total + value.count | N", "Each “Clock” or “Going” updates “N” to `total + value.count`."),
         ("Words, Clock | timeout | 2 s | Calm", "2 s after the last “Words”, emit “Calm”, unless “Clock” arrives first."),
         ("Words | map | words.word | Word", "When the robot hears “yes” or “no” (stream “Words”), set “Word” to its word."),
-        ("Clock, Going | once | | First", "Only the first “Clock” becomes “First”. After each “Going”, this starts over."),
+        ("Clock, Going | once | | First", "Only the first “Clock” becomes “First”, and again the first one after each “Going”."),
     ],
 )  # fmt: skip
 def test_whole_sentences_for_each_kind_of_row(tmp_path, row, sentence):

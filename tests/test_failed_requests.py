@@ -22,7 +22,7 @@ from rrp_sheets.web.requests import Lan
 ROWS = [["", "Head yaw", "filter", "headYaw > 3", "Far", ""], ["", "Far", "subscribe", "", "Say", ""]]
 BOOKS = {"a.xlsx": {"T": [HEADER, *ROWS]}, "b.xlsx": {"T": [HEADER, ROWS[0]]}}
 AWAY = "This page has no connection to the program. Check that the program is running, then try again."
-GONE = "It no longer exists: somebody renamed, moved or deleted it."
+GONE = "This is no longer there: somebody has renamed, moved or deleted it. Reload the page to see what there is now."
 SIGNED_OUT = "You are not logged in any more, or the program was started again."
 FAULT = "<main class='page message' id='main'><h1>A fault</h1><p>It broke.</p><p>→ Report it.</p></main>"
 LOOKED_AT = "document.dispatchEvent(new Event('visibilitychange'))"  # a page that is looked at again asks at once

@@ -252,8 +252,8 @@ RUN = """## Protocol
 ## Devices
 | Stream | Device | Every | Text |
 |---|---|---|---|
-| 開始 | Timer | 1 s | |
-| 終わり | Timer | 3 s | |
+| 開始 | Timer | 0.5 s | |
+| 終わり | Timer | 1 s | |
 | 声 | Say parameter | | こんにちは。 |
 
 ## 試し

@@ -36,7 +36,9 @@ def test_a_first_row_is_inserted_by_one_click_and_taken_back_by_one_undo(shelf: 
     eventually(lambda: grid.rows() == [])
 
 
-@pytest.mark.parametrize("sheet", SHEETS)
+@pytest.mark.parametrize(
+    "sheet", ["Devices", *(pytest.param(n, marks=pytest.mark.slow) for n in SHEETS if n != "Devices")]
+)
 def test_the_example_of_each_kind_of_sheet_has_no_error(sheet: str, shelf: Books) -> None:
     grid = shelf.open(SHEETS, sheet=sheet)
     grid.checked()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from hashlib import sha256
+from itertools import pairwise
 
 import openpyxl
 import pytest
@@ -76,6 +77,39 @@ def test_a_setting_that_a_device_lacks_leads_to_the_device_that_has_it(tmp_path)
     assert changes == [] and found[0] == ("DEV007", "C2")  # it may as well be the text that is too much
     changes, found = fixed(text, tmp_path, "DEV007:use-say-parameter", more=devices)
     assert "DEV007" not in dict(found) and [(c.place, c.new) for c in changes] == [("Devices!B2", "Say parameter")]
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(
+    ("devices", "changed"),
+    [
+        ("| Stream | Device | Language |\n|---|---|---|\n| Ask | Say | en |\n", {"Devices!C2": "ja"}),
+        ("| Stream | Device |\n|---|---|\n| Ask | Say |\n", {"Devices!C1": "Language", "Devices!C2": "ja"}),
+        ("| Device | Stream | Notes |\n|---|---|---|\n| Timer | Tick | often |\n",
+         {"Devices!D1": "Language", "Devices row 3": "Say | Ask | ja"}),
+    ],
+)  # fmt: skip
+def test_the_language_of_a_voice_is_written_beside_its_stream(devices, changed, suffix, tmp_path):
+    says = "Ask" if "Ask" in devices else "Say"
+    text = f'| | Chest button | subscribe | "こんにちは" | {says} |\n| | Tick | sample | 1 s | X |{PRINT}'
+    text = text if "Tick" in devices else text.replace("Tick", "Red ball")
+    changed = {place: new.replace("Ask", says) for place, new in changed.items()}
+    changes, found = fixed(text, tmp_path, more=f"## Devices\n{devices}")
+    assert changes == [] and found == [("LINT018", "D2")]
+    changes, found = fixed(text, tmp_path, "LINT018:other-language", more=f"## Devices\n{devices}", suffix=suffix)
+    assert found == [] and {str(c.place): c.new for c in changes} == changed
+    lines = (tmp_path / f"out{suffix}").read_text(encoding="utf-8").splitlines() if suffix == ".md" else []
+    assert all(line.count("|") == above.count("|") for above, line in pairwise(lines) if line.startswith("|---"))
+
+
+def test_texts_of_two_languages_are_left_to_the_user(tmp_path):
+    text = (
+        '| | Chest button | subscribe | "こんにちは" | Say |\n| | Bumper | subscribe | "Please touch my head" | Say |'
+    )
+    with pytest.raises(SheetsError, match="No problem here has the fix"):
+        fixed(
+            text, tmp_path, "LINT018:other-language", more="## Devices\n| Stream | Device |\n|---|---|\n| Say | Say |"
+        )
 
 
 def test_headers_and_devices(tmp_path):

@@ -6,6 +6,7 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from examples import example_count
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -129,7 +130,7 @@ JSON = st.recursive(
     st.text(max_size=30) | st.sampled_from(["x", "x & 1", "x.a", "[x]", "x = x"]),
     st.dictionaries(st.text(max_size=3) | st.just("x"), JSON, max_size=3),
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=example_count(300), deadline=None)
 def test_any_request_has_an_answer_that_is_json(text, inputs):
     answer = answer_line(json.dumps({"formula": text, "inputs": inputs})).as_dict()
     assert answer["outcome"] in ("ok", "rejected", "error")

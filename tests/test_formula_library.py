@@ -6,6 +6,7 @@ import math
 import reprlib
 
 import pytest
+from examples import example_count
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -110,7 +111,7 @@ ODD = [
 
 @pytest.mark.slow
 @given(st.sampled_from(sorted(FUNCTIONS)), st.lists(st.sampled_from(ODD), max_size=5), st.data())
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=example_count(500), deadline=None)
 def test_every_function_answers_any_values_with_a_value_or_with_words(name, values, data):
     function = FUNCTIONS[name]
     count = min(max(len(values), function.least), function.most)

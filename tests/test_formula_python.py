@@ -6,6 +6,7 @@ import ast
 import warnings
 
 import pytest
+from examples import example_count
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -56,7 +57,7 @@ TREES = nodes(st.builds(ast.Constant, CONSTANTS) | st.builds(lambda n: ast.Name(
 
 @pytest.mark.slow
 @given(TREES)
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=example_count(400), deadline=None)
 def test_the_parser_reads_what_pythons_own_reads(tree):
     try:
         text = ast.unparse(tree)
@@ -75,7 +76,7 @@ def test_the_parser_reads_what_pythons_own_reads(tree):
 
 @pytest.mark.slow
 @given(TREES)
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=example_count(250), deadline=None)
 def test_values_are_pythons_where_both_have_one(tree):
     """Texts are compared without regard to capitals, and `and` gives TRUE or FALSE: such trees are left out."""
     apart = (ast.Compare, ast.BoolOp, ast.Attribute, ast.JoinedStr, Join, ast.Call)

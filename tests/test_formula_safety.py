@@ -6,6 +6,7 @@ import tracemalloc
 
 import pytest
 from busy import work_within
+from examples import example_count
 from formula_makers import Maker, inputs, scope
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -44,7 +45,7 @@ def fits(value, depth=0):
 
 
 @given(st.integers(0, 2**48))
-@settings(max_examples=1_500, deadline=None)
+@settings(max_examples=example_count(1_500), deadline=None)
 def test_any_formula_ends_soon_within_its_bounds_and_changes_nothing(seed):
     text = Maker(seed).formula()
     values = inputs()
@@ -58,7 +59,7 @@ def test_any_formula_ends_soon_within_its_bounds_and_changes_nothing(seed):
 
 
 @given(st.integers(0, 2**48))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=example_count(100), deadline=None)
 def test_no_formula_grows_the_memory(seed):
     text = Maker(seed).formula()
     tracemalloc.start()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from examples import example_count
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import findings, rows
@@ -165,7 +166,7 @@ def test_the_function_value_is_there_beside_the_input_value():
 
 
 @given(st.text(max_size=80))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=example_count(300), deadline=None)
 def test_tokens_lie_side_by_side_in_any_text(text):
     try:
         tokens = tokenize(text)
@@ -179,7 +180,7 @@ def test_tokens_lie_side_by_side_in_any_text(text):
 
 
 @given(st.text(alphabet="ab\"“”„'‘’ \\", max_size=20))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=example_count(300), deadline=None)
 def test_any_text_can_be_written_between_quotes(text):
     doubled = text.replace("\\", "\\\\").replace('"', '""')
     assert evaluate(f'"{doubled}" & "!"') == text + "!"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from busy import work_within
+from examples import example_count
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -169,7 +170,7 @@ WORDS = st.sampled_from(
 
 @pytest.mark.slow
 @given(st.lists(WORDS, max_size=25).map(" ".join))
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=example_count(400), deadline=None)
 def test_any_formula_ends_soon_with_a_value_or_a_message(text):
     with work_within(1):
         try:
@@ -182,7 +183,7 @@ def test_any_formula_ends_soon_with_a_value_or_a_message(text):
 
 
 @given(st.text(max_size=60))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=example_count(300), deadline=None)
 def test_any_text_is_read_or_refused(text):
     try:
         evaluate(text)

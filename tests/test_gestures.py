@@ -251,7 +251,7 @@ def test_a_value_names_the_gesture(value, kind, words):
         world.close()
 
 
-@pytest.mark.parametrize(("y", "side"), [(0.4, "L"), (-0.4, "R")])
+@pytest.mark.parametrize(("y", "side"), [pytest.param(0.4, "L", marks=pytest.mark.slow), (-0.4, "R")])
 def test_it_points_at_what_is_seen_with_the_nearer_arm(y, side):
     scene = scene_of(f"| 0 | Red ball | appears | at 1, {y}, 0.45 |")
     world = SimWorld(

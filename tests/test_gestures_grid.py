@@ -80,7 +80,7 @@ def test_pose_writes_the_start_posture_below_the_row_and_is_taken_back(shelf: Bo
     before = keyframes(grid)
     grid.go("B3")
     grid.page.click("[data-pose=take]")
-    grid.status("written into a keyframe")
+    grid.status("now in this keyframe")
     now = keyframes(grid)
     assert now[2] == ("Greet", "5", {"rshoulderpitch": "1.4", "headyaw": "0", "headpitch": "0"})
     assert now[:2] + now[3:] == before
@@ -125,7 +125,7 @@ def test_pose_takes_the_joints_of_the_robot_that_runs(shelf: Books) -> None:
     grid.page.wait_for_function("() => window.robot?.joints.HeadYaw > 0.67")
     grid.go("A5")
     grid.page.click("[data-pose=take]")
-    grid.status("written into a keyframe")
+    grid.status("now in this keyframe")
     assert float(keyframes(grid)[-1][2]["headyaw"]) == pytest.approx(0.7, abs=0.05)
     grid.page.click("[data-run=stop]")
     grid.page.wait_for_selector("body[data-run=ended]")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from examples import example_count
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from play import check, findings, play, rows
@@ -165,7 +166,7 @@ def workbook(rows_, devices) -> Workbook:
     return Workbook("x", (Behaviour("T", tuple(made), Address("T", 1, 1)),), listed)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=example_count(150), deadline=None)
 @given(rows_=ROWS, devices=st.lists(st.tuples(NAMES, DEVICE_NAMES, SETTINGS), max_size=4))
 def test_random_rows_make_a_graph_or_findings_and_never_raise(rows_, devices):
     report = Report()

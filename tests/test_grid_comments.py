@@ -228,23 +228,80 @@ def test_a_copy_of_a_sheet_has_its_comments_and_a_deleted_one_comes_back_with_th
 
 
 def test_all_comments_are_listed_with_the_way_to_each(shelf: Books) -> None:
-    path = shelf.file({"T": [["From", "Operator", "Parameter", "To"], ["Red ball", "map", "1", "A"]], "Mine": [["x"]]})
+    head, row = ["From", "Operator", "Parameter", "To"], ["Red ball", "map", "1", "A"]
+    path = shelf.file({"T": [head, row], "Mine": [["x"]], "Low": [["a title"], head, row]})
     made = (Comment(new_id(), "Aya", "2026-11-02T09:05:00Z", "open"),)
     done = (Comment(new_id(), "Mika", "2026-11-02T09:05:00Z", "settled", done=True),)
-    edit(path, [SetComments("T", 2, 3, made), SetComments("Mine", 1, 1, done), SetComments("T", 1, 1, done)])
+    edit(path, [SetComments("T", 2, 3, made), SetComments("Mine", 1, 1, done), SetComments("T", 1, 1, done),
+                SetComments("Low", 1, 1, done), SetComments("Low", 2, 2, made)])  # fmt: skip
     grid = shelf.open(path=path, sheet="T")
     grid.checked()
     grid.page.locator(".comment-count").click()
     rows = grid.page.locator(".all-comments li")
-    becomes(lambda: [text.split("\n")[-1] for text in rows.all_inner_texts()], ["open"])
+    becomes(lambda: [text.split("\n")[-1] for text in rows.all_inner_texts()], ["open"] * 2)
     grid.page.get_by_label("Show resolved ones too").check()
-    expect(rows).to_have_count(3)
-    expect(rows.nth(0)).to_contain_text("T A1")  # of the header, which has no cell here
+    expect(rows).to_have_count(5)
+    expect(rows.nth(3)).to_contain_text("Low A1")
+    expect(rows.nth(3)).to_contain_text("This cell is not shown in the grid.")
     rows.get_by_role("link", name="T C2").click()
     expect(panel(grid).get_by_role("heading")).to_have_text("Comments on C2")
     becomes(lambda: grid.page.locator(".thread li b").all_inner_texts(), ["Aya"])
     grid.press("Escape")
     becomes(lambda: grid.here, "C2")
+    grid.page.locator(".comment-count").click()
+    rows.get_by_role("link", name="Low B2").click()  # a header of another sheet
+    expect(panel(grid).get_by_role("heading")).to_have_text("Comments on B2")
+    becomes(lambda: panel(grid).locator("li p").all_inner_texts(), ["open"])
+
+
+def test_a_header_has_its_comments_which_are_answered_and_undone_there(shelf: Books) -> None:
+    aya, mika = shelf.two()
+    edit(aya.path, [SetComments("T", 1, 4, (Comment(new_id(), "Zed", "2026-11-02T09:05:00Z", "Metres?"),))])
+    mark = aya.page.locator("thead .head-comments")
+    expect(mark).to_have_attribute("aria-label", "Comments on D1. Comment: Metres? (Zed)")
+    becomes(lambda: aya.page.inner_text(".comment-count"), "1 cell with comments")
+    mark.focus()
+    aya.page.keyboard.press("Enter")
+    expect(panel(aya).get_by_role("heading")).to_have_text("Comments on D1")
+    becomes(lambda: panel(aya).locator("li p").all_inner_texts(), ["Metres?"])
+    aya.page.locator(".thread textarea").fill("Yes")
+    aya.page.keyboard.press("Control+Enter")
+    becomes(lambda: texts(aya), {(1, 4): ["Metres?", "Yes"]})
+    told = "Comments on D1. 2 comments, the last one: Yes (Aya)"
+    for page in aya, mika:
+        expect(page.page.locator("thead .head-comments")).to_have_attribute("aria-label", told)
+    aya.page.keyboard.press("Escape")
+    expect(mark).to_be_focused()
+    aya.go("B2")
+    aya.press("Control+z")
+    becomes(lambda: texts(aya), {(1, 4): ["Metres?"]})
+    aya.status("Undone: comments of D1.")
+    aya.page.locator(".comment-count").click()
+    aya.page.get_by_role("link", name="T D1").click()
+    aya.page.get_by_role("button", name="Delete thread").click()
+    expect(mark).to_have_count(0)
+    becomes(lambda: texts(aya), {})
+    expect(mika.page.locator("thead .commented")).to_have_count(0)
+
+
+def test_a_sheet_of_ones_own_shows_its_comments_also_beyond_its_texts(shelf: Books) -> None:
+    path = shelf.file({"T": [["From", "Operator", "Parameter", "To"], ["Red ball", "map", "1", "A"]], "Mine": [["x"]]})
+    note = (Comment(new_id(), "Aya", "2026-11-02T09:05:00Z", "mine"),)
+    edit(path, [SetComments("Mine", 1, 1, note), SetComments("Mine", 40, 3, note)])
+    grid = shelf.open(path=path, sheet="T")
+    grid.page.get_by_role("link", name="Mine").click()
+    becomes(lambda: marked(grid), ["Comment: mine (Aya)"] * 2)
+    grid.go("A1")
+    grid.press("Shift+F2")
+    expect(panel(grid).get_by_role("heading")).to_have_text("Comments on A1")
+    becomes(lambda: panel(grid).locator("li p").all_inner_texts(), ["mine"])
+    expect(panel(grid).locator("textarea")).to_be_hidden()  # such a sheet is not edited here
+    grid.press("Escape")
+    grid.page.locator(".comment-count").click()
+    grid.page.get_by_role("link", name="Mine C40").click()
+    expect(panel(grid).get_by_role("heading")).to_have_text("Comments on C40")
+    grid.press("Escape")
+    becomes(lambda: grid.here, "C40")
 
 
 def test_comments_of_another_program_appear_while_the_page_is_open(grid: Shared) -> None:
@@ -269,11 +326,13 @@ def test_hostile_words_are_only_words(grid: Shared) -> None:
 def test_the_panel_the_card_and_the_list_are_accessible(shelf: Books) -> None:
     aya, _ = shelf.two()
     aya.checked()
+    edit(aya.path, [SetComments("T", 1, 2, (Comment(new_id(), "Zed", "2026-11-02T09:05:00Z", "of the header"),))])
+    aya.page.locator(".head-comments").wait_for()
     comment(aya, "D3", "look here")
     aya.press("Shift+F2")
     panel(aya).locator("li").wait_for()
     assert violations_by_look(aya.page, without=[".diagram"]) == {}
     aya.page.get_by_role("button", name="All comments").click()
-    aya.page.locator(".all-comments li").wait_for()
+    aya.page.locator(".all-comments li").first.wait_for()
     assert violations_by_look(aya.page, without=[".diagram"]) == {}
     aya.press("Escape")

@@ -55,7 +55,7 @@ def test_suggestions_are_in_groups_and_say_what_they_do(grid: Shared) -> None:
     grid.page.keyboard.type("hand")
     becomes(lambda: listed(grid)[:8], [
         ("This workbook", ""), ("Hand distance", "row 2"), ("Sensors", ""), ("Left hand touch", "+ Devices"), ("Right hand touch", "+ Devices"),
-        ("L hand", "+ Devices"), ("R hand", "+ Devices"), ("Gaze", "in use"),
+        ("Gaze", "in use"), ("Touch", "+ Devices"), ("Joint position", "+ Devices"),
     ])  # fmt: skip
     expect(
         grid.page.get_by_role("group", name="Sensors").get_by_role("option").first.locator("mark").first

@@ -141,6 +141,7 @@ def test_the_handle_fills_shown_rows_alone(grid: Shared) -> None:
     becomes(lambda: [grid.text(f"E{row}") for row in range(2, 9)], ["S2", "S3", "S4", "S5", "S6", "S7", ""])
 
 
+@pytest.mark.slow
 def test_a_sheet_of_ones_own_is_filtered_too(shelf: Books) -> None:
     grid = shelf.open({"T": [HEADER, *ROWS], "Mine": [["a title"], ["x"], ["y"], ["x"]]}, sheet="Mine")
     grid.page.get_by_role("button", name="Filter A").click()

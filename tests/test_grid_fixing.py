@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics import Diagnostic, Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put, Replace
 from rrp_sheets.documents import Document, Refused
 from rrp_sheets.documents.document import Journal
+from rrp_sheets.graph import BehaviourGraph
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.web.analysis import Analysis, no_analysis
 from rrp_sheets.web.views.sheet import make_fix
@@ -53,6 +54,16 @@ FIX = Fix(
 ASKED = {"finding": FOUND.id, "fix": "declare"}
 
 
+def test_a_row_bears_the_flag_of_its_first_finding_which_is_an_error() -> None:
+    details = {"first": "a", "second": "b", "name": "x", "stream": "s", "hz": 1, "period": "1 s", "remedy": ""}
+    found = Report(
+        Diagnostic(code, Address("T", row, column), details)
+        for code, row, column in [("LINT002", 2, 1), ("GRAPH001", 2, 3), ("LINT002", 3, 4)]
+    )
+    analysis = replace(no_analysis(), findings=tuple(found))
+    assert analysis.flags(BehaviourGraph("T", "t", ())) == {2: 1, 3: 3}
+
+
 def test_a_fix_of_two_sheets_is_made_and_taken_back_as_one(document: Document) -> None:
     before = texts(document)
     changed = make_fix(document, look_with(FIX), "Aya", ASKED)
@@ -85,3 +96,18 @@ def test_undo_tells_which_cells_it_has_changed(document: Document) -> None:
     make_fix(document, look_with(replace(FIX, edits=FIX.edits[1:2])), "Aya", ASKED)
     back = document.undo("Aya")
     assert back is not None and back.cells == ((document.grids["T"].rows[0], 3),)
+
+
+def test_a_fix_adds_a_column_to_the_devices_and_an_undo_takes_it_away(document: Document) -> None:
+    before = texts(document)
+    fix = Fix("language", "", (Put(Address("Devices", 1, 3), "Language"), Put(Address("Devices", 2, 3), "ja")))
+    changed = make_fix(document, look_with(fix), "Aya", {**ASKED, "fix": "language"})
+    assert changed.change is not None and changed.change.what == "reshaped"
+    assert texts(document)["Devices"] == [["Ball", "Red ball", "ja"]]
+    assert read(document.path).workbook.devices[0].settings["language"].text == "ja"
+    document.undo("Aya")
+    assert texts(document) == before and [c.header for c in document.grids["Devices"].columns] == ["Stream", "Device"]
+    assert "language" not in read(document.path).workbook.devices[0].settings
+    with pytest.raises(Refused, match="header of this column"):
+        fix = replace(fix, edits=(Put(Address("T", 1, 5), "Notes"),))
+        make_fix(document, look_with(fix), "Aya", {**ASKED, "fix": "language"})

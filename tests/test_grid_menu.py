@@ -66,10 +66,10 @@ def test_a_column_is_made_as_wide_as_its_texts(grid: Shared) -> None:
     grid.go("F2")
     grid.write("a note that is longer than the column is wide, in one line of it")
     do(grid, "F2", "Fit column width")
-    grid.status("Notes is as wide as its texts.")
+    grid.status("Notes is now as wide as its longest text.")
     becomes(lambda: grid.page.locator("th[data-letter=F]").bounding_box()["width"] > 300, True)
     grid.page.locator("th[data-letter=D] .widen").dblclick(force=True)
-    grid.status("Formula is as wide as its texts.")
+    grid.status("Formula is now as wide as its longest text.")
 
 
 def test_what_is_filled_comes_from_above_from_the_left_or_from_what_is_typed(grid: Shared) -> None:

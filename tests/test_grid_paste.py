@@ -1,4 +1,4 @@
-"""Pasted blocks with header rows: the sheet has its own, so they are left out and say where the cells go."""
+"""Pasted cells: what other programs put on the clipboard, and blocks with header rows, which say where the cells go."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from chromium import becomes
 from grid_books import EMPTY, HEADER, ROWS, Books, Shared
 from playwright.sync_api import expect
 
@@ -17,6 +18,82 @@ OURS = "The header row was not pasted: the sheet has one."
 BY_NAME = "Each cell was pasted into the column with the same name."
 UNKNOWN = "Not pasted, as this sheet has no such column: Who."
 BALL = ["", "Red ball", "map", "redBall.distance", "Distance", "new"]
+
+
+EXCEL = """<html xmlns:o="urn:schemas-microsoft-com:office:office"><head><meta name=Generator content="Microsoft Excel 15">
+<style><!--table {{mso-displayed-decimal-separator:"\\.";}} .xl65 {{white-space:normal;}}--></style></head><body>
+<!--StartFragment--><table border=0 style='border-collapse:collapse'><col width=64>
+ <tr height=20 style='height:15.0pt'><td class=xl65 style='width:48pt'>Red
+  ball</td><td>map</td><td>{formula}</td></tr><!--EndFragment--></table></body></html>"""
+SHEETS_HTML = """<google-sheets-html-origin><style type="text/css"><!--td {{border: 1px solid #cccccc;}}--></style>
+<table xmlns="http://www.w3.org/1999/xhtml" dir="ltr" data-sheets-root="1"><colgroup><col width="100"/></colgroup><tbody>
+<tr><td data-sheets-value='{{"1":2}}'>a</td><td>{formula}</td></tr></tbody></table></google-sheets-html-origin>"""
+MAIL = """<div dir="ltr"><table><tbody><tr><td><p>Face</p></td><td><div>map</div></td><td><span>&ldquo;Hi&nbsp;all&rdquo;</span></td>
+</tr><tr><td colspan="2">Say</td><td><p>1</p><p>2<br>3</p></td></tr></tbody></table></div>"""
+CLIPBOARDS = {  # text, HTML, cells
+    "a quoted text alone": ('"Hello"', "", [['"Hello"']]),
+    "no text between quotes": ('a\t""\n', "", [["a", '""']]),
+    "quoted texts side by side": ('"a"\t"b"\n"c"\t1\n', "", [['"a"', '"b"'], ['"c"', "1"]]),
+    "texts joined": ('"a" & x & "b"\t"" & y', "", [['"a" & x & "b"', '"" & y']]),
+    "smart quotes": ("“Hello”\t‘a’", "", [["“Hello”", "‘a’"]]),
+    "a quote that is not closed": ('"Hello\tb', "", [['"Hello', "b"]]),
+    "quotes that a spreadsheet doubled": ('"""Hello"""\t"say ""hi"""', "", [['"Hello"', 'say "hi"']]),
+    "line breaks and tabs": ('"1\n2"\t"a\tb"\r\n', "", [["1\n2", "a\tb"]]),
+    "Excel": ('Red ball\tmap\t"Hello"\r\n', EXCEL.format(formula='"Hello"'), [["Red ball", "map", '"Hello"']]),
+    "Excel, a text with doubled quotes": (
+        'Red ball\tmap\t"say ""hi"""\r\n', EXCEL.format(formula='"say ""hi"""'), [["Red ball", "map", '"say ""hi"""']]
+    ),
+    "Sheets, with two spaces": ('a\t"x  y"', SHEETS_HTML.format(formula='"x  y"'), [["a", '"x  y"']]),
+    "Sheets, with a line break": ('a\t"1\n2"', SHEETS_HTML.format(formula="1<br/>2"), [["a", "1\n2"]]),
+    "a mail, whose text has lines only": ("Face\nmap\n“Hi all”\nSay\n1\n2\n3", MAIL, [
+        ["Face", "map", "“Hi all”"], ["Say", "", "1\n2\n3"],
+    ]),
+    "joined cells": ("", "<table><tr><td rowspan=2>a<td>b<tr><td>c</table>", [["a", "b"], ["", "c"]]),
+    "a table with a text around it": ('x\t"y"', "<p>See:</p><table><tr><td>y</table>", [["x", '"y"']]),
+    "Markdown": ('| Face | map | "Hello" |\n|---|---|---|\n| a \\| b | `x<1` | 1<br>2 |\n', "", [
+        ["Face", "map", '"Hello"'], ["a | b", "x<1", "1\n2"],
+    ]),
+    "a part of a Markdown table": ('| Face | map |\nand more', "", [["| Face | map |"], ["and more"]]),
+}  # fmt: skip
+
+
+def test_what_programs_put_on_the_clipboard_becomes_their_cells(shelf: Books) -> None:
+    found = shelf.open().page.evaluate(  # read once: no state of the page
+        """async given => {
+            const { cellsOf } = await import("/static/grid/clipboard.js");
+            return given.map(([text, html]) => cellsOf({ text, html }));
+        }""",
+        [[text, html] for text, html, _ in CLIPBOARDS.values()],
+    )
+    assert dict(zip(CLIPBOARDS, found, strict=True)) == {name: cells for name, (*_, cells) in CLIPBOARDS.items()}
+
+
+def test_quotes_of_formulas_arrive_in_cells_and_in_the_editor(shelf: Books) -> None:
+    grid = shelf.open()
+    grid.page.evaluate(
+        "text => navigator.clipboard.writeText(text)", 'Distance\tmap\t"Hello"\tTold\nTold\tmap\t“Hello”\tSaid'
+    )
+    grid.go("B5")
+    grid.press("Control+v")
+    grid.expect("D6", "“Hello”")
+    assert [row[2] for row in grid.rows()[3:]] == ['"Hello"', '"Hello"']
+    for keys in ["Control+c"], ["ContextMenu"]:  # by the key, and by the menu
+        grid.go("D5")
+        grid.press(*keys)
+        if keys == ["ContextMenu"]:
+            grid.page.get_by_role("menuitem", name="Copy").click()
+        grid.status("One cell copied.")
+        becomes(lambda: grid.page.evaluate("navigator.clipboard.readText()"), '"""Hello"""')
+        grid.go("D7")
+        grid.page.keyboard.type("x & ")
+        grid.press("Control+v", "Control+Enter")
+        becomes(lambda: grid.text("D7"), 'x & "Hello"')
+        grid.go("D8")
+        grid.press("Control+v")
+        becomes(lambda: grid.text("D8"), '"Hello"')
+        grid.go("D7")
+        grid.press("Shift+ArrowDown", "Delete")
+        becomes(lambda: (grid.text("D7"), grid.text("D8")), ("", ""))
 
 
 def paste(grid: Shared, address: str, *lines: list[str]) -> None:

@@ -15,6 +15,7 @@ from rrp_sheets import api
 from rrp_sheets.model.workbook import FALSE_WORDS, TRUE_WORDS, truth_of
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook import read
+from rrp_sheets.workbook.files import read_sheets
 
 
 @pytest.mark.slow
@@ -49,6 +50,24 @@ def test_a_problem_is_told_at_its_cell_leads_there_and_is_mended(shelf: Books) -
         grid.press("Control+z")
         grid.expect("D3", "distence < 0.5")
         grid.page.wait_for_selector("td[aria-invalid=true]:has-text('distence')")
+
+
+def test_a_fix_adds_a_column_to_the_devices_which_every_page_shows_at_once(shelf: Books) -> None:
+    row = ["", "Chest button", "subscribe", '"こんにちは"', "Say", ""]
+    path = shelf.file({"T": [TRACKING["T"][0], row], "Devices": [["Stream", "Device"], ["Ask", "Say"]]})
+    devices = shelf.open(path=path, sheet="Devices", name="other")
+    grid = shelf.open(path=path, sheet="T")
+    titles = devices.page.locator("[role=columnheader][data-c] .title")
+    expect(titles).to_have_text(["Stream", "Device"])
+    grid.go("D2")
+    expect(grid.page.locator(".problem-list")).to_contain_text("“Say” speaks English")
+    grid.page.click(".problem-list [data-fix]")
+    expect(titles).to_have_text(["Stream", "Device", "Language"])
+    expect(devices.page.locator("tbody tr", has_text="ja")).to_contain_text("Say")
+    expect(grid.page.locator(".problem-list li")).to_have_count(0)
+    assert api.check(path).graph.streams["say"].settings["language"] == "ja"
+    grid.press("Control+z")
+    expect(titles).to_have_text(["Stream", "Device"])
 
 
 LATER = """() => {
@@ -111,6 +130,62 @@ def test_both_remedies_of_a_stale_combination_silence_it_and_its_test_then_passe
         grid.press("Control+z")
         grid.page.wait_for_selector("td.is-warning:has-text('combineLatest')")
         eventually(lambda: grid.page.locator("tbody tr").count() == rows and not passes(path))
+
+
+SPEAKS = [["Input streams", "Connector", "Formula", "Output stream"],
+          ["Chest button", "map", '"Hi"', "Hello"], ["Hello", "subscribe", "", "Say"]]  # fmt: skip
+RISKS = ["Risk", "For whom", "How likely", "What reduces it", "Who ends the session when"]
+
+
+@pytest.mark.parametrize("mine", [[], [["Boredom", "The child", "Possible", "Games", "The child, at any sign"]]])
+def test_risks_that_a_fix_proposes_are_one_step_of_undo(shelf: Books, mine: list[list[str]]) -> None:
+    grid = shelf.open({"T": SPEAKS, "Risks": [RISKS, *mine], "Protocol": [["Field", "Value"]]}, sheet="Risks")
+    finding = grid.page.locator(".problem-list li", has_text="PROT012")
+    finding.wait_for()
+
+    def file() -> dict[str, dict[tuple[int, int], str]]:
+        grid.saved()
+        return {s.name: {at: cell.typed for at, cell in s.cells.items()} for s in read_sheets(grid.path)}
+
+    def shown() -> list[str]:
+        return [str(text) for text in grid.page.locator("tbody td[data-v]").all_inner_texts()]
+
+    before, here = file(), shown()
+    finding.locator("[data-fix=add-proposed]").click()
+    grid.status("Done: Add the proposed rows. Press Ctrl+Z to undo.")
+    expect(finding).to_have_count(0)
+    after, there = file(), shown()
+    proposed = read(grid.path).workbook.risks.rows[len(mine) :]
+    assert len(proposed) > 1 and all(r.risk and r.whom and r.likely and r.reduces and r.ends for r in proposed)
+    assert there[: len(here)] == here and len(there) == len(here) + 5 * len(proposed)
+    grid.press("Control+z")
+    finding.wait_for()
+    assert (file(), shown()) == (before, here)
+    grid.press("Control+z")
+    grid.status("There is nothing to undo.")
+    grid.press("Control+y")
+    expect(finding).to_have_count(0)
+    assert (file(), shown()) == (after, there)
+
+
+def test_warnings_stay_in_the_list_below_an_error_which_says_that_checks_wait(shelf: Books) -> None:
+    path = shelf.folder / "both.xlsx"
+    shutil.copy(bundled("workbooks") / "complex-tracking.xlsx", path)
+    grid = shelf.open(path=path, sheet="Tracking")
+    codes = grid.page.locator(".problem-list .code")
+    expect(codes).to_have_text(["LINT001"])
+    becomes(lambda: grid.page.locator(".more-later").count(), 0)
+    grid.go("A20")
+    for text in "Red ball", "map", "redBall.distence", "Far":
+        grid.write(text, "Tab")
+    grid.press("Control+Home")
+    expect(codes).to_have_text(["FORM007", "LINT001", "GRAPH011"])
+    expect(grid.page.locator(".more-later")).to_have_text(
+        "Some checks need the errors fixed first, so more problems may appear."
+    )
+    grid.page.locator(".problem-list [data-fix]").first.click()
+    expect(codes).to_have_text(["LINT001", "GRAPH011"])
+    becomes(lambda: grid.page.locator(".more-later").count(), 0)
 
 
 def test_a_row_that_a_fix_inserts_is_shown_as_the_check_after_it_says_however_late_the_answer(shelf: Books) -> None:

@@ -110,7 +110,8 @@ def test_what_a_row_sends_and_what_it_hears_are_no_names_of_its_own(grid: Shared
 
 
 @pytest.mark.parametrize(("sheet", "cell", "new", "changed"), [
-    ("Devices", "A2", "Voice", (3, 3, "Voice")), ("Helpers", "A2", "nearest", (1, 2, "distance < nearest")),
+    ("Devices", "A2", "Voice", (3, 3, "Voice")),
+    pytest.param("Helpers", "A2", "nearest", (1, 2, "distance < nearest"), marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_a_device_and_a_helper_are_renamed_in_the_rows(
     shelf: Books, sheet: str, cell: str, new: str, changed: tuple[int, int, Any]
@@ -189,6 +190,41 @@ def test_the_editor_says_what_enter_does_with_a_changed_name_only_where_it_is_us
     becomes(lambda: offered(grid), [])
 
 
+def outlined(grid: Shared) -> list[str]:
+    """The addresses of the outlined cells, and the names of the outlined tabs."""
+    return list(grid.page.evaluate(
+        """() => [...document.querySelectorAll(".will-change")].map((one) => one.dataset.sheet ?? (one.matches("th")
+            ? `${one.dataset.letter}1` : `${one.closest("table").tHead.rows[0].cells[one.cellIndex].dataset.letter}${one.parentElement.cells[0].textContent}`)).sort()"""
+    ))  # fmt: skip
+
+
+def test_the_places_of_a_name_are_outlined_while_its_change_is_offered_or_asked(grid: Shared) -> None:
+    places = ["A3", "A4", "C3", "C4", "D2", "Test"]
+    begin(grid, "D2", "Ball far")
+    becomes(lambda: outlined(grid), places)
+    grid.page.keyboard.insert_text("ther")
+    becomes(lambda: offered(grid)[0], "Rename, also in 2 rows that use it")
+    assert outlined(grid) == places
+    grid.press("Control+a")
+    grid.page.keyboard.insert_text("distance")  # the same name
+    becomes(lambda: outlined(grid), [])
+    grid.page.keyboard.insert_text(" 2")
+    becomes(lambda: outlined(grid), places)
+    grid.press("Control+Shift+Enter")
+    grid.page.locator(".renaming li").first.wait_for()
+    becomes(lambda: outlined(grid), places)
+    grid.page.get_by_label("New name").fill("Close")  # a name that is taken
+    becomes(lambda: outlined(grid), [])
+    grid.page.get_by_label("New name").fill("Near")
+    becomes(lambda: outlined(grid), places)
+    grid.press("Escape")  # back to the text, where it is offered again
+    grid.page.locator(".editor textarea").wait_for()
+    becomes(lambda: outlined(grid), places)
+    grid.press("Enter")
+    becomes(lambda: grid.page.inner_text("#status"), "“Distance” is now “distance 2” in 4 rows.")
+    becomes(lambda: outlined(grid), [])
+
+
 def test_the_cells_can_be_looked_at_before_they_change(grid: Shared) -> None:
     before = grid.rows()
     begin(grid, "D2", "Ball far")
@@ -231,6 +267,7 @@ def test_the_menu_renames_one_of_the_streams_that_a_row_hears(grid: Shared) -> N
     becomes(lambda: grid.page.get_by_role("menuitem", name="Rename everywhere").count(), 0)
 
 
+@pytest.mark.slow
 def test_a_stream_that_a_test_names_is_renamed_from_there(shelf: Books) -> None:
     grid = shelf.open({**BOOK, "Two": [HEADER, ["Red ball", "map", "1", "Distance"]]}, sheet="Two")
     grid.checked()

@@ -54,9 +54,13 @@ def test_a_column_is_renamed_where_it_certainly_is_read_and_where_that_is_ticked
         "B1 Zone Touch zone", "C2 INDEX(Parts; 1).zone INDEX(Parts; 1).touchZone",
         "C4 where + SUM(Parts[Zone]) where + SUM(Parts[Touch zone])", "Helpers C2 row.zone row.touchZone",
     ])  # fmt: skip
+    outlined = grid.page.locator("thead th.will-change, #tabs .will-change")
+    expect(outlined).to_have_text(["BZone", "T"])
     grid.page.locator(".renaming input[type=checkbox]").check()
+    expect(outlined).to_have_text(["BZone", "T", "Helpers"])
     grid.page.get_by_role("button", name="Rename", exact=True).click()
     grid.status("The column “Zone” is now “Touch zone”, also in 3 rows that read it.")
+    expect(outlined).to_have_count(0)
     wanted = ["INDEX(Parts; 1).touchZone", before[1], "where + SUM(Parts[Touch zone])", "row.touchZone"]
     becomes(lambda: (header(grid), formulas(grid)), ("Touch zone", wanted))
     becomes(lambda: heads(grid), ["Ask", "Touch zone"])
@@ -111,6 +115,7 @@ def test_others_see_the_new_header_at_once(shelf: Books) -> None:
     becomes(lambda: openpyxl.load_workbook(path)["Parts"]["B2"].value, "7")
 
 
+@pytest.mark.slow
 def test_a_behaviour_has_no_columns_to_rename(shelf: Books) -> None:
     grid = shelf.open(BOOK, sheet="T")
     grid.go("C2")

@@ -30,6 +30,14 @@ SHEETS = {
     "Uses": [HEADER, ["", "Red ball", "map", 'LOOKUP("yes"; colours; "Colour")', "C", ""]],
 }  # fmt: skip
 
+IN_JAPANESE = {
+    "追う": [["入力ストリーム", "コネクター", "式", "出力ストリーム"], ["Red ball", "subscribe", "", "Head tracker"]],
+    "シーン": [["時間（秒）", "対象", "動作", "値", "メモ"], ["1", "赤いボール2", "現れる", "", ""], ["2", "子ども", "入ってくる", "", ""],
+               ["3", "操作者", "ボタンを押す", "", ""], ["4", "", "", "", ""]],
+    "試し": [["時間（ミリ秒）", "ストリーム", "送信", "期待", "メモ"], ["0", "Red ball", "", "", ""]],
+    "プロトコル": [["項目", "内容"], ["エンジン", ""]],
+}  # fmt: skip
+
 
 @pytest.fixture(scope="module")
 def book(shelf: Books) -> Path:
@@ -143,6 +151,31 @@ def test_scenes(at) -> None:
     assert "at 1, 0.2, 0.4" in at("Scene", "D2", "a")
     assert "at 1, 0" in at("Scene", "D3", "a")
     assert at("Scene", "D4", "g") == ["Go"] or at("Scene", "D4", "s") == ["Start"]
+
+
+@pytest.mark.slow
+def test_scenes_and_tests_in_japanese(shelf: Books) -> None:
+    def offered(cell: str, typed: str, word: str) -> list[str]:
+        page.go(cell)
+        page.press("F2", "Control+a")
+        page.page.keyboard.insert_text(typed)  # as an input method does
+        names = page.page.locator("[role=option] .name")
+        eventually(lambda: word in names.all_inner_texts())
+        found = [str(name) for name in names.all_inner_texts()]
+        page.press("Escape", "Escape")
+        return found
+
+    book = shelf.file(IN_JAPANESE)
+    page = shelf.open(path=book, sheet="シーン")
+    page.checked()
+    offered("B5", "赤", "赤いボール")
+    assert "現れる" not in offered("C2", "動", "動く")
+    assert "動く" not in offered("C3", "入", "入ってくる")
+    offered("D2", "位", "位置 1, 0.2, 0.4")
+    offered("D3", "位", "位置 1, 0")
+    page = shelf.open(path=book, sheet="試し")
+    page.checked()
+    assert "なしまたは空" in offered("D2", "な", "なし")
 
 
 @pytest.mark.slow

@@ -8,8 +8,11 @@ from typing import Any
 import pytest
 from chromium import becomes, eventually, let_in, serving
 from playwright.sync_api import expect
+from test_help_topics import QUERIES
 
 from rrp_sheets.help.publishing import write_site
+from rrp_sheets.help.site import page as shown_page
+from rrp_sheets.help.site import place_of
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +101,29 @@ def check_search(page: Any) -> None:
 def test_the_search_shows_hits_in_their_context(page: Any) -> None:
     page.goto("/help/index.html")
     check_search(page)
+
+
+def section_of(name: str) -> str:
+    """The address of the section on a name, which may be the section of another name of the same thing."""
+    file, mark, anchor = place_of(name).partition("#")
+    sections = shown_page(file, "en").sections if mark else ()
+    found = next(
+        (section for section in sections if section.named and anchor in (section.anchor, *section.others)), None
+    )
+    return f"{file}#{found.anchor}" if found else f"{file}{mark}{anchor}"
+
+
+def test_the_search_finds_plain_words(page: Any) -> None:
+    for language, table in QUERIES.items():
+        page.goto(f"/help/search.html?lang={language}")
+        field, link = page.get_by_role("searchbox").first, page.locator(".docs-hits li a")
+        missed = []
+        for query, pages in table:
+            field.fill(query)
+            hits = link.evaluate_all("links => links.slice(0, 3).map((a) => a.getAttribute('href'))")
+            if not set(map(section_of, pages.split("|"))) & set(hits):
+                missed.append((query, hits))
+        assert not missed, str(missed)
 
 
 def test_the_same_page_in_the_other_language(page: Any) -> None:

@@ -149,6 +149,7 @@ def test_every_link_of_the_written_pages_leads_to_what_is_there(written: Path) -
     assert wrong == []
 
 
+@pytest.mark.slow
 def test_the_hits_of_the_search_are_pages_and_anchors_that_there_are(written: Path) -> None:
     for language in LANGUAGES:
         script = (written / language / "search-index.js").read_text(encoding="utf-8")
@@ -159,6 +160,7 @@ def test_the_hits_of_the_search_are_pages_and_anchors_that_there_are(written: Pa
             assert {s["anchor"] for s in sections if s["page"] == page} <= {*ids, ""}
 
 
+@pytest.mark.slow
 def test_written_pages_take_nothing_from_elsewhere_and_need_no_script(written: Path) -> None:
     for path in written.rglob("*.html"):
         text = path.read_text(encoding="utf-8")
@@ -167,12 +169,14 @@ def test_written_pages_take_nothing_from_elsewhere_and_need_no_script(written: P
 
 
 @pytest.mark.slow
-def test_examples_to_download_are_workbooks_in_order(written: Path) -> None:
-    books = sorted((written / "examples").iterdir())
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_examples_to_download_are_workbooks_in_order(written: Path, language: str) -> None:
+    books = sorted((written / f"examples-{language}").iterdir())
     assert len(books) > 30
     assert {b.name: e for b in books if (e := [d.code for d in api.check(b).report.errors])} == {}
 
 
+@pytest.mark.slow
 def test_every_device_and_topic_has_a_diagram_of_its_example(written: Path) -> None:
     for language in LANGUAGES:
         devices = (written / language / "devices.html").read_text(encoding="utf-8")

@@ -26,11 +26,13 @@ from rrp_sheets.help.devices import DONE_EXAMPLE
 from rrp_sheets.help.functions import examples, literal_text
 from rrp_sheets.help.layout import checked
 from rrp_sheets.help.scene_page import EXAMPLE, TIMES
-from rrp_sheets.help.topics import EXAMPLES, TOPICS, text_on
+from rrp_sheets.help.topics import EXAMPLES, TOPICS, all_names, text_on
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.values import Failure
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_words import KINDS
+from rrp_sheets.web.analysis import no_analysis
+from rrp_sheets.web.completions import vocabulary
 from rrp_sheets.workbook.schema import FIELDS
 
 WIDEST = 100
@@ -117,6 +119,69 @@ def test_other_words_for_a_topic(word, topic):
 def test_an_unknown_topic_proposes_the_nearest(typo, meant):
     done = CliRunner().invoke(help_command, [typo])
     assert isinstance(done.exception, SheetsError) and f"Did you mean {meant}" in done.exception.remedy
+
+
+# ---- plain words
+QUERIES = {
+    "en": [
+        ("nod", "Gesture"), ("wave", "Gesture"), ("bow", "Gesture"), ("say", "Say"), ("speak", "Say"), ("talk", "Say"),
+        ("wait", "Wait|delay"), ("pause", "Wait|delay"), ("repeat", "Timer"), ("again", "Timer"),
+        ("every second", "Timer"), ("clock", "Timer"), ("touch", "Touch"), ("hand", "Touch"), ("pat its head", "Touch"),
+        ("ball", "Ball"), ("toy", "Ball"), ("face", "Face"), ("child", "Face"), ("eye contact", "Face"),
+        ("colour", "Blob|Eye LED color"), ("light", "Eye LED color"), ("eyes", "Eye color|Eye LED color"),
+        ("blink", "Eye brightness"), ("stop", "End run"), ("end the run", "End run"), ("finish", "End run"),
+        ("start", "Timer|Operator button"), ("begin", "Timer"), ("when the run begins", "Timer"),
+        ("start of the run", "Timer"), ("random", "PICK|protocol"), ("count", "accumulate|COUNT"),
+        ("how many times", "accumulate|count"), ("remember", "Remember face"), ("remember a face", "Remember face"),
+        ("timer", "Timer"), ("print", "Print|ethics"), ("compare", "compare"),
+        ("difference between two workbooks", "compare"), ("undo", "keys"), ("redo", "keys"), ("rename", "keys|serve"),
+        ("copy", "keys"), ("paste", "keys"), ("record", "recordings"), ("film", "recordings"), ("share", "serve|bundles"),
+        ("password", "serve"), ("headset", "Word recognized"), ("microphone", "Word recognized"),
+        ("hear", "Word recognized"), ("music", "Play sound"), ("walk", "Walk"), ("sit", "Posture"),
+        ("follow", "Tracker|Head tracker"), ("look at", "Tracker|Face"), ("button", "Operator button|Chest button"),
+        ("distance", "Sonar|DISTANCE"), ("consent", "ethics"), ("delete a recording", "recordings"), ("test", "tests"),
+        ("error", "codes"), ("only once", "once"), ("if", "filter|IF"), ("calculate", "map|formulas"),
+        ("Excel", "sheets"), ("install", "systems"), ("stopping", "End run"), ("nodding", "Gesture"),
+        ("raise the arm", "Gesture|Set joint position"), ("switch off", "Behaviour"),
+    ],
+    "ja": [
+        ("うなずく", "Gesture"), ("うなずいて", "Gesture"), ("手を振る", "Gesture"), ("おじぎ", "Gesture"), ("話す", "Say"), ("言う", "Say"),
+        ("待つ", "Wait|delay"), ("くり返す", "Timer"), ("繰り返す", "Timer"), ("毎秒", "Timer|sample"), ("触る", "Touch"),
+        ("手", "Touch"), ("頭をなでる", "Touch"), ("ボール", "Ball|Red ball"), ("赤いボール", "Red ball"), ("顔", "Face"),
+        ("目", "Eye LED color|Eye color"), ("色", "Blob|Eye LED color|Eye color"), ("止める", "End run"), ("終わる", "End run"),
+        ("始める", "Timer|Operator button"), ("開始", "Timer|Operator button"), ("実行の開始", "Timer|serve"),
+        ("乱数", "PICK|protocol"), ("数える", "accumulate"), ("覚える", "Remember face"), ("タイマー", "Timer"), ("印刷", "ethics"),
+        ("比べる", "compare"), ("比較", "compare"), ("元に戻す", "keys"), ("名前を変える", "keys|serve"), ("コピー", "keys"),
+        ("記録", "recordings|Print"), ("録画", "recordings"), ("共有", "serve|bundles"), ("パスワード", "serve"),
+        ("マイク", "Word recognized"), ("聞く", "Word recognized"), ("音楽", "Play sound"), ("歩く", "Walk"), ("座る", "Posture"),
+        ("見る", "Tracker|Head tracker"), ("ボタン", "Operator button"), ("同意", "ethics"), ("テスト", "tests"), ("エラー", "codes"),
+        ("計算", "map|formulas"), ("条件", "filter"), ("優先度", "priority"), ("ダンス", "Gesture"), ("拍手", "Gesture"),
+        ("用語", "glossary"),
+    ],
+}  # fmt: skip
+"""What people type, by language, and the pages (one of them) that must be among the first three."""
+ASKED = [(query, pages, language) for language, table in QUERIES.items() for query, pages in table]
+
+
+@pytest.mark.parametrize(("query", "pages", "language"), ASKED)
+def test_plain_words_lead_to_the_page_that_is_meant(query, pages, language):
+    answer = CliRunner().invoke(group, ["help", *query.split(), "--language", language])
+    assert answer.exit_code == 0, answer.exception
+    listed = re.findall(r"^  (\S.*?)(?:  |$)", answer.output, re.M)[:3]
+    shown = answer.output.partition("There is a command")[0].rstrip()
+    for page in pages.split("|"):
+        whole = CliRunner().invoke(group, ["help", *page.split(), "--language", language]).output
+        if page in listed or whole.startswith(shown):
+            return
+    raise AssertionError(answer.output)
+
+
+def test_the_grid_offers_by_the_same_words():
+    words = vocabulary(no_analysis())
+    offered = {one["text"]: one["words"] for kind in ("sensors", "actuators", "connectors") for one in words[kind]}
+    names = [entry for entry in all_names() if entry.what in ("sensor", "actuator", "connector") and entry.words]
+    assert len(names) > 40
+    assert {entry.name: " ".join(entry.words) for entry in names}.items() <= offered.items()
 
 
 def test_a_command_is_explained_where_there_is_no_other_help_of_that_name():

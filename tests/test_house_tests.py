@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -121,12 +122,17 @@ def test_what_is_waited_for_is_not_found(line: str) -> None:
     assert compared(f"def test_x(page, grid):\n    {line}\n") == []
 
 
+@functools.cache
+def parts() -> dict[Path, list[ast.AST]]:
+    """The parts of each file of the tests."""
+    return {path: list(ast.walk(ast.parse(path.read_text(encoding="utf-8")))) for path in sorted(HERE.rglob("*.py"))}
+
+
 def test_docstrings_of_tests_do_not_begin_as_questions() -> None:
-    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(HERE.rglob("*.py"))}
     described = [
         (path.name, ast.get_docstring(node) or "")
-        for path, tree in trees.items()
-        for node in ast.walk(tree)
+        for path, nodes in parts().items()
+        for node in nodes
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
     ]
     assert len(described) > 1_000
@@ -137,8 +143,8 @@ def test_pages_wait_for_functions_and_not_for_expressions() -> None:
     """An expression is evaluated anew each time, which our pages forbid, so it fails unless it holds at once."""
     found = [
         (path.name, node.lineno)
-        for path in sorted(HERE.rglob("*.py"))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, nodes in parts().items()
+        for node in nodes
         if isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "wait_for_function"
         and isinstance(node.args[0], ast.Constant | ast.JoinedStr) and "=>" not in ast.unparse(node.args[0])
     ]  # fmt: skip

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import re
 import string
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from babel.messages.pofile import read_po
 from click.testing import CliRunner
 
 from rrp_sheets import api
 from rrp_sheets.cli.main import group
 from rrp_sheets.connectors import connectors
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.help.layout import FILES
+from rrp_sheets.model import japanese as words_of_sheets
 from rrp_sheets.render.diagram import draw_diagram, draw_legend
 from rrp_sheets.render.sentences import explain, explain_text
 from rrp_sheets.render.style import NAME_PT, PAGE, width
 from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
+from rrp_sheets.scene.scene_words import KINDS
 from rrp_sheets.services.printing import gather
-from rrp_sheets.texts import LANGUAGES, translate
+from rrp_sheets.texts import LANGUAGES, LOCALE, LazyMessage, translate
 
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
 UNITS = {"m", "rad", "cm", "Hz", "TRUE", "FALSE"}
@@ -128,6 +133,78 @@ def test_what_a_robot_of_ones_own_says_is_translated_as_far_as_it_is_the_program
     own = replace(ball, help="A ball.", says="the robot sees our ball").words("ja")
     assert (own.title, own.help, own.says) == ("赤いボール", "A ball.", "the robot sees our ball")
     assert own.value("red") == "赤" and own.value("our red") == "our red" and own.said("red", "text") == "red"
+
+
+def test_words_of_devices_settings_and_scene_are_those_that_sheets_take() -> None:
+    robot = load_robot("nao")
+
+    def shown(text: str, context: str) -> str:
+        return translate(LazyMessage(text, msgctxt=context), "ja")
+
+    def word(table: Mapping[str, str], text: str) -> str:
+        return words_of_sheets.japanese(table, [text])[0]
+
+    pairs = []
+    for device in robot.devices.values():
+        pairs.append((shown(device.title, f"{device.name}.title"), word(words_of_sheets.DEVICES, device.title)))
+        for setting in device.settings.values():
+            own = word(words_of_sheets.SETTINGS, setting.name)
+            pairs.append((shown(setting.name, "setting"), f"{setting.name}（{own}）"))
+            known = words_of_sheets.CHOICES.get(setting.name.lower(), {})
+            pairs += [(shown(choice, "value"), word(known, choice)) for choice in setting.choices]
+    for kind in KINDS.values():
+        pairs.append((shown(kind.name, "scene"), words_of_sheets.japanese_thing(kind.name)))
+        pairs += [(shown(verb.name, "scene"), word(words_of_sheets.VERBS, verb.name)) for verb in kind.verbs]
+    assert [pair for pair in pairs if pair[0] != pair[1] and pair[1].isascii() is False] == []
+
+
+# ---- one word for one term ----
+
+NOT_USED = {
+    "check": "チェック|検査", "event": "イベント(?!ループ)", "record": "レコード", "field": "フィールド", "formula": "(?<!配列)数式",
+    "helper": "ヘルパー", "gesture": "ジェスチャー", "operator": "オペレーター", "participant": "被験者", "pilot": "パイロット",
+    "seed": "シード", "behaviour": "振る舞い", "blank": "空欄|空白のセル", "device": "装置", "priority": "優先順位", "test": "試験",
+    "replay": "リプレイ", "connector": "コネクタ(?!ー)", "actuator": "アクチュエータ(?!ー)|装置", "sensor": "センサ(?!ー)",
+    "folder": "フォルダ(?!ー)", "server": "サーバ(?!ー)", "browser": "ブラウザ(?!ー)", "board": "(?<!審査)倫理委員会",
+    "notes": "注記", "cop(y|ies)": "写し(?!た)|写さ|別の複製|以前の複製", "archive": "保管", "word": "単語", "cancel": "取り消しました",
+    "table": "机", "light": "明かり", "cup": "カップ", "quote": "文字列",
+}  # fmt: skip
+"""English terms, each with words that its translations must not have: the glossary and the texts say it with another."""
+
+
+def translations() -> Iterator[tuple[str, str]]:
+    """The English texts with their Japanese ones: both catalogues, and the topics of the help."""
+    for path in (LOCALE / "ja" / "LC_MESSAGES").glob("*.po"):
+        with path.open("rb") as file:
+            for message in read_po(file):
+                one, own = message.id, message.string
+                yield from [(one, own)] if isinstance(one, str) else zip(one, (own[0], own[-1]), strict=True)
+    for path in FILES.glob("*.md"):
+        english, own = path.read_text(encoding="utf-8"), (FILES / "ja" / path.name).read_text(encoding="utf-8")
+        yield from zip(english.split("\n"), own.split("\n"), strict=True)
+
+
+def test_a_term_has_one_japanese_word() -> None:
+    terms = {term: (re.compile(rf"\b{term}", re.IGNORECASE), re.compile(other)) for term, other in NOT_USED.items()}
+    found = [
+        (term, own)
+        for english, own in translations()
+        for term, (wanted, other) in terms.items()
+        if wanted.search(english) and other.search(own)
+    ]
+    assert found == []
+
+
+def test_the_words_of_the_glossary_are_those_of_the_texts() -> None:
+    glossary = (FILES / "ja" / "glossary.md").read_text(encoding="utf-8")
+    entries = re.findall(r"^\* ([^（|]+)（([a-z ]+)） \|", glossary, re.MULTILINE)
+    texts_of = list(translations())
+    assert len(entries) > 30
+    for own, term in entries:
+        assert own not in NOT_USED.values() and not re.search(NOT_USED.get(term, "^$"), own)
+        said = [text for english, text in texts_of if re.search(rf"\b{term}s?\b", english, re.IGNORECASE)]
+        stem = own.removesuffix("り")
+        assert not said or sum(stem in text for text in said) * 3 > len(said), (term, own)
 
 
 # ---- explanations ----

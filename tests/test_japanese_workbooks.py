@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -11,9 +12,15 @@ from typing import Any
 
 import openpyxl
 import pytest
+from test_print import pack_of
 from typed import run
 
 from rrp_sheets import api
+from rrp_sheets.help.as_text import as_text
+from rrp_sheets.help.layout import checked
+from rrp_sheets.help.site import files, page
+from rrp_sheets.help.topics import text_on
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address, Cell, Device, Protocol
 from rrp_sheets.resources import bundled
@@ -22,14 +29,14 @@ from rrp_sheets.scene.scene_words import KINDS, kind_of
 from rrp_sheets.texts import N_, translate
 from rrp_sheets.web.analysis import no_analysis
 from rrp_sheets.web.completions import vocabulary
-from rrp_sheets.workbook import japanese, read, schema
+from rrp_sheets.workbook import read, schema
 from rrp_sheets.workbook.files import read_sheets, write_sheets
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.reading import to_rows
 from rrp_sheets.workbook.schema import SHEETS, recognise
-from rrp_sheets.workbook.template import beginning
+from rrp_sheets.workbook.template import beginning, in_japanese
 
-WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx") if not p.stem.endswith("-ja"))
 TABLES = [
     japanese.DEVICES, japanese.SETTINGS, japanese.COLOURS, japanese.ZONES, japanese.THINGS, japanese.VERBS,
     japanese.VALUE, japanese.EXPECTED, japanese.MOVES, *japanese.CHOICES.values(),
@@ -37,66 +44,17 @@ TABLES = [
 ]  # fmt: skip
 
 
-def word(words: Mapping[str, str], text: str) -> str:
-    return japanese.japanese(words, [text])[0]
-
-
-def value(text: str) -> str:
-    """A Value of the scene in Japanese words."""
-    for own, meant in sorted(japanese.VALUE.items(), key=lambda pair: -len(pair[1])):
-        unit = meant in ("s", "ms", "min", "m", "cm", "mm", "°")
-        text = re.sub(rf"(?<=\d) ?{re.escape(meant)}(?!\w)" if unit else rf"(?<!\w){meant}(?!\w)", f" {own}", text)
-    return " ".join(text.split())
-
-
-def cell(kind: str, header: str, line: Mapping[str, str]) -> str:
-    """A cell in Japanese, by its standard header and the other cells of its row."""
-    text = line[header]
-    match kind, header:
-        case "devices", "Device":
-            return word(japanese.DEVICES, text)
-        case "devices", _ if key(header) in japanese.CHOICES:
-            return word(japanese.CHOICES[key(header)], text)
-        case "scene", "Thing":
-            return word(japanese.THINGS, text)
-        case "scene", "Does":
-            return word(japanese.VERBS, text)
-        case "scene", "Value" if key(line["Does"]) not in japanese.FREE:
-            return value(text)
-        case "test", "Expect":
-            return word(japanese.EXPECTED, text)
-        case "protocol", "Field":
-            known = schema.FIELDS.get(schema.field_key(text))
-            return known.called("ja") if known else text
-        case "protocol", "Value":
-            known = schema.FIELDS.get(schema.field_key(line["Field"]))
-            return known.shown(text, "ja") if known else text
-    return text
-
-
-def in_japanese(path: Path, *, every: int = 1) -> dict[str, list[list[str]]]:
+def japanese_words(path: Path, *, every: int = 1) -> dict[str, list[list[str]]]:
     """The rows of a workbook with Japanese headers and words, or only those in every second cell, say."""
-    made = {}
-    for sheet in read_sheets(path):
-        rows = to_rows([sheet])[sheet.name]
-        what = recognise(sheet)
-        kind = what.kind
-        if kind is not None:
-            head = rows[what.row - 1]
-            names = {at: name for name, at in what.columns.items()} | dict(what.others)
-            for at, name in names.items():
-                column = next((c for c in kind.columns if c.name == name), None)
-                own = [s for s in column.synonyms if not s.isascii()] if column else []
-                if at % every == 0:
-                    head[at - 1] = own[0] if own else word(japanese.SETTINGS, name) if kind.name == "devices" else name
-            for number, row in enumerate(rows[what.row :]):
-                line = {name: row[at - 1] if at <= len(row) else "" for at, name in names.items()}
-                for at, name in names.items():
-                    if at <= len(row) and (at + number) % every == 0:
-                        row[at - 1] = cell(kind.name, name, line)
-        single = kind is not None and not kind.any_name and every == 1
-        made[kind.called[0] if kind and single else sheet.name] = rows
-    return made
+    english = to_rows(read_sheets(path))
+    made = in_japanese(english, str)
+    if every == 1:
+        return made
+    mixed = {}
+    for (name, before), after in zip(english.items(), made.values(), strict=True):
+        pairs = (enumerate(zip(*rows, strict=True)) for rows in zip(before, after, strict=True))
+        mixed[name] = [[cells[(at + row) % every == 0] for at, cells in pair] for row, pair in enumerate(pairs)]
+    return mixed
 
 
 def plain(thing: Any) -> Any:
@@ -108,7 +66,7 @@ def plain(thing: Any) -> Any:
     if isinstance(thing, Protocol):
         return {k: plain(cell) for k, cell in thing.fields.items()}
     if is_dataclass(thing):
-        without = {"source", "sheets"} | ({"headers"} if isinstance(thing, Device) else set())
+        without = {"source", "sheets", "language"} | ({"headers"} if isinstance(thing, Device) else set())
         return {f.name: plain(getattr(thing, f.name)) for f in fields(thing) if f.name not in without}
     if isinstance(thing, Mapping):
         return {k: plain(one) for k, one in thing.items()}
@@ -119,7 +77,7 @@ def plain(thing: Any) -> Any:
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_a_workbook_in_japanese_says_the_same(tmp_path: Path, name: str, every: int) -> None:
     path = bundled("workbooks") / f"{name}.xlsx"
-    made = in_japanese(path, every=every)
+    made = japanese_words(path, every=every)
     own = write_sheets(made, tmp_path / "own.md")
     first, second = read(path), read(own)
     assert str(made) != str(to_rows(read_sheets(path)))
@@ -135,7 +93,7 @@ def test_a_workbook_in_japanese_says_the_same(tmp_path: Path, name: str, every: 
 @pytest.mark.parametrize("name", ["simple-tracking", "greeter"])
 def test_the_checks_and_tests_of_a_workbook_in_japanese_are_the_same(tmp_path: Path, name: str) -> None:
     path = bundled("workbooks") / f"{name}.xlsx"
-    own = write_sheets(in_japanese(path), tmp_path / "own.md")
+    own = write_sheets(japanese_words(path), tmp_path / "own.md")
     first, second = api.check(path), api.check(own)
     assert [(f.code, f.address and f.address.cell) for f in first.report] == [
         (f.code, f.address and f.address.cell) for f in second.report
@@ -148,7 +106,7 @@ def test_the_checks_and_tests_of_a_workbook_in_japanese_are_the_same(tmp_path: P
 def test_a_run_of_a_workbook_in_japanese_leaves_the_same_trace(tmp_path: Path) -> None:
     pytest.importorskip("pybullet")
     path = bundled("workbooks") / "simple-tracking.xlsx"
-    own = write_sheets(in_japanese(path), tmp_path / "own.md")
+    own = write_sheets(japanese_words(path), tmp_path / "own.md")
     traces = []
     for book in (path, own):
         code, said = run("run", book, "--fast", "--for", "3s", "--out", tmp_path / f"out-{book.suffix}")
@@ -156,6 +114,53 @@ def test_a_run_of_a_workbook_in_japanese_leaves_the_same_trace(tmp_path: Path) -
         lines = (tmp_path / f"out-{book.suffix}" / "trace.jsonl").read_text(encoding="utf-8").splitlines()
         traces.append([line for line in lines if json.loads(line).get("type") not in ("header", "summary")])
     assert len(traces[0]) > 20 and traces[0] == traces[1]
+
+
+SPEAKS = {
+    "ja": "| 入力ストリーム | コネクター | 式 | 出力ストリーム |\n|---|---|---|---|\n| Chest button | subscribe | \"はい\" | Say |\n| Bumper | subscribe | | 歌 |",
+    "en": "| Input streams | Connector | Formula | Output stream |\n|---|---|---|---|\n| Chest button | subscribe | \"Yes\" | Say |\n| Bumper | subscribe | | 歌 |",
+}  # fmt: skip
+SINGS = {
+    "ja": "| ストリーム | デバイス | 文 | 言語 |\n|---|---|---|---|\n| 歌 | 決まった発話 | ら | {} |",
+    "en": "| Stream | Device | Text | Language |\n|---|---|---|---|\n| 歌 | Say parameter | La | {} |",
+}
+
+
+@pytest.mark.parametrize("cell", ["", "ja", "en"])
+@pytest.mark.parametrize("headers", ["ja", "en"])
+def test_the_robot_speaks_the_language_of_the_headers_unless_devices_names_another(
+    tmp_path: Path, headers: str, cell: str
+) -> None:
+    book = tmp_path / "book.md"
+    book.write_text(f"## T\n{SPEAKS[headers]}\n\n## Devices\n{SINGS[headers].format(cell)}\n", encoding="utf-8")
+    streams = api.check(book).graph.streams
+    assert (streams["say"].settings["language"], streams["歌"].settings["language"]) == (headers, cell or headers)
+    protocol = "\n## Protocol\n| Field | Value |\n|---|---|\n| Language | Japanese |\n| Time limit | 10 s |\n"
+    book.write_text(book.read_text(encoding="utf-8") + protocol, encoding="utf-8")
+    assert api.check(book).graph.streams["say"].settings["language"] == headers  # that of explanations is another
+
+
+def test_the_japanese_workbook_that_comes_along_speaks_japanese(tmp_path: Path) -> None:
+    new = api.new(tmp_path / "new.xlsx", template="say-ball-colour-ja")
+    for book in (new, bundled("workbooks") / "say-ball-colour-ja.xlsx"):
+        spoken = [s.settings["language"] for s in api.check(book).graph.streams.values() if "language" in s.settings]
+        assert spoken and set(spoken) == {"ja"}
+
+
+def test_the_voice_that_is_heard_and_printed_is_japanese(tmp_path: Path) -> None:
+    pytest.importorskip("pybullet")
+    scene = "## シーン\n| 時間（秒） | 対象 | 動作 | 値 |\n|---|---|---|---|\n| 0.2 | 子ども | 触る | 胸 |\n"
+    said = {}
+    for language in ("", "ja", "en"):
+        book = tmp_path / f"book{language}.md"
+        devices = f"## デバイス\n| ストリーム | デバイス | 言語 |\n|---|---|---|\n| Say | 話す | {language} |\n"
+        book.write_text(
+            f"## T\n{SPEAKS['ja'].rpartition('|')[0].rpartition('| Bumper')[0]}\n{devices}\n{scene}", encoding="utf-8"
+        )
+        api.run(book, api.RunSettings(seconds=1.0, fast=True, film=False, out=tmp_path / f"out{language}"))
+        said[language] = (tmp_path / f"out{language}" / "say-001.wav").read_bytes()
+    assert said[""] == said["ja"] != said["en"]
+    assert [line.voice.partition("、")[0] for line in pack_of(tmp_path / "book.md", language="ja").says] == ["日本語"]
 
 
 # ---- the words
@@ -216,6 +221,12 @@ def test_values_of_the_scene(own: str, meant: str) -> None:
 
 
 # ---- new workbooks
+@pytest.fixture(scope="module")
+def new(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A new workbook in Japanese, which stays as it is."""
+    return api.new(tmp_path_factory.mktemp("new") / "own.xlsx", language="ja")
+
+
 @pytest.mark.parametrize("template", ["guided", "empty"])
 def test_a_new_workbook_in_japanese_checks_and_explains_itself(tmp_path: Path, template: str) -> None:
     path = tmp_path / "実験.xlsx"
@@ -234,14 +245,13 @@ def test_a_new_workbook_in_japanese_checks_and_explains_itself(tmp_path: Path, t
     assert "赤いボール" in [cell.value for column in book["リスト"].columns for cell in column]
 
 
-def test_a_new_workbook_in_japanese_says_what_the_english_one_does(tmp_path: Path) -> None:
-    own, other = api.new(tmp_path / "own.xlsx", language="ja"), api.new(tmp_path / "other.xlsx")
-    assert [c.passed for c in api.test(own)[1].cases] == [True]
-    first, second = api.check(own), api.check(other)
+def test_a_new_workbook_in_japanese_says_what_the_english_one_does(new: Path, tmp_path: Path) -> None:
+    assert [c.passed for c in api.test(new)[1].cases] == [True]
+    first, second = api.check(new), api.check(api.new(tmp_path / "other.xlsx"))
     assert first.scene == second.scene and first.run.time_limit_us == second.run.time_limit_us
     assert [len(b.rows) for b in first.workbook.behaviours] == [len(b.rows) for b in second.workbook.behaviours]
     assert set(first.workbook.protocol.fields) == set(second.workbook.protocol.fields)
-    assert "頭で追う" in run("explain", own)[1]
+    assert "頭で追う" in run("explain", new)[1]
 
 
 def test_the_language_of_the_computer_is_that_of_a_new_workbook(
@@ -253,23 +263,53 @@ def test_the_language_of_the_computer_is_that_of_a_new_workbook(
     assert [read(tmp_path / f"{name}.xlsx").workbook.behaviours[0].name for name in "ab"] == ["頭で追う", "Tracking"]
 
 
-def test_conversion_keeps_the_headers_and_the_drop_downs_in_japanese(tmp_path: Path) -> None:
-    path = api.new(tmp_path / "a.xlsx", language="ja")
-    there = api.convert(path, tmp_path / "a.md")
+def test_conversion_keeps_the_headers_and_the_drop_downs_in_japanese(new: Path, tmp_path: Path) -> None:
+    there = api.convert(new, tmp_path / "a.md")
     assert "リスト" not in there.read_text(encoding="utf-8").replace("「リスト」", "").replace(
         "ドロップダウンリスト", ""
     )
     back = api.convert(there, tmp_path / "b.xlsx")
-    assert to_rows(read_sheets(back)) == to_rows(read_sheets(path))
+    assert to_rows(read_sheets(back)) == to_rows(read_sheets(new))
 
 
-def test_findings_name_headers_and_words_as_the_workbook_has_them(tmp_path: Path) -> None:
-    path = api.new(tmp_path / "a.xlsx", language="ja")
+def test_findings_name_headers_and_words_as_the_workbook_has_them(new: Path, tmp_path: Path) -> None:
+    path = Path(shutil.copy(new, tmp_path))
     run("set", path, "デバイス!C3", "首")
     run("set", path, "シーン!C2", "飛ぶ")
     said = run("check", path)[1]
     assert "首" in said and "飛ぶ" in said
+    run("set", path, "シーン!D3", "行き先 どこか")
+    assert "「行き先 どこか」は「動く」に合いません" in run("check", path, "--language", "ja")[1]
     assert not re.search(r"\bMode\b", said)
+
+
+MISSPELT = """## 追う
+| 入力ストリーム | コネクター | 式 | 出力ストリーム |
+|---|---|---|---|
+| 球 | subscribe | | 頭 |
+
+## デバイス
+| ストリーム | デバイス | 動かしかた |
+|---|---|---|
+| 球 | 赤いボル | |
+| 頭 | 追跡 | 頭 |
+
+## シーン
+| 時間（秒） | 対象 | 動作 | 値 |
+|---|---|---|---|
+| 1 | 赤いボル | 現れる | |
+| 2 | 赤いボール | 現われる | |
+"""
+
+
+def test_a_misspelt_japanese_word_gets_the_right_one_proposed(tmp_path: Path) -> None:
+    path = tmp_path / "m.md"
+    path.write_text(MISSPELT, encoding="utf-8")
+    found = {d.code: (d.address and d.address.cell, d.details.get("guess")) for d in api.check(path).report}
+    assert found == {
+        "DEV001": ("B2", "赤いボール"), "DEV007": ("C3", None), "SCENE002": ("B2", "赤いボール"), "SCENE003": ("C3", "現れる"),
+    }  # fmt: skip
+    assert "「動かし方」のことですか" in run("check", path, "--language", "ja")[1]
 
 
 @pytest.mark.parametrize("kind", [*SHEETS, "table"])
@@ -290,6 +330,9 @@ def test_remedies_show_words_that_the_sheets_take() -> None:
             assert japanese.standard(japanese.VERBS, translate(N_(verb.name, msgctxt="scene"), "ja")) == verb.name
             if verb.name not in ("says", "presses", "is seen") and verb.example:
                 assert japanese.standard_value(translate(N_(verb.example, msgctxt="scene"), "ja")) == verb.example
+            for part in verb.parts:
+                for word in {part.word, *part.choices} & set(japanese.VALUE.values()):
+                    assert japanese.standard_value(translate(N_(word, msgctxt="scene"), "ja")) == word
     settings = [s for d in load_robot().devices.values() for s in d.settings.values()]
     for setting in settings:
         for choice in setting.choices:
@@ -302,3 +345,50 @@ def test_a_japanese_workbook_is_offered_japanese_words() -> None:
     assert words["devices"][0]["text"] == "赤いボール" and words["sensors"][0]["adds"]["device"] == "赤いボール"
     assert [one["text"] for one in words["takes"]["追跡"]["mode"]["choices"]] == ["頭", "全身", "腕の動き"]
     assert vocabulary(no_analysis(), ["stream", "device"])["devices"][0]["text"] == "Red ball"
+
+
+def test_words_that_are_offered_for_the_scene_tests_and_protocol_are_those_that_are_read() -> None:
+    words = vocabulary(no_analysis(), ["stream", "device", "name", "zone"], "ja")
+    offered = [one["text"] for name in ("things", "expects", "fields") for one in words[name]]
+    offered += [verb for acts in words["acts"].values() for verb, _ in acts]
+    assert {text for text in offered if text.isascii()} == {">0.5", "blank"}
+    for kind, acts in words["acts"].items():
+        for verb, (own, values) in zip(KINDS[kind].verbs, acts, strict=True):
+            assert japanese.standard(japanese.VERBS, own) in (verb.name, "presses")
+            for value, (text, _) in zip(values, verb.examples, strict=False):
+                if key(verb.name) not in japanese.FREE and verb.name != "touches":
+                    assert key(japanese.standard_value(value["text"])) == key(text)
+    for thing in words["things"]:
+        assert any(key(thing["text"]).endswith(word) for word in words["kinds"])
+    assert [one["text"] for one in words["values"]["エンジン"]] == ["フレーム", "イベントループ"]
+    chosen = {one["text"]: one["adds"] for one in words["choices"]}
+    assert chosen["手を振る"] == {"device": "身ぶり", "settings": {"Name": "手を振る"}}
+    assert chosen["頭への接触"] == {"device": "接触", "settings": {"Zone": "頭"}}
+
+
+# ---- examples of the help
+def test_examples_of_the_help_say_in_japanese_what_they_say_in_english() -> None:
+    count = 0
+    for file in files():
+        pairs = zip(page(file, "en").examples, page(file, "ja").examples, strict=True)
+        for english, own in pairs:
+            first, second = checked(english.source), checked(own.source)
+            assert own.anchor == english.anchor
+            assert [(d.code, d.address and d.address.cell, bool(d.fixes)) for d in first.report] == [
+                (d.code, d.address and d.address.cell, bool(d.fixes)) for d in second.report
+            ], own.source
+            heads = [recognise(text_sheet(sheet.head, sheet.rows)) for sheet in own.parts]
+            there = [(sheet, what) for sheet, what in zip(own.parts, heads, strict=True) if what.kind and not what.near]
+            count += len(there)
+            for sheet, what in there if file != "SHEET017.html" else ():  # whose rows are broken
+                header = sheet.rows[what.row - 1]
+                assert [header[at - 1] for at in what.columns.values() if header[at - 1].isascii()] == [], file
+                notes = [row[what.columns["Notes"] - 1] for row in sheet.rows[what.row :] if "Notes" in what.columns]
+                assert [note for note in notes if note and note.isascii()] == []
+    assert count > 300
+
+
+def test_the_page_on_the_scene_shows_the_words_of_the_language() -> None:
+    shown = as_text(text_on("scene", language="ja"), "ja")
+    assert all(word in shown for word in ("現れる", "位置 1, 0.2, 0.4", "声 女性", "紫", "左足"))
+    assert not re.search(r"appears|Red ball|Left|\bat 1", shown)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import get, visit
+from browser import HOME, get, visit
 from chromium import becomes, eventually
 from grid_books import Books, Shared
 from playwright.sync_api import expect
@@ -18,6 +18,7 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.web.views.lessons import lesson_panel
 from rrp_sheets.web.workbook_tests import Results, WorkbookTests
 from rrp_sheets.web.workbook_tests import Tested as Result
+from rrp_sheets.workbook import read
 
 TUTORIAL = bundled("templates", "workbooks", "tutorial.xlsx")
 ROW = ("Hello heard", "subscribe", '"Hello!"', "Say")
@@ -49,6 +50,7 @@ def rows(page: Shared) -> Any:
 
 def test_a_lesson_is_done_when_its_test_passes(shelf: Books) -> None:
     page = opened(shelf, "done.xlsx")
+    assert page.faults() == []
     following = page.page.locator("[data-lesson-do=next]")
     expect(following).to_have_attribute("aria-disabled", "true")
     becomes(lambda: states(page), ["is-now", "is-later", "is-later", "is-later"])
@@ -113,11 +115,7 @@ def test_show_me_plays_a_step_and_changes_nothing(shelf: Books) -> None:
     assert page.path.read_bytes() == file
     page.press("Control+z")  # one's own edit is the newest still
     page.expect("B3", "Red ball")
-
-
-def test_a_step_is_shown_at_once_where_nothing_may_move(shelf: Books) -> None:
-    page = opened(shelf, "calm.xlsx")
-    page.page.emulate_media(reduced_motion="reduce")
+    page.page.emulate_media(reduced_motion="reduce")  # where nothing may move, it is shown at once
     page.page.click("[data-lesson-do=show]")
     expect(page.page.locator(".shown-step")).to_have_text("Hello heard")
     page.press("Escape")
@@ -125,16 +123,26 @@ def test_a_step_is_shown_at_once_where_nothing_may_move(shelf: Books) -> None:
     page.page.emulate_media(reduced_motion="no-preference")
 
 
-def test_the_panel_has_no_violation(shelf: Books) -> None:
-    page = opened(shelf, "axe.xlsx")
-    assert page.faults() == []
-
-
 def test_other_workbooks_have_no_lesson(tmp_path: Path) -> None:
     shutil.copy(bundled("workbooks", "greeter.xlsx"), tmp_path)
     client = visit(tmp_path)
     assert 'id="lesson"' not in get(client, "/book/greeter.xlsx").text
     assert get(client, "/book/greeter.xlsx/lesson/1").status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("language", "lesson", "term"),
+    [("en", "Lesson 1 Hello", "connector"), ("ja", "レッスン1 あいさつをする", "コネクター")],
+)
+def test_a_tutorial_is_made_in_the_language_of_the_reader(
+    language: str, lesson: str, term: str, tmp_path: Path
+) -> None:
+    client = visit(tmp_path)
+    headers = {"X-RRP": "grid", "Origin": HOME, "Accept-Language": language}
+    assert client.post("/shelf/tutorial", base_url=HOME, headers=headers).headers["HX-Redirect"]
+    assert lesson in read(tmp_path / "tutorial.xlsx").workbook.sheets
+    panel = get(client, "/book/tutorial.xlsx/lesson/1", Accept_Language=language).text
+    assert 'data-topic="connector"' in panel and f">{term}</a>" in panel
 
 
 @pytest.mark.parametrize("number", [0, 11, 99_999])
@@ -148,10 +156,11 @@ def test_a_lesson_that_is_not_there_is_the_first_to_do(number: int, tmp_path: Pa
 
 
 @pytest.mark.parametrize("number", range(1, len(LESSONS) + 1))
-def test_each_lesson_knows_where_its_steps_are_written(number: int, tmp_path: Path) -> None:
-    shutil.copy(TUTORIAL, tmp_path)
-    document = Document(tmp_path / "tutorial.xlsx", None)
+@pytest.mark.parametrize("name", ["tutorial.xlsx", "tutorial.ja.xlsx"])
+def test_each_lesson_knows_where_its_steps_are_written(name: str, number: int, tmp_path: Path) -> None:
+    shutil.copy(TUTORIAL.with_name(name), tmp_path)
+    document = Document(tmp_path / name, None)
     tests = WorkbookTests(document, None, lambda _: None, lambda: False)  # type: ignore[arg-type]
-    panel = lesson_panel(tests, document, "tutorial.xlsx", "My robot", number)
+    panel = lesson_panel(tests, document, name, next(iter(document.grids)), number)
     assert panel is not None and panel.shows and all(step.cells for step in panel.steps)
     assert panel.steps[0].state == "now"

@@ -8,6 +8,7 @@ import pytest
 from play import check, example, findings, play, rows
 
 from rrp_sheets import api
+from rrp_sheets.diagnostics.report import checks_wait
 from rrp_sheets.resources import bundled
 
 HEADER = "| Input streams | Connector | Formula | Output stream | Priority |\n|---|---|---|---|---|\n"
@@ -253,6 +254,42 @@ PASSING = [
 ]  # fmt: skip
 
 
+SPOKEN = [
+    # text, language of Say, cell
+    ('| Start | subscribe | "こんにちは" | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start | subscribe | "質問一" | Ask | |', "en-us", [("LINT018", "C2")]),
+    ('| Start | subscribe | "Red は 赤" | Ask | |', "de", [("LINT018", "C2")]),
+    ('| Start | map | IF(start.count > 1; "また会いましたね"; "はじめまして") | Text | |\n| Text | changes | | New | |\n| New | subscribe | | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start, Touch | merge | | Any | |\n| Any | map | "はい" | Text | |\n| Text | subscribe | | Ask | |\n| Text | subscribe | | Print | |', "", [("LINT018", "C3")]),
+    ('| Start | subscribe | "ボタン" & start.count | Ask | |\n| Touch | subscribe | "足" | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start | subscribe | "こんにちは" | Ask | |\n| Touch | subscribe | "Please touch my head" | Ask | |', "", [("LINT018", "C2")]),
+    ('| Start | subscribe | "こんにちは" | Ask | |\n| Touch | subscribe | "Please touch my head" | Ask | |', "ja", [("LINT018", "C3")]),
+    ('| Start | subscribe | "Please touch my head" | Ask | |', "ja", [("LINT018", "C2")]),
+    ('| Start | subscribe | "Well done, number " & start.count | Ask | |', "ja", [("LINT018", "C2")]),
+    ('| Start | subscribe | "ボール " & start.label | Ask | |', "ja", []),
+    ('| Start | subscribe | "Hello, NAO" | Ask | |', "ja", []),
+    ('| Start | subscribe | "Red ball は赤いボールです" | Ask | |', "ja", []),
+    ('| Start | subscribe | "你好" | Ask | |', "cmn", []),
+    ('| Start | subscribe | "Please touch my head" | Ask | |', "", []),
+    ('| Start | subscribe | "Dziękuję bardzo, café!" | Ask | |', "", []),
+    ('| Start | map | "こんにちは" | 挨拶 | |\n| 挨拶 | subscribe | | Print | |', "", []),
+    ('| Start | subscribe | BLANK | Ask | |', "ja", []),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "language", "expected"), SPOKEN)
+def test_texts_in_letters_that_the_voice_does_not_read(text, language, expected):
+    devices = "\n## Devices\n| Stream | Device | Label | Language |\n|---|---|---|---|\n"
+    devices += f"| Start | Operator button | Start | |\n| Ask | Say | | {language} |\n"
+    assert findings(rows(text, devices, header=HEADER)) == expected
+
+
+def test_texts_of_endless_helpers_are_followed_only_so_far():
+    helpers = "".join(f"| h{i} | | h{i + 1} & h{i + 1} & h{i + 1} |\n" for i in range(15)) + '| h15 | | "はい" |'
+    helpers = f"\n## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n{helpers}\n"
+    assert ("LINT018", "C2") in lints("| Start | subscribe | h0 | Ask | |", helpers)
+
+
 @pytest.mark.parametrize(("text", "expected"), PASSING)
 def test_a_filter_that_chooses_nothing(text, expected):
     assert lints(text) == expected
@@ -369,6 +406,7 @@ def test_many_rows_that_wait_for_themselves_are_found_at_once():
 
 SPEAKS_ALWAYS = "| Red ball | map | redBall.distance | D | |\n| D | subscribe | | Say | |\n"
 WAITS = '| Say done | map | "a" | Q | |\n| Q | subscribe | | Say | |\n'
+TEST = "## Try\n| Time (ms) | Stream | Send | Expect |\n|---|---|---|---|\n"
 OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
 
 
@@ -405,6 +443,62 @@ OTHER = HEADER + "| Chest button | map | 1 | Left over | |\n"
 )  # fmt: skip
 def test_a_warning_hides_only_the_lints_of_what_depends_on_its_row(text, more, expected):
     assert findings(rows(text, *more, header=HEADER)) == expected
+
+
+WRONG = "| Red bal | map | 1 | W | |\n| W | subscribe | | Print | |\n"
+SPEAKS_OTHER = "| Red ball | map | redBall.distance | D | |\n| D | subscribe | | Talk | |\n"
+TALK = "## Devices\n| Stream | Device | Speed |\n|---|---|---|\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "expected"),
+    [
+        # beside what an error has nothing to do with, also in another sheet
+        (SPEAKS_ALWAYS + WRONG, [], [("GRAPH001", "A4"), ("LINT002", "B3")]),
+        (SPEAKS_ALWAYS, ["## Other", HEADER + WRONG], [("GRAPH001", "A2"), ("LINT002", "B3")]),
+        (SPEAKS_ALWAYS + "| Red ball | mapp | 1 | W | |\n| W | subscribe | | Print | |", [], [("CONN002", "B4"), ("LINT002", "B3")]),
+        # rows that depend on it: by its output, its formula, a helper, one of several inputs, through further rows
+        (SPEAKS_ALWAYS.replace("distance", "distence"), [], [("FORM007", "C2")]),
+        ("| Red ball | map | far(redBall.distance) | D | |\n| D | subscribe | | Say | |",
+         ["## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| far | x | x + |"], [("FORM001", "C2")]),
+        ("| Red bal | map | 1 | X | |\n| X, Red ball | merge | | M | |\n| M | map | 1 | N | |\n| N | subscribe | | Say | |", [], [("GRAPH001", "A2")]),
+        # two rows in each other's way, and one of them is not yet what is meant
+        ('| Red ball | map | "a" | Q | |\n| Q | subscribe | | Say | |\n| Red ball | map | "b" | R | |\n| R | subscribe | r.x | Say | |',
+         [], [("FORM021", "C5"), ("LINT002", "B3")]),
+        # a device with a wrong setting, and another one; a device without a name can be any
+        (SPEAKS_ALWAYS + SPEAKS_OTHER.replace("| D", "| E").replace("D |", "E |"), [TALK + "| Talk | Say | quick |"],
+         [("DEV004", "C2"), ("LINT002", "B3")]),
+        (SPEAKS_ALWAYS, [TALK + "| | Say | |"], [("DEV005", "A2")]),
+        # the robot
+        (SPEAKS_ALWAYS, ["## Protocol\n| Field | Value |\n|---|---|\n| Robot | neo |"], [("PROT001", "B2")]),
+        # what no row does is told when all rows are understood
+        (WAITS + WRONG, [], [("GRAPH001", "A4")]),
+        ("| Say done | subscribe | | Print | |\n" + WRONG, [], [("GRAPH001", "A3")]),
+        (WRONG, ["## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| far | | 1 |"], [("GRAPH001", "A2")]),
+        # what no row takes: unless a row takes something that is not understood
+        ("| Red ball | map | 1 | Unused | |\n| Red ball | map | redBall.distence | W | |\n| W | subscribe | | Print | |", [],
+         [("FORM007", "C3"), ("GRAPH011", "D2")]),
+        ("| Red ball | map | 1 | Unused | |\n| Red ball | mapp | 1 | W | |\n| W | subscribe | | Print | |", [],
+         [("CONN002", "B3"), ("GRAPH011", "D2")]),
+        ("| Red ball | map | 1 | Unused | |\n" + WRONG, [], [("GRAPH001", "A3")]),
+        ("| Red ball | map | 1 | Unused | |\n| Red ball | merge | | W | |\n| W | subscribe | | Print | |", [], [("CONN003", "A3")]),
+        # tests, where the formula of a row is wrong, and where a row may have another name
+        ("| Red ball | map | redBall.distence | W | |\n| W | subscribe | | Print | |", [TEST + "| 0 | Red bal | | 1 |"],
+         [("FORM007", "C2"), ("TEST002", "B2")]),
+        (WRONG, [TEST + "| 0 | V | | 1 |"], [("GRAPH001", "A2")]),
+    ],
+)  # fmt: skip
+def test_an_error_hides_only_what_may_follow_from_it_and_it_is_said_that_checks_wait(text, more, expected):
+    report = check(rows(text, *more, header=HEADER)).report
+    assert report.flatten(["code", "cell"]) == expected
+    assert checks_wait(report)
+
+
+def test_an_error_of_the_protocol_that_no_row_depends_on_lets_no_check_wait():
+    protocol = "## Protocol\n| Field | Value |\n|---|---|\n| Seed | many |"
+    report = check(rows(WAITS, TEST + "| 0 | Nobody | | 1 |", protocol, header=HEADER)).report
+    assert report.flatten(["code", "cell"]) == [("TEST002", "B2"), ("PROT005", "B2"), ("LINT017", "A2")]
+    assert not checks_wait(report)
 
 
 def test_a_wrong_setting_hides_only_the_lints_of_its_device():

@@ -8,6 +8,7 @@ from typing import Any
 
 import openpyxl
 import pytest
+from examples import example_count
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lossless import SHEET, edited, make, parts, refused, repack
@@ -90,7 +91,7 @@ _LOOKS = st.lists(
 )  # fmt: skip
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=example_count(60), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(made=_LOOKS)
 def test_any_looks_agree_with_openpyxl_and_nothing_else_changes(tmp_path: Path, made: list[Any]) -> None:
     file = tmp_path / "base.xlsx"

@@ -141,6 +141,7 @@ DOES = {
     "proposed rows": lambda typed, mended: bool(mended[0]),
     "blank cell": lambda typed, mended: bool(mended[0]),
     "these fields": lambda typed, mended: bool(mended[0]),  # or nobody takes part
+    "write the text in english": lambda typed, mended: mended[0].isascii() and not typed[0].isascii(),
     "ladder": lambda typed, mended: mended[0] == typed[0].replace(",", "."),
     "within the range": lambda typed, mended: abs(float(mended[0])) < 2.09 < float(typed[0]),
     "not use the others": lambda typed, mended: "praise(" not in mended[0],

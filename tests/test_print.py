@@ -21,6 +21,11 @@ from rrp_sheets.services.printing import make
 
 GOLDEN = Path(__file__).parent / "golden" / "print"
 WORKBOOKS = sorted(p.stem for p in bundled("workbooks").glob("*.xlsx"))
+VARIED = {
+    "debugging-exercise", "follow-my-pointing", "greeter-with-memory", "mixed-control", "say-ball-colour-ja",
+    "say-ball-colour-merge", "story",
+}  # fmt: skip
+"""Those that have between them all that any of them has to print."""
 
 
 def pack_of(path: Path, **options: object) -> Pack:
@@ -47,7 +52,9 @@ def flat(value: object, path: str = "") -> list[str]:
     return [f"{path}: {value}"] if value not in ("", None, False, 0) else []
 
 
-@pytest.mark.parametrize("name", WORKBOOKS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in VARIED)) for name in WORKBOOKS]
+)
 def test_what_is_printed_of_every_workbook(name, request):
     pack = pack_of(bundled("workbooks", f"{name}.xlsx"))
     _, warnings = set_pack(pack, {})  # Typst refuses what is no PDF/UA
@@ -127,7 +134,8 @@ def test_it_is_accessible(pdf, printed):
         assert heads and all(head.scope == "/Column" for head in heads)
 
 
-def test_hash_formulas_and_names_can_be_copied_and_searched(tmp_path):
+@pytest.mark.parametrize("paper", ["a4", pytest.param("letter", marks=pytest.mark.slow)])
+def test_hash_formulas_and_names_can_be_copied_and_searched(paper, tmp_path):
     long = "IF(NOT(ISBLANK(aVeryLongNameOfAStream)); 1; " * 8 + "0" + ")" * 8
     word = "x" * 90
     rows = (
@@ -139,21 +147,20 @@ def test_hash_formulas_and_names_can_be_copied_and_searched(tmp_path):
         "## Helpers\n| Name | Inputs | Formula |\n|---|---|---|\n| Far | ball | ballToDistance(ball.distance) > 2 |\n"
     )
     path = workbook(tmp_path, rows, rest=helpers, protocol=f"| {word} | {word} |")
-    for paper in ("a4", "letter"):
-        texts = [page.extract_text() for page in read_pdf(make(path, today=DAY, draft=True, paper=paper).data).pages]
-        whole = "\n".join(texts)
-        assert "\u200b" not in whole
-        assert api.read(path).digest in texts[0]  # in one piece
-        for row in api.read(path).workbook.behaviours[0].rows:
-            for cell in (row.formula.text, row.output.text):
-                assert unspaced(cell) in unspaced(whole)
-        for in_one_piece in (
-            "redBall.distance",
-            "IF(NOT(ISBLANK(aVeryLongNameOfAStream));",
-            "ballToDistance(ball.distance)",
-        ):
-            assert in_one_piece in whole
-        assert not [line for line in whole.splitlines() if line.lstrip().startswith((";", ",", ")"))]
+    texts = [page.extract_text() for page in read_pdf(make(path, today=DAY, draft=True, paper=paper).data).pages]
+    whole = "\n".join(texts)
+    assert "\u200b" not in whole
+    assert api.read(path).digest in texts[0]  # in one piece
+    for row in api.read(path).workbook.behaviours[0].rows:
+        for cell in (row.formula.text, row.output.text):
+            assert unspaced(cell) in unspaced(whole)
+    for in_one_piece in (
+        "redBall.distance",
+        "IF(NOT(ISBLANK(aVeryLongNameOfAStream));",
+        "ballToDistance(ball.distance)",
+    ):
+        assert in_one_piece in whole
+    assert not [line for line in whole.splitlines() if line.lstrip().startswith((";", ",", ")"))]
 
 
 @pytest.mark.slow

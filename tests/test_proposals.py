@@ -9,17 +9,74 @@ from hypothesis import given
 from hypothesis import strategies as st
 from play import check, rows
 
-from rrp_sheets.diagnostics.report import count_typos
-from rrp_sheets.model.names import Proposals, key, nearest
+from rrp_sheets.connectors import connectors
+from rrp_sheets.formulas.functions import library
+from rrp_sheets.help.topics import TOPICS
+from rrp_sheets.model.names import Proposals, count_typos, is_near, key, nearest
+from rrp_sheets.robots import load_robot
 
 NAMES = st.text("abcd e", max_size=8)
 
 
 @given(NAMES, st.lists(NAMES, max_size=20))
 def test_the_nearest_name_is_that_of_the_exhaustive_search(name, candidates):
-    by_key = {key(c): c for c in candidates}
-    close = difflib.get_close_matches(key(name), list(by_key), n=1, cutoff=0.6)
+    by_key = {key(c): c for c in candidates if is_near(name, c)}
+    close = difflib.get_close_matches(key(name), list(by_key), n=1, cutoff=0.66)
     assert nearest(name, candidates) == (by_key[close[0]] if close else None)
+
+
+VOCABULARY = [
+    *load_robot().device_names("sensor"), *load_robot().device_names("actuator"), *load_robot().gestures,
+    *connectors().names(), *TOPICS,
+]  # fmt: skip
+GUESSES = [
+    ("Red bal", "Red ball"), ("Tuch", "Touch"), ("Sonr", "Sonar"), ("Head trackr", "Head tracker"), ("Tiemr", "Timer"),
+    ("Gestur", "Gesture"), ("Bumpr", "Bumper"), ("Waev", "Wave"), ("sampel", "sample"), ("subscibe", "subscribe"),
+    ("combinelatst", "combineLatest"), ("acumulate", "accumulate"), ("trottle", "throttle"), ("CLMP", "CLAMP"),
+    ("SQR", "SQRT"), ("XLOKUP", "XLOOKUP"), ("conectors", "connectors"), ("protokol", "protocol"), ("Orientaton", "Orientation"),
+    ("Wrd recognised", "Word recognized"), ("Rember face", "Remember face"), ("Play sond", "Play sound"),
+]  # fmt: skip
+FAR = (
+    "start", "begin", "stop", "hello", "music", "therapist", "happy", "yes", "session",
+    "when the run begins", "every second", "password", "undo", "headset", "greeting", "joke", "goodbye", "うなずく",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("typed", "meant"), GUESSES)
+def test_a_misspelt_name_is_guessed(typed, meant):
+    assert nearest(typed, [*VOCABULARY, *library().names()]) == meant
+
+
+@pytest.mark.parametrize("typed", FAR)
+def test_a_word_that_is_no_misspelt_name_is_not_guessed(typed):
+    assert nearest(typed, VOCABULARY) is None
+
+
+WORDS = [
+    # the row, the code, what the remedy proposes, and what the fix writes
+    ("| Start | subscribe | | Print |", "GRAPH001", "Did you mean Operator button or Timer?", ""),
+    ("| Clock | subscribe | | Print |", "GRAPH001", "Did you mean Timer?", "Timer"),
+    ("| Hand | subscribe | | Print |", "GRAPH001", "Did you mean Touch?", "Touch"),
+    ("| 触る | subscribe | | Print |", "GRAPH001", "Did you mean Touch?", "Touch"),
+    ("| Hear | subscribe | | Print |", "GRAPH001", "Declare “Hear” in the sheet Devices, with the device Word recognized", ""),
+    ('| Touch | subscribe | "Hi" | Speak |', "GRAPH006", "Did you mean Say?", "Say"),
+    ("| Touch | subscribe | | Nod |", "GRAPH006", "Declare “Nod” in the sheet Devices, with the device Gesture", ""),
+    ("| Touch | subscribe | | Stop |", "GRAPH006", "Did you mean End run?", "End run"),
+    ("| Touch | subscribe | | 待つ |", "GRAPH006", "Did you mean Wait?", "Wait"),
+    ("| Touch | count | | N |\n| N | subscribe | | Print |", "CONN002", "Did you mean accumulate?", "accumulate"),
+    ("| Touch | 数える | | N |\n| N | subscribe | | Print |", "CONN002", "Did you mean accumulate?", "accumulate"),
+    # an output that nothing reads may have been called so before; a misspelt name of the workbook's own comes first
+    ("| Distance | subscribe | | Print |\n| Touch | map | 1 | Far |", "GRAPH001", "Write the output stream of another row", ""),
+    ("| Touch | map | 1 | Clocks |\n| Clock | subscribe | | Print |", "GRAPH001", "Did you mean Clocks?", "Clocks"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "code", "remedy", "written"), WORDS)
+def test_plain_words_are_guessed_before_names_that_look_alike(text, code, remedy, written):
+    found = next(d for d in check(rows(text)).report if d.code == code)
+    assert found.remedy.startswith(remedy), found.remedy
+    spelt = [fix.edits[0].new for fix in found.fixes if fix.id == "correct-spelling"]
+    assert spelt == ([written] if written else [])
 
 
 @given(NAMES, NAMES, st.integers(0, 6))

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from chromium import becomes, eventually, violations
 from playwright.sync_api import expect
+from recorded import END, EVENT, HEADER, write_run
 
 from rrp_sheets import api
 from rrp_sheets.resources import bundled
@@ -22,21 +23,28 @@ NINE = (
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Nine workbooks, and a real run whose record has a mark besides."""
+    """Nine workbooks, and the record of a run of one."""
     made = tmp_path_factory.mktemp("books")
     for name in NINE:
         shutil.copy(bundled("workbooks", f"{name}.xlsx"), made)
-    ended = api.run_apart(made / "say-ball-colour-ja.xlsx", api.RunSettings(seconds=4.0, fast=True, mode="pilot"))
+    write_run(made, "1-recorded", HEADER | {"name": "say-ball-colour-ja.xlsx", "mode": "pilot"}, EVENT, END)
+    return made
+
+
+@pytest.fixture
+def real(folder: Path) -> None:
+    """A real run, of today, whose record has a mark besides."""
+    ended = api.run_apart(folder / "say-ball-colour-ja.xlsx", api.RunSettings(seconds=4.0, fast=True, mode="pilot"))
     assert ended.result is not None
     trace = ended.result.folder / "trace.jsonl"
     lines = trace.read_text(encoding="utf-8").splitlines()
     lines.insert(-1, json.dumps({"t": 3.5, "happening": "mark", "text": "Kai laughs", "by": "Aya"}))
     trace.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return made
 
 
 @pytest.mark.slow
-def test_a_run_is_looked_into(page: Any, folder: Path) -> None:
+@pytest.mark.usefixtures("real")
+def test_a_run_is_looked_into(page: Any) -> None:
     page.goto("/runs")
     assert violations(page) == []
     page.get_by_role("link", name="today").click()

@@ -289,7 +289,7 @@ def test_a_wrong_duration_says_how_to_write_one(wrong):
 
 def test_check_json_and_its_exit_codes(tmp_path):
     fine = started("check", BOOK, "--json")
-    assert fine.returncode == 0 and json.loads(fine.stdout)["findings"] == []
+    assert fine.returncode == 0 and json.loads(fine.stdout)["findings"] == [] and json.loads(fine.stdout)["complete"]
     assert fine.stdout == rrp("check", BOOK, "--json").stdout
     gone = rrp("check", tmp_path / "gone.xlsx", "--json")
     assert gone.returncode == 2 and json.loads(gone.stdout)["findings"][0]["code"] == "FILE001"
@@ -298,7 +298,9 @@ def test_check_json_and_its_exit_codes(tmp_path):
     )
     wrong = rrp("check", tmp_path / "wrong.md", "--json")
     found = json.loads(wrong.stdout)["findings"]
-    assert wrong.returncode == 1
+    assert wrong.returncode == 1 and not json.loads(wrong.stdout)["complete"]
+    said = "Some checks need the errors fixed first, so more problems may appear."
+    assert rrp("check", tmp_path / "wrong.md").stdout.splitlines()[-1] == f"1 error, 1 warning. {said}"
     entries = {"code", "severity", "sheet", "cell", "message", "remedy", "span", "fixes", "details"}
     assert [set(f) for f in found] == [entries] * len(found)
     assert (found[0]["code"], found[0]["sheet"], found[0]["cell"]) == ("FORM007", "T", "C2")

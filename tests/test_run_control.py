@@ -8,6 +8,7 @@ import time
 
 import pytest
 from acting import Run, Script, wish
+from examples import example_count
 from hypothesis import HealthCheck, given, settings
 from hypothesis import example as also
 from hypothesis import strategies as st
@@ -384,7 +385,9 @@ ACTS = st.one_of(
 @given(st.lists(st.tuples(st.integers(0, 12), ACTS), max_size=12))
 @also([(1, wish("mark", note="two\x85\u2028lines"))])
 @settings(
-    max_examples=10, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow]
+    max_examples=example_count(12),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 def test_whatever_people_do_a_run_goes_to_its_end_and_can_be_read(tmp_path_factory, book, acts):
     frames: dict[int, list] = {}

@@ -181,7 +181,7 @@ def test_everyone_sees_one_run_and_anyone_stops_it(browser, url: str, folder: Pa
     # nobody else can run anything, and is told why
     other = mika.context.new_page()
     other.goto(f"{url}/book/long.xlsx")
-    expect(other.locator("#run-strip")).to_contain_text("Aya is running session.xlsx")
+    expect(other.locator("#run-strip")).to_contain_text("Aya has been running session.xlsx")
     expect(other.locator("[data-run=start]")).to_have_attribute("aria-disabled", "true")
     expect(other.locator("#run-why")).to_contain_text("one robot")
     refused = other.evaluate(  # read once: the answer to what is sent

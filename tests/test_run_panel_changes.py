@@ -66,23 +66,26 @@ def test_edited_formulas_are_used_in_the_run_or_it_is_said_why_not(browser, url:
     at.close()
 
 
-def test_a_run_whose_process_dies_says_so_and_can_run_again(browser, url: str, folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("which", "module"),
+    [("the run's process", "engine_process"), pytest.param("the simulator", "server", marks=pytest.mark.slow)],
+)
+def test_a_run_whose_process_dies_says_so_and_can_run_again(
+    browser, url: str, folder: Path, which: str, module: str
+) -> None:
     at = GridPage(browser, url, "session.xlsx")
-    before = {module: workers(os.getpid(), module) for module in ("engine_process", "server")}
+    before = workers(os.getpid(), module)
     run(at.page, operator="OP-1")
     # who has no name of their own is the operator
     eventually(lambda: at.page.inner_text("#run-operator b") == "OP-1" and at.page.locator("#run-by").is_hidden())
     becomes(lambda: at.page.inner_text("[data-do=name] span"), "OP-1")
     expect(row(at.page, 2).locator(LIVE)).to_have_text(re.compile(r"^\d"))
-    for which in ("the run's process", "the simulator"):
-        module = "engine_process" if which == "the run's process" else "server"
-        # one more may be about to end
-        found = some(lambda module=module: len(new := workers(os.getpid(), module) - before[module]) == 1 and new)
-        os.kill(found.pop(), signal.SIGKILL)
-        assert "The run stopped unexpectedly at " in ended(at.page)
-        becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
-        becomes(lambda: "simulator ended" in at.page.inner_text("#run-notice"), which == "the simulator")
-        run(at.page)
+    found = some(lambda: len(new := workers(os.getpid(), module) - before) == 1 and new)  # one more may be about to end
+    os.kill(found.pop(), signal.SIGKILL)
+    assert "The run stopped unexpectedly at " in ended(at.page)
+    becomes(lambda: at.page.locator("#run-notice.is-error").count(), 1)
+    becomes(lambda: "simulator ended" in at.page.inner_text("#run-notice"), which == "the simulator")
+    run(at.page)
     at.page.click("[data-run=stop]")
     assert ended(at.page).startswith("Stopped by OP-1")
     # Stop that comes after the end is no mistake

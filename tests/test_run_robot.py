@@ -30,6 +30,7 @@ from panel import ended, run, trace
 from PIL import Image
 from run_panel import BOOK, Panel
 
+from rrp_sheets import api
 from rrp_sheets.robots import load_robot
 from rrp_sheets.web.robotmodel import robot_model
 
@@ -236,12 +237,21 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
         box = some(page.get_by_role("button", name=f"Touch: {zone}").bounding_box)
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
-    for zone in ("Head", "Chest", "Left hand", "Right foot"):
+    def click(zone: str) -> None:
         page.mouse.move(*middle(zone))
         page.wait_for_selector(f".zone.under[aria-label='Touch: {zone}']")
         page.mouse.down()
         page.mouse.up()
-    until(page, lambda: asked == ["Head once", "Chest once", "Left hand once", "Right foot once"])
+
+    def told(do: Callable[[], None]) -> list[str]:
+        """The requests when something is done; a short press that a busy page hears late is a longer touch."""
+        asked.clear()
+        do()
+        until(page, lambda: asked and asked[-1].endswith((" once", " end")))
+        return list(asked)
+
+    for zone in ("Head", "Chest", "Left hand", "Right foot"):
+        until(page, lambda zone=zone: told(lambda: click(zone)) == [f"{zone} once"])
     asked.clear()
     page.mouse.down()  # as long as it is held
     page.wait_for_selector(".zone.held[aria-label='Touch: Right foot']")
@@ -249,14 +259,18 @@ def test_the_robot_is_touched_by_a_click_by_holding_and_by_keys(panel: RobotPane
     page.mouse.up()
     until(page, lambda: asked[-1] == "Right foot end")
     becomes(lambda: page.locator(".zone.held").count(), 0)
-    asked.clear()
-    x, y = middle("Chest")
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + 60, y, steps=4)  # a drag looks around
-    page.mouse.up()
-    page.get_by_role("button", name="Touch: Head").press("Enter")
-    until(page, lambda: asked == ["Head once"])
+
+    def look_around() -> None:
+        canvas.press("0")
+        panel.still()
+        x, y = middle("Chest")
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 60, y, steps=4)
+        page.mouse.up()
+        page.get_by_role("button", name="Touch: Head").press("Enter")
+
+    until(page, lambda: told(look_around) == ["Head once"])  # a drag touches nothing
     panel.run("ended")
     becomes(lambda: page.locator(".zone:enabled").count(), 0)
     panel.run()
@@ -431,9 +445,16 @@ def test_what_is_dragged_moves_in_the_world(browser: Any, url: str, folder: Path
     put = {n["detail"]["thing"]: n["detail"]["put"] for n in acts}
     assert put["Red ball"][2] > 0.45
     assert put["Kai"][2] == where[2] and put["Kai"][:2] != pytest.approx(where[:2], abs=0.1)
-    record = max((folder / "runs").glob("*-session*"), key=lambda p: p.stat().st_mtime)
-    page.goto(f"{url}/runs/{record.name}/lookback#t=1.5")
+    at.close()
+
+
+@pytest.mark.slow
+def test_looking_back_at_the_robot_has_no_violation(browser: Any, url: str, folder: Path) -> None:
+    ended = api.run_apart(folder / "session.xlsx", api.RunSettings(seconds=2.0, fast=True, film=False))
+    assert ended.result is not None
+    page = PAGES.take(browser, url, reduced_motion="reduce")
+    page.goto(f"{url}/runs/{ended.result.folder.name}/lookback#t=1.5")
     page.wait_for_selector(".ran-diagram svg", state="attached")
     page.wait_for_selector("canvas[data-state=still]")
     assert violations_by_look(page) == {}
-    at.close()
+    PAGES.put_back(page)

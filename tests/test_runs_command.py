@@ -8,13 +8,13 @@ import os
 import shlex
 import shutil
 import subprocess
-import sys
 import zipfile
 from contextlib import suppress
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+import forked
 import numpy as np
 import openpyxl
 import pytest
@@ -397,10 +397,9 @@ def test_a_run_whose_last_files_are_written_is_refused(study: Path) -> None:
 def test_deleting_while_a_run_of_the_code_begins_leaves_nothing_half(tmp_path: Path) -> None:
     shutil.copy(bundled("workbooks") / "simple-tracking.xlsx", tmp_path / "book.xlsx")
     write_run(tmp_path, "1-a", HEADER | {"participant": CODE}, EVENT, END)
-    script = Path(sys.executable).with_name("rrp-sheets")
-    command = [str(script), "run", "book.xlsx", "--fast", "--for", "0.5s", "--participant", CODE]
+    command = [*forked.COMMAND, "run", "book.xlsx", "--fast", "--for", "0.5s", "--participant", CODE]
     refused = set[str]()
-    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+    with forked.Forked(command, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         while process.poll() is None:
             try:
                 delete(plan(tmp_path, CODE))

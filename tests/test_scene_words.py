@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from examples import example_count
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from PIL import Image
@@ -102,7 +103,7 @@ things = st.one_of(words, st.sampled_from([t for k in KINDS.values() for t in k.
 does = st.one_of(words, st.sampled_from([v.name for k in KINDS.values() for v in k.verbs]))
 
 
-@settings(max_examples=400)
+@settings(max_examples=example_count(400))
 @given(time=st.one_of(words, st.just("1")), thing=things, does=does, value=words)
 @example(time="+", thing="Table", does="appears", value="at , size")
 @example(time="1e400", thing="Red ball 9", does="circles", value="period 0..0 s")

@@ -147,12 +147,14 @@ def test_an_outranked_tracker_resumes():
     assert p.told == []
 
 
+@pytest.mark.slow
 def test_at_equal_priority_a_joint_replaces_a_tracker():
     p = Play((TRACK, YAW), {0: [("track", 1)], 30: [("yaw", -1.0)]}, 80)
     assert p.short == [("track", 1, False), ("yaw", -1.0, True)]
     assert p.state.joints["HeadYaw"] == pytest.approx(-1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_tracker_of_smaller_priority_waits_and_is_told_once():
     feed = {f: [("track", 1)] for f in range(3, 60, 3)}
     p = Play((TRACK, HEAD), {0: [("head", (-1.2, 0.1), 5)], **feed}, 90)

@@ -60,6 +60,7 @@ def provide():
     from rrp_sheets.connectors.spec import Parameter
     yield "slow", replace(MAP, name="slow", build=build, parameter=Parameter.NONE, synonyms=())
 """
+ENGINES = pytest.mark.parametrize("engine", ["frame", pytest.param("event loop", marks=pytest.mark.slow)])
 COARSE = 0.02  # s: the clock of a file system is behind by a tick of the kernel's
 FILES = {"trace.jsonl", "run.xlsx", "diagram.svg", "protocol.xlsx"}
 SLOW = "\n".join(f"| Red ball | slow | | S{n} |\n| S{n} | subscribe | | Print |" for n in range(40))
@@ -146,7 +147,7 @@ def wait_until(holds: Callable[[], object]) -> None:
         threading.Event().wait(0.02)
 
 
-@pytest.mark.parametrize("engine", ["frame", "event loop"])
+@ENGINES
 def test_stop_does_not_wait_for_slow_rows(engine: str, tmp_path: Path, begun: Path) -> None:
     more = [EVENT_LOOP] if engine == "event loop" else []
     running = Running(tmp_path, SLOW, *more, film=engine == "frame")
@@ -166,7 +167,7 @@ def test_stop_does_not_wait_for_slow_rows(engine: str, tmp_path: Path, begun: Pa
 
 
 def test_stop_does_not_wait_for_a_frozen_engine(tmp_path: Path) -> None:
-    running = Running(tmp_path, FAST)
+    running = Running(tmp_path, "| Chest button | subscribe | | Print |")  # nobody presses it: there are no values
     wait_until(lambda: running.panel.us > 500_000)
     os.kill(running.run.pid, signal.SIGSTOP)
     span = Span()
@@ -174,20 +175,12 @@ def test_stop_does_not_wait_for_a_frozen_engine(tmp_path: Path) -> None:
     assert running.panel.finished[0] - span.began < 0.5 * span.crowded()
     result = running.ended[0].result
     assert result is not None and result.broken is None and running.summary()["ended"] == "stopped"
-    assert set(result.files) >= FILES and result.summary.simulated > 0.4
-
-
-def test_a_run_whose_engine_is_ended_is_as_long_as_it_was_not_as_its_last_value(tmp_path: Path) -> None:
-    running = Running(tmp_path, "| Chest button | subscribe | | Print |")  # nobody presses it: there are no values
-    wait_until(lambda: running.panel.us > 500_000)
-    os.kill(running.run.pid, signal.SIGSTOP)
-    running.stop()
-    result = running.ended[0].result
-    assert result is not None and result.summary.simulated == running.panel.us / 1e6
+    assert set(result.files) >= FILES
+    assert result.summary.simulated == running.panel.us / 1e6, "as long as the run, not as its last value"
     assert running.summary()["simulated_seconds"] == result.summary.simulated
 
 
-@pytest.mark.parametrize("engine", ["frame", "event loop"])
+@ENGINES
 def test_of_a_frozen_simulator_no_rest_is_claimed(engine: str, tmp_path: Path) -> None:
     running = Running(tmp_path, FAST, *([EVENT_LOOP] if engine == "event loop" else []))
     wait_until(lambda: running.panel.us > 500_000)
@@ -396,7 +389,7 @@ def outlived(program: str) -> Iterator[tuple[float, float]]:
 
 
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="waiting for a process that is not a child needs Linux")
-@pytest.mark.parametrize("grace", [0, 1])
+@pytest.mark.parametrize("grace", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_native_code_that_never_ends_does_not_outlive_its_starter(
     grace: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,29 +16,71 @@ from playwright.sync_api import TimeoutError, expect
 from rrp_sheets import api
 from rrp_sheets.help import tutorial
 from rrp_sheets.resources import bundled
+from rrp_sheets.texts import translate
+from rrp_sheets.workbook import read
+from rrp_sheets.workbook.files import read_sheets
+from rrp_sheets.workbook.reading import to_rows
 
 TUTORIAL = bundled("templates", "workbooks", "tutorial.xlsx")
 LESSONS = ["Hello", "Near", "Name it", "Slip", "Wave", "Together", "Forget", "Silence", "Calm", "Cheer"]
+TUTORIALS = {"tutorial": tutorial.LESSONS, "tutorial.ja": tutorial.JAPANESE_LESSONS}
 DONE = [f"Lesson {n} {name}" for n, name in enumerate(LESSONS, 1)]
 
 
-def test_it_comes_as_its_source_says(tmp_path: Path) -> None:
-    source = bundled("templates", "workbooks", "source", "tutorial.md")
-    made = api.convert(source, tmp_path / "tutorial.xlsx")
-    assert made.read_bytes() == TUTORIAL.read_bytes(), "run `python templates/workbooks/make.py`"
+def source(name: str = "tutorial") -> str:
+    return bundled("templates", "workbooks", "source", f"{name}.md").read_text(encoding="utf-8")
 
 
-def test_it_begins_without_problems_and_with_every_lesson_open() -> None:
-    checked, report = api.test(TUTORIAL)
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_it_comes_as_its_source_says(tmp_path: Path, name: str) -> None:
+    made = api.convert(bundled("templates", "workbooks", "source", f"{name}.md"), tmp_path / "tutorial.xlsx")
+    there = bundled("templates", "workbooks", f"{name}.xlsx")
+    assert made.read_bytes() == there.read_bytes(), "run `python templates/workbooks/make.py`"
+
+
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_it_begins_without_problems_and_with_every_lesson_open(name: str) -> None:
+    checked, report = api.test(bundled("templates", "workbooks", f"{name}.xlsx"))
     assert not list(checked.report)
-    assert report is not None and [c.case.name for c in report.cases if not c.passed] == DONE
+    assert report is not None and [c.case.name for c in report.cases if not c.passed] == [
+        b.test for b in TUTORIALS[name]
+    ]
 
 
-def test_its_headings_and_tests_are_those_of_the_lessons() -> None:
-    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
-    assert [lesson.test for lesson in tutorial.LESSONS] == DONE == re.findall(r"^## (Lesson .*)$", text, re.MULTILINE)
-    headings = [f"Lesson {number}: {lesson.title}" for number, lesson in enumerate(tutorial.LESSONS, 1)]
-    assert re.findall(r"^\| # (Lesson [^|]*?) \|", text, re.MULTILINE) == headings
+@pytest.mark.parametrize(
+    ("name", "heading"), [("tutorial", "Lesson {n}: {title}"), ("tutorial.ja", "レッスン{n}：{title}")]
+)
+def test_its_headings_and_tests_are_those_of_the_lessons(name: str, heading: str) -> None:
+    text, language = source(name), "ja" if name.endswith("ja") else "en"
+    assert language == "ja" or [lesson.test for lesson in tutorial.LESSONS] == DONE
+    tests = re.findall(r"^## ((?:Lesson|レッスン).*)$", text, re.MULTILINE)
+    assert [lesson.test for lesson in TUTORIALS[name]] == tests
+    titles = [translate(lesson.title, language) for lesson in TUTORIALS[name]]
+    headings = [heading.format(n=number, title=title) for number, title in enumerate(titles, 1)]
+    assert re.findall(r"^\| # ((?:Lesson|レッスン)[^|]*?) \|", text, re.MULTILINE) == headings
+
+
+def test_the_japanese_one_has_the_rows_of_the_english_one_in_japanese() -> None:
+    english, own = (read(bundled("templates", "workbooks", f"{name}.xlsx")).workbook for name in TUTORIALS)
+    assert len(own.scene) == len(english.scene) and [t.rows[-1].time.text for t in own.tests] == [
+        t.rows[-1].time.text for t in english.tests
+    ]
+    first, second = ([r.connector.text for b in one.behaviours for r in b.rows] for one in (english, own))
+    assert second == [*first[:5], "map", *first[5:]]  # a row that gives the place of a touch in Japanese
+    words = [cell for rows in to_rows(read_sheets(bundled("templates", "workbooks", "source", "tutorial.ja.md"))).values()
+             for row in rows for cell in row]  # fmt: skip
+    connectors = {"subscribe", "map", "filter", "changes", "forgetAfter"}
+    assert {w for w in words if re.search(r"[a-z]{4}", w) and w.isascii()} - connectors <= {
+        "hello robot", 'word="hello robot"', '"Wave"', "Wave", "Arms up", "value", "distance=2", "distance=0.3",
+        "pressed=TRUE", 'zone="Head"; pressed=TRUE', 'zone="Left hand"; pressed=TRUE',
+    }  # fmt: skip
+
+
+def test_the_texts_of_the_steps_name_what_their_workbook_has() -> None:
+    lessons = [tutorial.lesson_of(b[0].test) for b in TUTORIALS.values()]
+    said = [translate(lesson.said(lesson.steps[0]), "ja") for lesson in lessons if lesson]
+    assert "「Lesson 1」" in said[0] and "`Hello heard`" in said[0]
+    assert "「レッスン1」" in said[1] and "`呼びかけ`" in said[1]
 
 
 def test_each_lesson_has_few_steps_and_each_step_writes_something() -> None:
@@ -67,36 +109,56 @@ SOLVED = (
     (EMPTY, '|  | Three | subscribe | "Hooray, three touches!" | Say |  |\n'),
 )
 """What one does in the lessons, from top to bottom."""
+SOLVED_IN_JAPANESE = (
+    (EMPTY, '|  | 呼びかけ | subscribe | "こんにちは！" | 話す |  |\n'),
+    ("赤いボール.distance < 5", "赤いボール.distance < 0.5"),
+    ('| "?" |', '| "ここは" & 場所 |'),
+    ("| FALSE | 押された", "| TRUE | 押された"),
+    ("| 話すす |", "| 話す |"),
+    ("| 呼びかけ | changes |", "| 呼びかけ, 押された | merge |"),
+    ("青いボール | map |", "青いボール | combineLatest |"),
+    ("forgetAfter | 1 h", "forgetAfter | 1 s"),
+    (EMPTY, "|  | 触られた | timeout | 10 s | 静か |  |\n"),
+    (EMPTY, '|  | 静か | subscribe | "いっしょに遊ぼう。" | 話す |  |\n'),
+    ("| FALSE | 近いボール |", "| TRUE | 近いボール |"),
+    ("| FALSE | ひとこと |", "| TRUE | ひとこと | throttle | 10 s |  |  |\n|  |  |"),
+    (EMPTY, "|  | 触られた | accumulate |  | 接触の回数 |  |\n"),
+    (EMPTY, "|  | 接触の回数 | filter | 接触の回数 = 3 | 三回 |  |\n"),
+    (EMPTY, '|  | 三回 | subscribe | "Arms up" | 身ぶり |  |\n'),
+    (EMPTY, '|  | 三回 | subscribe | "やった、3回！" | 話す |  |\n'),
+)
 LESSON_9 = 10  # of these are done before it
 
 
-@pytest.fixture(scope="module")
-def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
-    for before, after in SOLVED:
+def write_solved(path: Path, name: str, most: int | None = None) -> Path:
+    """A copy of a source in which some of the lessons are done."""
+    text = source(name)
+    for before, after in (SOLVED_IN_JAPANESE if name.endswith("ja") else SOLVED)[:most]:
         assert before in text
         text = text.replace(before, after, 1)
-    path = tmp_path_factory.mktemp("solved") / "tutorial.md"
     path.write_text(text, encoding="utf-8")
     return path
 
 
-def test_no_mark_of_a_later_lesson_is_taken_for_a_slip_of_ones_own(tmp_path: Path) -> None:
-    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
-    for before, after in SOLVED[:LESSON_9]:
-        text = text.replace(before, after, 1)
-    path = tmp_path / "tutorial.md"
-    path.write_text(text, encoding="utf-8")
-    assert not list(api.check(path).report)
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_solved(tmp_path_factory.mktemp("solved") / "tutorial.md", "tutorial")
 
 
-def test_no_other_row_looks_like_one_to_be_written_in() -> None:
-    text = bundled("templates", "workbooks", "source", "tutorial.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_no_mark_of_a_later_lesson_is_taken_for_a_slip_of_ones_own(tmp_path: Path, name: str) -> None:
+    assert not list(api.check(write_solved(tmp_path / "tutorial.md", name, LESSON_9)).report)
+
+
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_no_other_row_looks_like_one_to_be_written_in(name: str) -> None:
+    text = source(name)
     assert text.count(EMPTY) == 7 and f"{EMPTY}| # |" not in text
 
 
-def test_it_is_solved_by_doing_what_it_says(solved: Path) -> None:
-    checked, report = api.test(solved)
+@pytest.mark.parametrize("name", TUTORIALS)
+def test_it_is_solved_by_doing_what_it_says(tmp_path: Path, name: str) -> None:
+    checked, report = api.test(write_solved(tmp_path / "tutorial.md", name))
     assert report is not None and report.passed and len(report.cases) == 10
     assert {d.severity.value for d in checked.report} == {"info"}
 

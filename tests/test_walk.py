@@ -78,7 +78,10 @@ def test_it_can_be_stopped_and_sent_elsewhere_in_the_midst_of_a_step():
 
 @pytest.mark.parametrize(
     ("thing", "values"),
-    [("Wall", {"at": (0.5, 0.0), "size": (2.0, 0.8)}), ("Anna", {"at": (0.6, 0.05, 0.6)})],
+    [
+        ("Wall", {"at": (0.5, 0.0), "size": (2.0, 0.8)}),
+        pytest.param("Anna", {"at": (0.6, 0.05, 0.6)}, marks=pytest.mark.slow),
+    ],
 )
 def test_it_stops_before_what_is_in_its_way(thing, values):
     kind = "wall" if thing == "Wall" else "person"

@@ -18,10 +18,9 @@ from xml.etree import ElementTree
 import pytest
 from browser import HOME, book, checked, get, visit
 from chromium import becomes, eventually, let_in, listening
-from click.testing import CliRunner
 from playwright.sync_api import expect
 
-from rrp_sheets.cli.main import group
+from rrp_sheets import api
 from rrp_sheets.workbook.files import make_workbook
 
 CELL = (
@@ -64,9 +63,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     good = {"T": [BEHAVIOUR, ["", "Red ball", "map", "redBall.x", "MARKX", ""], ["", "MARKX", "map", '"said"', "MARKY", ""],
                   ["", "MARKY", "subscribe", "", "Say", ""]]}  # fmt: skip
     make_workbook(good, folder / "good.xlsx")
-    options = ["--fast", "--for", "1 s", "--participant", CELL, "--condition", CELL, "--operator", PERSON]
-    done = CliRunner().invoke(group, ["run", str(folder / "good.xlsx"), *options, "--out", str(runs / RUN)])
-    assert done.exit_code == 0, done.output
+    who = {"participant": CELL, "condition": CELL, "operator": PERSON}
+    settings = api.RunSettings(seconds=1.0, fast=True, film=False, out=runs / RUN, **who)
+    assert api.run_apart(folder / "good.xlsx", settings).result is not None
     trace = runs / RUN / "trace.jsonl"
     inside = json.dumps(CELL, ensure_ascii=False)[1:-1]
     trace.write_text(

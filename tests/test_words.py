@@ -105,6 +105,7 @@ def apart(seed: int) -> list[tuple]:
         end_simulator(world)
 
 
+@pytest.mark.slow
 def test_what_is_heard_depends_on_nothing_but_workbook_and_seed():
     first, second, other = (apart(seed) for seed in (4, 4, 5))
     assert first == second != other
@@ -133,11 +134,11 @@ def test_several_people_speak_at_once_and_one_after_another():
 
 def test_speech_longer_than_the_run_and_than_the_recogniser_takes_at_once():
     text = "I went to the market with my mother and we saw the animals there. " * 8 + "Elephant!"
-    heard = Heard([ear("elephant")], [says(0.1, "Mia", text)], 5)
+    heard = Heard([ear("elephant")], [says(0.1, "Mia", text)], 2)
     assert heard.words == [] and len(heard.texts("person")) == 1
-    heard = Heard([ear("elephant")], [says(0.1, "Mia", "Elephant! " * 12)], 16)
-    assert heard.words.count("elephant") >= 10
-    assert heard.events[0][0] < 11  # not only at the end
+    heard = Heard([ear("elephant")], [says(0.1, "Mia", "Elephant! " * 10)], 12)
+    assert heard.words.count("elephant") >= 9
+    assert heard.events[0][0] < 10.5  # not only at the end
 
 
 HOSTILE = (

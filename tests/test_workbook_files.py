@@ -9,6 +9,7 @@ import openpyxl
 import pytest
 import xlsxwriter
 from busy import work_within
+from examples import example_count
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from openpyxl.worksheet.formula import ArrayFormula
@@ -266,7 +267,7 @@ def test_arbitrary_bytes(data: bytes, suffix: str, tmp_path: Path) -> None:
 
 
 @given(at=st.integers(0, 10_000), byte=st.integers(0, 255))
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=example_count(150), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_flipped_byte(at: int, byte: int, tmp_path: Path) -> None:
     source = tmp_path / "good.xlsx"
     if not source.exists():

@@ -26,6 +26,11 @@ from rrp_sheets.testing.run import run_case
 
 FOLDER = bundled("workbooks")
 NAMES = sorted(p.stem for p in FOLDER.glob("*.xlsx"))
+VARIED = {
+    "attention-training", "complex-tracking-fixed", "exercise-coach", "follow-my-pointing", "greeter-with-memory",
+    "mixed-control", "reflect-ball-colour", "sing-and-dance",
+}  # fmt: skip
+"""Those whose tests have between them all that any of them has."""
 
 
 # ---- the command
@@ -177,7 +182,9 @@ def test_the_workbook_that_new_makes_has_a_test_that_holds(tmp_path):
     assert report.passed and report.cases
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in VARIED)) for name in NAMES]
+)
 def test_a_workbooks_tests_notice_when_what_they_expect_is_changed(name):
     checked = api.check(FOLDER / f"{name}.xlsx")
     plan = make_plan(checked)

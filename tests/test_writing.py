@@ -9,6 +9,7 @@ from pathlib import Path
 import openpyxl
 import pytest
 import xlsxwriter
+from examples import example_count
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lossless import FEATURES, SHEET, cell, edited, make, parts, refused, repack
@@ -217,7 +218,7 @@ def shown(value: object) -> str:
     return str(value).upper() if isinstance(value, bool) else "" if value is None else str(value)
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=example_count(60))
 @given(st.dictionaries(st.tuples(st.integers(1, 8), st.integers(1, 5)), VALUE, max_size=15), st.lists(EDIT, max_size=8))
 def test_any_edits(cells, edits):
     data = io.BytesIO()

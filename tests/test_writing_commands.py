@@ -125,6 +125,20 @@ def report_of(path: Path, tmp_path: Path) -> Path:
     return out
 
 
+@pytest.mark.parametrize(
+    ("environment", "option", "written"),
+    [("C", (), "Findings"), ("ja_JP.UTF-8", (), "点検結果"),
+     ("ja_JP.UTF-8", ("--language", "en"), "Findings"), ("en_US.UTF-8", ("--language", "ja"), "点検結果")],
+)  # fmt: skip
+def test_the_report_is_in_the_language_of_the_reader(wrong, tmp_path, monkeypatch, environment, option, written):
+    monkeypatch.setenv("LC_ALL", environment)
+    out = tmp_path / "report.xlsx"
+    run("check", wrong, "--report", out, *option)
+    book = openpyxl.load_workbook(out)
+    assert book["Tracking"]["E1"].value == book.sheetnames[-1] == written
+    assert ("This formula cannot be read" in book["Tracking"]["E2"].value) == (written == "Findings")
+
+
 @pytest.mark.parametrize("kind", ["md", "xlsx"])
 def test_findings_stand_beside_their_rows(wrong, tmp_path, kind):
     path = wrong if kind == "md" else api.convert(wrong, tmp_path / "wrong.xlsx")
@@ -141,6 +155,7 @@ def test_findings_stand_beside_their_rows(wrong, tmp_path, kind):
     assert sheet.column_dimensions["E"].width == 70
     last = book.worksheets[-1]
     assert (last.title, last["A1"].value) == ("Findings", "3 errors")
+    assert last["A2"].value == "Some checks need the errors fixed first, so more problems may appear."
     assert [[c.value for c in row][:3] for row in last["A4:C6"]] == [
         ["Tracking!C2", "Error", "FORM001"], ["Tracking!B3", "Error", "CONN002"], ["Tracking!A4", "Error", "GRAPH001"],
     ]  # fmt: skip

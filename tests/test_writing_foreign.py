@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
+from examples import example_count
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lossless import SHEET, edited, make, parts, repack
@@ -133,7 +134,7 @@ EDITS = st.lists(
 
 
 @pytest.mark.slow
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=example_count(150), deadline=None)
 @given(name=st.sampled_from(list(ALL)), edits=EDITS)
 def test_all_but_the_edit_stays(name: str, edits: list) -> None:
     before = now = sample(name)

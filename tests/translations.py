@@ -24,11 +24,15 @@ from rrp_sheets.diagnostics.catalogue import load_page
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph.device_table import COLOURS
 from rrp_sheets.help.functions import words
+from rrp_sheets.help.layout import sheets_of
+from rrp_sheets.help.site import files, page
 from rrp_sheets.model.exchange import DONE
+from rrp_sheets.model.names import key
 from rrp_sheets.render.texts import texts
 from rrp_sheets.robots.catalogue import Robot, load_robot, robot_names
 from rrp_sheets.scene.scene_words import KINDS
 from rrp_sheets.texts import LANGUAGES
+from rrp_sheets.workbook.template import in_japanese
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -44,6 +48,7 @@ _NOT_SHOWN = ("DeprecationWarning", "No options defined", "Boolean option", "Cou
               "%(prog)s", "Show the version", "Confirm the action")  # fmt: skip
 """Beginnings of the texts of click that only a developer sees."""
 _CLICK_MODULES = ("core", "decorators", "exceptions", "formatting", "parser", "termui", "types")
+_WORDS = re.compile(r'[^=|{}≈#"]*[A-Za-z]{2}[^=|{}≈#"]*')
 _CALL = re.compile(r"\btn?\(")
 _CREATED = datetime(2026, 1, 1, tzinfo=UTC)  # no date that would change every file
 
@@ -56,6 +61,8 @@ def extract() -> Catalog:
             found.add(text)
     for text, context in _code_texts():
         found.add(text, context=context)
+    for text in _example_texts():
+        found.add(text, context="example")
     for text in {*_command_texts(), *_click_texts()}:
         found.add(text)
     for name, text in texts("en").entries.items():
@@ -146,8 +153,23 @@ def _help_texts() -> Iterator[tuple[str, str]]:
         yield from ((message.template, message.context) for message in words(function))
     yield from ((field.help, "done") for field in DONE.fields)
     for kind in KINDS.values():
-        yield from ((text, "scene") for text in (kind.title, kind.help) if text)
+        yield from ((text, "scene") for text in (kind.name, kind.title, kind.help) if text)
         yield from ((line, "scene") for verb in kind.verbs for _, line in verb.examples if line)
+        parts = [part for verb in kind.verbs for part in verb.parts]
+        yield from ((word, "scene") for part in parts for word in (part.word, *part.choices) if word)
+
+
+def _example_texts() -> Iterator[str]:
+    """Yield the names, the notes and the texts of the examples of the help that Japanese examples have in Japanese."""
+    robot, found = load_robot(), dict[str, None]()
+    for file in files():
+        for example in page(file, "en").examples:
+            in_japanese(sheets_of(example.source), lambda text: found.setdefault(text) or text)
+    choices = {c for d in robot.devices.values() for s in d.settings.values() for c in s.choices}
+    ours = {*map(key, (*choices, *robot.touch_zones, *robot.postures, *robot.gestures, *COLOURS))}
+    for text in found:
+        if text.isascii() and _WORDS.fullmatch(text) and robot.find(text) is None and key(text) not in ours:
+            yield text
 
 
 TEMPLATES = ("templates/web/*.html", "templates/help/*.html", "templates/compare/*.html")

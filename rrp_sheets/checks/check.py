@@ -19,7 +19,7 @@ from rrp_sheets.checks.renaming import offer_new_names
 from rrp_sheets.checks.tests import Case, MakeScope, check_tests, switchable
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic, Report
-from rrp_sheets.diagnostics.report import Fix, Replace, count_typos, meant
+from rrp_sheets.diagnostics.report import Fix, Replace, meant
 from rrp_sheets.formulas import Formula, make_scope
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Graph, Stream, StreamKind
@@ -27,7 +27,7 @@ from rrp_sheets.graph.build import build_graph
 from rrp_sheets.graph.device_table import divided_phrase, doubtful_phrase, understand
 from rrp_sheets.graph.names import DONE_DEVICE
 from rrp_sheets.model.exchange import ROW_ABOVE, SceneAction
-from rrp_sheets.model.names import Proposals, argument_name, key, nearest
+from rrp_sheets.model.names import Proposals, argument_name, count_typos, key, nearest
 from rrp_sheets.model.workbook import SceneRow, Workbook
 from rrp_sheets.robots import Robot, load_robot, robot_names
 from rrp_sheets.robots.gesture_sheet import parse_gestures

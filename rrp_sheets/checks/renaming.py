@@ -42,6 +42,13 @@ class Renaming:
     unsafe: tuple[Address, ...] = ()
     unsure: tuple[Put, ...] = ()
 
+    def including(self, cells: Collection[str]) -> Renaming:
+        """Return the renaming with the uncertain edits of some cells (`Helpers!C2`) among those that are made."""
+        chosen = {e.address: e for e in self.unsure if str(e.address) in cells}
+        edits = {e.address: e for e in self.edits} | chosen
+        left = tuple(e for e in self.unsure if e.address not in chosen)
+        return replace(self, edits=tuple(edits.values()), unsure=left)
+
 
 def rename(checked: Checked, old: str, new: str, sheet: str = "", *, near: str = "") -> Renaming:
     """Return the edits that give a stream or a helper another name.
@@ -56,8 +63,7 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "", *, near: str =
     Raises:
         SheetsError: nothing has that name, several sheets have it, or the new name cannot be used.
     """
-    found: list[_Stream | _Helper] = [_Stream(checked, b, old, new) for b in checked.graph.behaviours]
-    found += [_Stream(checked, None, old, new), _Helper(checked, old, new)]
+    found = _givers(checked, old, new)
     if sheet and key(sheet) not in {key(name) for name in (*checked.workbook.sheets, *(one.sheet for one in found))}:
         raise SheetsError(N_("There is no sheet “{sheet}”.", sheet=sheet), N_("Look at the names of the sheets."))
     there = [one for one in found if one.there and key(sheet) in ("", key(one.sheet))]
@@ -81,6 +87,16 @@ def rename(checked: Checked, old: str, new: str, sheet: str = "", *, near: str =
     if key(new) != key(old):
         there[0].refuse()
     return _renaming(there[0].places())
+
+
+def is_named(checked: Checked, name: str) -> bool:
+    """Return whether a row, a device or a helper gives a name."""
+    return any(one.there for one in _givers(checked, name, ""))
+
+
+def _givers(checked: Checked, old: str, new: str) -> list[_Stream | _Helper]:
+    found: list[_Stream | _Helper] = [_Stream(checked, b, old, new) for b in checked.graph.behaviours]
+    return [*found, _Stream(checked, None, old, new), _Helper(checked, old, new)]
 
 
 def offer_new_names(workbook: Workbook, graph: Graph, report: Report, check: Callable[[Workbook], Checked]) -> None:

@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rrp_sheets.cli.language import readers_language, speak, translated
+from rrp_sheets.cli.language import readers_language, speak, spoken, translated
 from rrp_sheets.cli.main import INTERRUPTED, UNREADABLE, handle_signals
 from rrp_sheets.cli.terminal import WorkbookArgument, opened, print_notes, quoted, say, styled, usage_error
-from rrp_sheets.texts import LANGUAGES, N_, counted
+from rrp_sheets.texts import LANGUAGES, N_, counted, sentences
 
 if TYPE_CHECKING:
     from rrp_sheets.checks import Checked
@@ -69,7 +69,7 @@ def check_command(
     Exit code: 0 no errors, 1 errors, 2 the file cannot be read.
     """
     from rrp_sheets import api
-    from rrp_sheets.diagnostics.report import UnreadableWorkbook
+    from rrp_sheets.diagnostics.report import MORE_LATER, UnreadableWorkbook, checks_wait
 
     if chosen and mended is None:
         raise usage_error(N_("--apply goes with --fix OUT: the corrected copy."))
@@ -87,15 +87,16 @@ def check_command(
         if not as_json:
             raise
         entry = error.finding.as_dict(language or "en")
-        click.echo(json.dumps({"findings": [entry], "examples": {}}, ensure_ascii=False, indent=2))
+        click.echo(json.dumps({"findings": [entry], "complete": False, "examples": {}}, ensure_ascii=False, indent=2))
         sys.exit(2)
     report = checked.report
     language = language or checked.run.language
     speak(language)
     if out is not None:
-        api.mark(mended or file, out, report, language)
+        api.mark(mended or file, out, report, spoken())
     if as_json:
-        found = {"findings": [d.as_dict(language) for d in report], "examples": _examples(checked)}
+        findings = [d.as_dict(language) for d in report]
+        found = {"findings": findings, "complete": not checks_wait(report), "examples": _examples(checked)}
         if mended is not None:
             found["changes"] = [asdict(c) for c in changes]
         click.echo(json.dumps(found, ensure_ascii=False, indent=2))
@@ -103,7 +104,7 @@ def check_command(
         if mended is not None:
             print_changes(changes, mended)
         print_findings(report)
-        say(verdict(report))
+        say(sentences(verdict(report), MORE_LATER if checks_wait(report) else ""))
         if out is not None:
             say(N_("Created {path}. The problems are next to their rows and listed on its last sheet.", path=out))
     sys.exit(1 if report.errors else 0)

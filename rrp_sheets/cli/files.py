@@ -67,22 +67,31 @@ def set_command(file: Path, cell: str, value: str, sheet: str) -> None:
 @click.argument("old")
 @click.argument("new")
 @click.option("--sheet", default="", help="the sheet of OLD, if several sheets have it; or write Tracking!Far")
+@click.option("--also", "also", multiple=True, metavar="CELL",
+              help="also change this cell, which only perhaps reads the column, such as Helpers!C2")  # fmt: skip
 @click.option("--preview", is_flag=True, help="only show which cells would change")
-def rename_command(file: Path, old: str, new: str, sheet: str, preview: bool) -> None:
-    """Rename the stream or helper OLD to NEW in all cells of FILE.
+def rename_command(file: Path, old: str, new: str, sheet: str, also: tuple[str, ...], preview: bool) -> None:
+    """Rename the stream, helper or column of a table OLD to NEW in all cells of FILE.
 
     This changes inputs, formulas and outputs of rows, the sheets Devices, Helpers and Scene, and the tests. Notes are
     not changed.
+
+    A column is written with its table, as in formulas: "Parts[Zone]". Its header changes, and the formulas and tests
+    that read it. Formulas that only perhaps read it are shown: name those that do with --also.
     """
     from rrp_sheets import api
     from rrp_sheets.cli.check import verdict
 
-    done = api.rename(file, old, new, sheet, preview=preview)
+    done = api.rename(file, old, new, sheet, also, preview=preview)
     speak(done.language)
     for one in done.renaming.edits:
         say(N_("{address}: {change}", address=str(one.address), change=quoted(one.was or "", one.text)))
     for address in done.renaming.unsafe:
         say(N_("{address} stays: its formula means something else by this name too.", address=str(address)))
+    for one in done.renaming.unsure:
+        change = quoted(one.was or "", one.text)
+        words = N_("{address} perhaps reads this column: {change}. If it does, add --also {address}.")
+        say(N_(words, address=str(one.address), change=change))
     count = len(done.renaming.edits)
     if preview:
         say(plural("{n} cell would change.", "{n} cells would change.", count))

@@ -22,8 +22,8 @@ def help_command(topic: tuple[str, ...], folder: Path | None) -> None:
     """Explain TOPIC: connectors, formulas, functions, devices, scene, tests, codes, or a name.
 
     A name can be a connector (sample), a function (CLAMP), a device (Red ball), a done stream (Say done), a code
-    (FORM003), a command (replay), or helpers, Priority, total, Protocol, Engine, keys. Without TOPIC you see an
-    overview.
+    (FORM003), a command (replay), or helpers, Priority, total, Protocol, Engine, keys. A plain word (nod, undo, every
+    second) shows what has to do with it. Without TOPIC you see an overview.
 
     The pages of --html need no server and no program: a laboratory can publish them.
     """

@@ -32,7 +32,7 @@ COMMANDS = {
     "formula": ("formula", "Try a formula with inputs."),
     "help": ("help", "Explain connectors, functions, devices, the scene, a code or a name."),
     "set": ("files", "Change one cell of a workbook."),
-    "rename": ("files", "Rename a stream or a helper in all cells."),
+    "rename": ("files", "Rename a stream, a helper or a column in all cells."),
     "pose": ("files", "Pose the simulated robot, and save a keyframe of a gesture."),
     "convert": ("files", "Write a workbook as .xlsx, as Markdown, or as a folder of CSV files."),
     "run": ("run", "Run a workbook on the simulated robot."),

@@ -17,7 +17,7 @@ from urllib.parse import quote
 
 import click
 
-from rrp_sheets.cli.language import translated
+from rrp_sheets.cli.language import readers_language, translated
 from rrp_sheets.cli.main import handle_signals
 from rrp_sheets.cli.terminal import say
 from rrp_sheets.errors import SheetsError
@@ -230,7 +230,7 @@ def tutorial_command(ctx: click.Context, folder: Path, anew: bool, port: int | N
     if not folder.is_dir():
         raise SheetsError(N_("There is no folder {folder}.", folder=folder), N_("Make it first, or name another."))
     there = None if anew else latest_tutorial(folder)
-    path = there or begin_tutorial(folder)
+    path = there or begin_tutorial(folder, readers_language() or "en")
     again = N_("Continuing with {path}. To start over with a new copy: --anew", path=path)
     say(again if there else N_("Created {path}.", path=path))
     ctx.invoke(serve_command, folder=path, port=port, lan=False, no_browser=no_browser)

@@ -19,6 +19,7 @@ CHANGES = Connector(
         '<path d="M.8 9h3.4V3h3.4v6H11"/>'
         '<circle cx="4.2" cy="3" r="1" class="f"/><circle cx="7.6" cy="9" r="1" class="f"/>'
     ),
+    words=("distinctuntilchange", "change", "different", "変化", "変わる"),
     help="Passes a value on only when it differs from the one before.",
     sentence="Each {one} that differs from the one before becomes {output}.",
     variants={"next": "Each {one} that differs from the one before goes to {rows}."},

@@ -51,6 +51,7 @@ COMBINE_LATEST = Connector(
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M1 2.2h2.6l3 3M1 9.8h2.6l3-3M8.5 6H12"/><circle cx="7.2" cy="6" r="1.9" class="f"/>'),
+    words=("zip", "combine", "both", "together", "組み合わせる", "両方"),
     help="Joins the latest values of its inputs. It waits until each has arrived, then repeats with each new one.",
     sentence="Once {inputs} have arrived, each new one updates {output} with the latest of each.",
     variants={

@@ -49,6 +49,7 @@ FILTER = Connector(
     max_inputs=None,
     parameter=Parameter.FORMULA,
     icon=('<path d="M1 1.5h10L7.2 6.2v4.3L4.8 9V6.2z"/>'),
+    words=("where", "if", "condition", "only", "条件", "絞る"),
     help="Passes a value of the first input on when the formula is true, using the latest values of further inputs.",
     sentence="When {condition}, emit {output}.",
     variants={

@@ -41,6 +41,7 @@ FORGET_AFTER = Connector(
     name="forgetAfter",
     parameter=Parameter.PERIOD,
     icon=('<path d="M2.5 1h7M2.5 11h7M3.3 1c0 3 2.7 3.6 2.7 5S3.3 8 3.3 11M8.7 1c0 3-2.7 3.6-2.7 5s2.7 2 2.7 5"/>'),
+    words=("forget", "expire", "忘れる"),
     help="Passes values on at once. If none arrives for the period, an empty value (blank) follows.",
     sentence="Each {one} becomes {output} at once. If no new one arrives for {period}, an empty value (blank) follows.",
     variants={

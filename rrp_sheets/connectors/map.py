@@ -31,6 +31,7 @@ MAP = Connector(
     max_inputs=None,
     parameter=Parameter.FORMULA,
     icon=('<path d="M1 6h6.5M5.2 3.4 7.8 6 5.2 8.6"/><rect x="9" y="4.2" width="2.6" height="3.6" class="f"/>'),
+    words=("select", "withlatestfrom", "calculate", "compute", "計算"),
     help="Calculates a new value for each value of the first input, using the latest values of further inputs.",
     sentence="{Event}, set {output} to {value}.",
     variants={

@@ -52,6 +52,7 @@ ONCE = Connector(
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M4.6 4.4 6.2 3v6M4.6 9h3.2"/>'),
+    words=("distinct", "first", "take", "最初", "一度", "1回"),
     help="Passes only the first value of the first input on, or the first for each result of the formula. A value of "
     "another input starts over.",
     sentence="Only the first {one} becomes {output}.",
@@ -61,12 +62,12 @@ ONCE = Connector(
         "do nothing.",
         "formula_next": "The first {one} with a new value of {formula} goes to {rows}. Later ones with the same value "
         "do nothing.",
-        "several": "Only the first {one} becomes {output}. After each {others}, this starts over.",
-        "several_next": "Only the first {one} goes to {rows}. After each {others}, this starts over.",
+        "several": "Only the first {one} becomes {output}, and again the first one after each {others}.",
+        "several_next": "Only the first {one} goes to {rows}, and again the first one after each {others}.",
         "formula_several": "The first {one} with a new value of {formula} becomes {output}. Later ones with the same "
-        "value do nothing. After each {others}, this starts over.",
+        "value do nothing, until {others} arrives.",
         "formula_several_next": "The first {one} with a new value of {formula} goes to {rows}. Later ones with the "
-        "same value do nothing. After each {others}, this starts over.",
+        "same value do nothing, until {others} arrives.",
     },
     legend="only the first time",
     build=build,

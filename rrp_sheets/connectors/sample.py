@@ -48,6 +48,7 @@ SAMPLE = Connector(
     name="sample",
     parameter=Parameter.PERIOD,
     icon=('<path d="M.8 9.5h2.4v-7h2.8v7h2.8v-7h2.4"/>'),
+    words=("buffer", "interval", "every", "regularly", "毎秒", "一定間隔"),
     help="Passes the latest value on at a fixed pace, if a new one has arrived.",
     sentence="{Pace}, the latest {one} becomes {output}, if there is a new one.",
     variants={"next": "{Pace}, the latest {one} goes to {rows}, if there is a new one."},

@@ -51,6 +51,7 @@ class Connector:
 
     Attributes:
         name: as shown, such as `combineLatest`; any spelling with the same key is accepted, and `synonyms` too.
+        words: plain words, in all languages, and the names of other software, by which people look for it.
         max_inputs: the most, or None for any number.
         icon: SVG elements in a 12 × 12 box, stroke only; `class="f"` marks what is filled.
         help: one or two sentences for users.
@@ -84,6 +85,7 @@ class Connector:
     max_inputs: int | None = 1
     parameter: Parameter = Parameter.NONE
     synonyms: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
     advanced: bool = False
     is_sink: bool = False
     any_input: bool = False

@@ -18,6 +18,7 @@ SUBSCRIBE = Connector(
     max_inputs=None,
     parameter=Parameter.OPTIONAL_FORMULA,
     icon=('<path d="M.8 6h5.6M4.2 3.6 6.6 6 4.2 8.4"/><path d="M9.4 1.5v9" stroke-width="2.4"/>'),
+    words=("do", "act", "command", "動かす", "実行"),
     help="Controls the actuator stream named as output. A blank value stops what it is doing.",
     sentence="{Event}, {does}.",
     variants={

@@ -28,6 +28,7 @@ THROTTLE = Connector(
     name="throttle",
     parameter=Parameter.PERIOD,
     icon=('<path d="M1 1.5v9M11 1.5v9M1 6h3"/><circle cx="5" cy="6" r="1" class="f"/><path d="M7.6 6h.2M9.2 6h.2"/>'),
+    words=("throttlefirst", "seldom", "limit", "間引く"),
     help="Passes a value on, then ignores new ones for the period.",
     sentence="{Event}, emit {output}, then ignore new ones for {period}.",
     variants={"next": "{Event}, continue with {rows}, then ignore new ones for {period}."},

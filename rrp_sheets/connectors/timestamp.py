@@ -24,6 +24,7 @@ def build(wiring: ConnectorContext) -> ValueStream:
 TIMESTAMP = Connector(
     name="timestamp",
     icon=('<circle cx="6" cy="6" r="4.8"/><path d="M6 3v3.2l2.2 1.3"/>'),
+    words=("時刻",),
     help="Adds the time to each value: a record with the fields value (v) and timestamp (t, seconds).",
     sentence="Each {one} becomes {output}, together with its time.",
     variants={"next": "Each {one} goes to {rows}, together with its time."},

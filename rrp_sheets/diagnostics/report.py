@@ -11,7 +11,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics.catalogue import CODES, Severity
 from rrp_sheets.errors import UnreadableFile
-from rrp_sheets.model.names import key
+from rrp_sheets.model.names import count_typos, key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_, LazyMessage, places_in, translate
 
@@ -36,9 +36,12 @@ _UNNAMED = {"DEV005": _UNDECLARED, "FORM016": _UNKNOWN_HELPER, "FORM024": ("FORM
 _WRONG_SCENE_ROWS = ("SCENE001", "SCENE002", "SCENE003", "SCENE004", "SCENE007", "SCENE008")
 AFTER_SCENE_ROWS = ("SCENE005", "SCENE009", "SCENE010")
 """Hidden by wrong rows of the Scene, as they depend on the things in the room, which are not known then."""
-_ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT")
-_AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009", "LINT")
-"""Hidden by errors of rows: streams that tests name may be missing, and how rows act together is not known."""
+_ERRORS_OF_ROWS = ("CONN", "GRAPH", "FORM", "DEV", "SHEET", "PROT001", "PROT004")
+_AFTER_ERRORS = ("TEST002", "TEST011", "SCENE006", "SCENE007", "DEV009")
+"""Hidden by errors of rows, those of formulas excepted: streams that tests and the scene name may be missing."""
+_RANKS = {severity: rank for rank, severity in enumerate(Severity)}
+MORE_LATER = N_("Some checks need the errors fixed first, so more problems may appear.")
+"""Said beside findings of which `checks_wait` is true."""
 _AFTER_WARNINGS = {"DEV007": ("SCENE006",), "GRAPH014": ("TEST011",)}
 """Hidden by warnings. No error is among these: a warning must not hide that a workbook has errors. Lints of rows that
 depend on a warning are left out in `checks/lints`, which knows those rows."""
@@ -86,7 +89,6 @@ class Fix:
 
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}
 """The detail that holds what is misspelt; of other codes it is `name`."""
-LONGEST = 60  # letters of a name that are compared
 _TELLING = re.compile(r"\d|(?<![^\W_])[^\W_](?![^\W_])")
 """Digits and single letters; names that differ in these are two names: `Step 1` and `Step 2`, `Ball x` and `Ball y`."""
 
@@ -126,31 +128,6 @@ def surely(wrong: str, guess: str, most: int = 0) -> bool:
     if _TELLING.findall(wrong.casefold()) != _TELLING.findall(guess.casefold()):
         return False
     return count_typos(wrong, guess) <= (most or max(1, len(key(wrong)) // 4))
-
-
-def count_typos(first: str, second: str, most: int = LONGEST) -> int:
-    """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
-
-    Beyond `most` they are not counted exactly, which is quicker for names that are not alike.
-
-    >>> count_typos("Red bal", "red_ball"), count_typos("SQTR", "SQRT"), count_typos("Touch", "Say", most=2) > 2
-    (1, 1, True)
-    """
-    a, b = key(first)[:LONGEST], key(second)[:LONGEST]
-    apart = max(abs(len(a) - len(b)), len(b) - sum(map(frozenset(a).__contains__, b)))
-    if apart > most:
-        return apart
-    before: list[int] = []
-    row = list(range(len(b) + 1))
-    for i, x in enumerate(a, 1):
-        older, before, row = before, row, [i]
-        for j, y in enumerate(b, 1):
-            row.append(min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (x != y)))
-            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
-                row[j] = min(row[j], older[j - 2] + 1)
-        if min(row) > most and min(before) > most:
-            return most + 1
-    return row[-1]
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +174,16 @@ class Diagnostic:
         }  # fmt: skip
 
 
+def is_of_rows(finding: Diagnostic) -> bool:
+    """Return whether a finding is an error by which rows, or what they use, cannot be understood."""
+    return finding.severity is Severity.ERROR and finding.code.startswith(_ERRORS_OF_ROWS)
+
+
+def checks_wait(findings: Iterable[Diagnostic]) -> bool:
+    """Return whether checks wait until errors among the findings are fixed, so that more may be found then."""
+    return any(is_of_rows(d) or d.code in _WRONG_SCENE_ROWS for d in findings)
+
+
 class UnreadableWorkbook(UnreadableFile):
     """A workbook that cannot be read at all; `finding` says why."""
 
@@ -206,7 +193,7 @@ class UnreadableWorkbook(UnreadableFile):
 
 
 class Report:
-    """The diagnostics of one workbook, in the order of its sheets and cells.
+    """The diagnostics of one workbook, errors first, in the order of its sheets and cells.
 
     >>> report = Report(); _ = report.add("FILE001", None, name="x.xlsx", hint=""); report.flatten(["code", "cell"])
     [('FILE001', '')]
@@ -253,11 +240,12 @@ class Report:
         self._found = {d: None for d in self._found if not causes.explain(d)}
         self.judge_fixes(lambda d, fix: replace(fix, safe=fix.safe and not causes.may_follow(d)))
 
-    def _place(self, d: Diagnostic) -> tuple[int, str, int, int, str]:
+    def _place(self, d: Diagnostic) -> tuple[int, int, str, int, int, str]:
+        rank = _RANKS[d.severity]
         if d.address is None:
-            return (-1, "", 0, 0, d.code)
+            return (rank, -1, "", 0, 0, d.code)
         a = d.address
-        return (self._sheets.get(a.sheet, len(self._sheets)), a.sheet, a.row, a.column, d.code)
+        return (rank, self._sheets.get(a.sheet, len(self._sheets)), a.sheet, a.row, a.column, d.code)
 
     def __iter__(self) -> Iterator[Diagnostic]:
         return iter(sorted(self._found, key=self._place))
@@ -289,7 +277,7 @@ class _Causes:
         self.formulas: set[str] = set()  # sheets with formulas that lack a name
         self.anywhere: set[str] = set()
         for d in found:
-            if d.severity is Severity.ERROR and d.code.startswith(_ERRORS_OF_ROWS):
+            if is_of_rows(d) and not d.code.startswith("FORM"):
                 self.anywhere.update(_AFTER_ERRORS)
             self.anywhere.update(_AFTER_WARNINGS.get(d.code, ()))
             if d.address is not None:
@@ -324,7 +312,7 @@ class _Causes:
             self.anywhere.update(AFTER_SCENE_ROWS)
 
     def explain(self, d: Diagnostic) -> bool:
-        if d.code in self.anywhere or (d.code.startswith("LINT") and "LINT" in self.anywhere):
+        if d.code in self.anywhere:
             return True
         if d.address is None or d.code in HIDE_CELL or d.code in HIDE_ROW:
             return False

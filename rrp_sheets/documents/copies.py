@@ -160,9 +160,12 @@ def latest_tutorial(folder: Path) -> Path | None:
     return max(found)[1] if found else None
 
 
-def begin_tutorial(folder: Path) -> Path:
-    """Make a fresh copy in a folder beside those that are there; raise SheetsError when it cannot be written."""
-    fresh = bundled("templates", "workbooks", TUTORIAL).read_bytes()
+def begin_tutorial(folder: Path, language: str = "en") -> Path:
+    """Make a fresh copy in a language, in a folder beside those that are there.
+
+    Raises SheetsError when it cannot be written.
+    """
+    fresh = bundled("templates", "workbooks", "tutorial.ja.xlsx" if language == "ja" else TUTORIAL).read_bytes()
     for count in range(1, _MOST):
         path = folder / (TUTORIAL if count == 1 else f"tutorial ({count}).xlsx")
         if not path.exists():

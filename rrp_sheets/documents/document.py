@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from rrp_sheets.documents.grid import (
+    HEADER,
     AddRows,
     Batch,
     CellText,
@@ -219,17 +220,22 @@ class Document:
             return self._new(author, PutLooks(grid.name, tuple((*c, replace(c[2], **change)) for c in was)))
 
     def comments(self) -> list[tuple[str, int, int, str, Thread]]:
-        """Return all comments of the workbook: sheet, row number, column, row's id if a grid has it, thread."""
+        """Return all comments of the workbook: sheet, row number, column, row's id if a grid has the cell, thread."""
         with self._lock:
             self._synchronise()
             found = []
             for name, (threads, _) in self.file.marks().items():
                 grid = self.grids.get(name)
+                rows = _rows_by_number(grid) if grid else {}
+                columns = {c.number for c in grid.columns} if grid else set[int]()
                 for (number, column), thread in sorted(threads.items()):
-                    place = number - grid.first if grid else -1
-                    row = grid.rows[place] if grid and 0 <= place < len(grid.rows) else ""
-                    found.append((name, number, column, row, thread))
+                    found.append((name, number, column, rows.get(number, "") if column in columns else "", thread))
             return found
+
+    def marks_of(self, sheet: str) -> tuple[Threads, SheetLooks]:
+        """Return the comments and looks in a sheet that no grid has, by row and column."""
+        with self._lock:
+            return self.file.marks().get(sheet, ({}, SheetLooks()))
 
     def current(self, sheet: str) -> str:
         """The name that a sheet has now, which may be another one than a page still shows."""
@@ -447,7 +453,7 @@ class Document:
         changes = []
         for name, (threads, looks) in self.file.marks().items():
             grid = self.grids.get(name)
-            rows = grid.marks.load({n: row for row, n in grid.numbers().items()}, threads, looks) if grid else []
+            rows = grid.marks.load(_rows_by_number(grid), threads, looks) if grid else []
             if grid and rows:
                 changes.append(Changed(grid.name, touched=tuple(rows)))
         return changes
@@ -466,6 +472,10 @@ class Document:
         if grid is None:
             raise SheetMissing(self.current(sheet))
         return grid
+
+
+def _rows_by_number(grid: Grid) -> dict[int, str]:
+    return {grid.number(HEADER): HEADER, **{number: row for row, number in grid.numbers().items()}}
 
 
 def _must_have_column(grid: Grid, columns: Sequence[int]) -> None:

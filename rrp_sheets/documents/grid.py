@@ -38,7 +38,7 @@ class SheetChange:
     """Change of a sheet as a whole.
 
     Attributes:
-        what: `added`, `deleted`, `renamed`, `moved`; `reshaped` when another program has changed its columns.
+        what: `added`, `deleted`, `renamed`, `moved`; `reshaped` when columns came or went.
         name: its name now.
         kind: of a sheet that was added: `behaviour`, `devices`, …; empty for one of the user's own.
         was: the name of a renamed one until now.
@@ -105,6 +105,8 @@ class SheetMissing(Refused):
         super().__init__(N_("There is no sheet “{sheet}” any more.", sheet=sheet), N_("Reload the page."))
 
 
+HEADER = "header"
+"""Stands for the id of the row of headers, whose cells have comments; it is none of a grid's rows."""
 BLANK_ROWS = 20  # at least, below the last filled row, so that there is always room to go on
 
 
@@ -164,6 +166,8 @@ class Grid:
 
     def number(self, row: str) -> int:
         """A row's number in the sheet."""
+        if row == HEADER:
+            return self.first - 1
         return self.first + self.rows.index(row)
 
     def numbers(self) -> dict[str, int]:
@@ -434,7 +438,10 @@ class PutLooks:
 
 @dataclass(frozen=True, slots=True)
 class PutHeader:
-    """Give a column of a table another header, if it still has the one that it had (`was`)."""
+    """Give a column of a table another header, if it still has the one that it had (`was`).
+
+    The sheet Devices gets a further column in this way, after all others, and loses it again with a blank header.
+    """
 
     sheet: str
     column: int
@@ -530,8 +537,8 @@ def remove(store: Store, author: str, grid: Grid, step: RemoveRows) -> tuple[Cha
 
 
 def put_thread(store: Store, author: str, grid: Grid, step: PutThread) -> tuple[Changed, PutThread]:
-    """Change the comments of a cell; raise Refused when others have changed the same comment."""
-    must_have(grid, [step.row])
+    """Change the comments of a cell or a header; raise Refused when others have changed the same comment."""
+    must_have(grid, {step.row} - {HEADER})
     now = grid.marks.thread(step.row, step.column)
     try:
         after = merged(now, step.before, step.after)
@@ -545,11 +552,18 @@ def put_thread(store: Store, author: str, grid: Grid, step: PutThread) -> tuple[
 
 def put_header(store: Store, author: str, grid: Grid, step: PutHeader) -> tuple[Changed, PutHeader]:
     """Give a column of a table another header; raise Refused for one that is gone or was changed."""
-    if grid.kind != "table" or not any((c.number, c.header) == (step.column, step.was) for c in grid.columns):
+    back = PutHeader(grid.name, step.column, step.was, step.text)
+    there = {c.number: c.header for c in grid.columns}
+    comes_or_goes = not (step.was and step.text)
+    if there.get(step.column, "") != step.was or grid.kind != ("devices" if comes_or_goes else "table"):
         raise Refused(N_("The header of this column was changed."), _AGAIN)
     store(author, [SetCell(grid.name, grid.first - 1, step.column, step.text)])
+    if comes_or_goes:
+        new = (GridColumn(step.column, step.text),) if step.text else ()
+        grid.columns = (*(c for c in grid.columns if c.number != step.column), *new)
+        return Changed(grid.name, change=SheetChange("reshaped", grid.name, grid.kind)), back
     grid.columns = tuple(replace(c, header=step.text) if c.number == step.column else c for c in grid.columns)
-    return Changed(grid.name, heads=((step.column, step.text),)), PutHeader(grid.name, step.column, step.was, step.text)
+    return Changed(grid.name, heads=((step.column, step.text),)), back
 
 
 def put_looks(store: Store, author: str, grid: Grid, step: PutLooks) -> tuple[Changed, PutLooks]:

@@ -28,14 +28,6 @@ __all__ = ["StreamKind", "build_graph"]
 SHORTEST_US = 50_000  # a bare number below this was surely meant in seconds
 _FORMULA = re.compile(r"""["'<>=&+*/^()]|\w\.\w|^\d""")
 """Matches formulas and durations, and no connector's name."""
-_ELSEWHERE = {
-    "scan": "accumulate", "reduce": "accumulate", "count": "accumulate", "sum": "accumulate", "distinct": "once",
-    "first": "once", "take": "once", "throttlefirst": "throttle", "debounce": "timeout", "select": "map",
-    "where": "filter", "withlatestfrom": "map", "zip": "combineLatest", "combine": "combineLatest", "join": "merge",
-    "concat": "merge", "distinctuntilchange": "changes", "change": "changes", "wait": "delay",
-    "buffer": "sample", "interval": "sample",
-}  # fmt: skip
-"""Names that other reactive software and newcomers use for the connectors."""
 _IN_SIMULATION = {
     "sensor": N_("It sends no values in a simulated run."),
     "actuator": N_("In a simulated run, its actions end at once as not completed."),
@@ -57,7 +49,8 @@ def build_graph(workbook: Workbook, robot: Robot, connectors: Registry[Connector
         before = len(report)
         builder = _Builder(behaviour, devices, connectors, streams, report, sheets)
         found = builder.steps()
-        steps = set_in_order(found, streams, report, rank, complete=not builder.failed)
+        read = None if builder.refused else builder.read
+        steps = set_in_order(found, streams, report, rank, read)
         rank += len(steps)
         behaviours.append(BehaviourGraph(behaviour.name, key(behaviour.name), steps))
         if behaviour.rows and not any(s.active for s in steps) and len(report) == before and not builder.failed:
@@ -80,7 +73,11 @@ def _tell_not_simulated(behaviours: Sequence[BehaviourGraph], streams: Mapping[s
 
 
 class _Builder:
-    """Builder of the steps of one behaviour; `failed` is True when a row could not be understood."""
+    """Builder of the steps of one behaviour.
+
+    `failed` is True when a row could not be understood, `refused` when an input could not; `read` are the inputs of
+    rows without a step.
+    """
 
     def __init__(
         self, behaviour: Behaviour, devices: DeviceTable, connectors: Registry[Connector], streams: dict[str, Stream],
@@ -89,7 +86,8 @@ class _Builder:
         self.behaviour = behaviour
         self.connectors = connectors
         self.report = report
-        self.failed = False
+        self.failed = self.refused = False
+        self.read: set[str] = set()
         self.found = [self._connector(row) for row in behaviour.rows]
         self.names = Names(behaviour, self.found, devices, streams, report, sheets)
 
@@ -105,8 +103,10 @@ class _Builder:
             output = self.names.output(row, connector, read_below[i]) if connector else None
             if connector is not None and not refused and inputs is not None and output is not None:
                 steps.append(self._step(row, connector, inputs, output))
-            else:
+            else:  # also of a row that is off: it is meant to be used
                 self.failed = True
+                self.refused = self.refused or refused or inputs is None
+                self.read.update(inputs or ())
             if row.on:  # "above" skips rows that are switched off
                 drives = connector is not None and connector.is_sink
                 above = inputs if drives else (self.names.output_id(row),)
@@ -122,7 +122,7 @@ class _Builder:
         connector = self.connectors.get(cell.text)
         if connector is None and row.on:
             names = list(dict.fromkeys(c.name for c in self.connectors))
-            guess = _ELSEWHERE.get(key(cell.text)) or nearest(cell.text, self.connectors.names())
+            guess = self._called(cell.text) or nearest(cell.text, self.connectors.names())
             remedy = N_("Choose one of {names}.", names=", ".join(names))
             if _FORMULA.search(cell.text):
                 words = N_(
@@ -131,6 +131,10 @@ class _Builder:
                 remedy = N_(words, names=", ".join(names))
             self.report.add("CONN002", cell.address, name=cell.text, **meant(guess, remedy))
         return connector
+
+    def _called(self, word: str) -> str | None:
+        """Return the connector that people call by a plain word (`count`), or None."""
+        return next((c.name for c in self.connectors if key(word) in map(key, c.words)), None)
 
     def _inputs(self, row: Row, above: tuple[str, ...] | None) -> tuple[tuple[str, ...] | None, bool]:
         """Return the stream ids of a row's inputs, and whether a name among them was refused."""
@@ -163,6 +167,7 @@ class _Builder:
         elif most is not None and count > most:
             allowed = N_("one input stream") if most == 1 else N_("{most} input streams", most=most)
             self.report.add("CONN004", at, connector=connector.name, most=allowed, count=count)
+        self.refused = self.refused or len(self.report) > before
         period = self._parameter(row, connector)
         self.failed = self.failed or len(self.report) > before
         return replace(step, period_us=period)
@@ -193,12 +198,12 @@ class _Builder:
 
 
 def set_in_order(
-    steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, *, complete: bool
+    steps: list[Step], streams: dict[str, Stream], report: Report, first_rank: int, read: Collection[str] | None
 ) -> tuple[Step, ...]:
     """Return the steps in the order of the sheet, with their ranks and whether they are active.
 
-    `complete` is False when rows are missing because they could not be understood: an output without readers may
-    then be read by one of those, and is not reported.
+    `read` are the inputs of rows without a step; None when one of them could not be understood: an output without
+    readers may then be meant there, and is not reported.
     """
     maker = {s.output: i for i, s in enumerate(steps) if s.row.on and not s.connector.is_sink}
     needs: dict[int, list[int]] = {
@@ -216,13 +221,13 @@ def set_in_order(
     _tell_long_chains(needs, order, steps, report)
     done = tuple(replace(s, rank=ranks[i], active=active[i]) for i, s in enumerate(steps))
     fed = {s.output for s in done if s.active}
-    read = {source for s in done if s.row.on for source in s.inputs}
+    taken = {source for s in done if s.row.on for source in s.inputs} | set(read or ())
     for i, step in enumerate(done):
         stream = streams[step.output]
         if stream.kind in (StreamKind.ORDINARY, StreamKind.ANONYMOUS) and step.output not in fed:
             streams[step.output] = replace(stream, active=False)
-        unused = step.row.on and step.output not in read and i not in in_circle
-        if complete and unused and stream.kind is StreamKind.ORDINARY and not step.connector.is_sink:
+        unused = read is not None and step.row.on and step.output not in taken and i not in in_circle
+        if unused and stream.kind is StreamKind.ORDINARY and not step.connector.is_sink:
             report.add("GRAPH011", step.row.output.address, name=stream.name)
     return done
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import Fix, Put, meant
+from rrp_sheets.diagnostics.report import Fix, Put, meant, surely
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
 from rrp_sheets.model.values import Value
@@ -47,6 +49,8 @@ class DeviceTable:
         self.report = report
         self.declared: dict[str, Declared] = {}
         self._implicit: dict[str, Declared] = {}
+        known = workbook.language != "en" and (workbook.language in robot.languages or not robot.languages)
+        self._language = workbook.language if known else ""  # of speech, instead of the robot's usual one
         self.propose = Proposals()
         self.broken: set[str] = set()  # declared, but with an unknown device: told once, at the Devices row
         self._mine: Mapping[str, tuple[str, ...]] = {  # names that settings may take from the workbook itself
@@ -56,7 +60,10 @@ class DeviceTable:
         self._headers = {k: header.strip() for d in workbook.devices for k, header in d.headers.items()}
         misspelt = self._misspelt_columns(workbook.devices)
         for device in workbook.devices:
-            settings = {misspelt.get(k, k): cell for k, cell in device.settings.items() if misspelt.get(k) != "notes"}
+            settings = {
+                misspelt.get(k, k): _standard(misspelt[k], cell) if k in misspelt else cell
+                for k, cell in device.settings.items() if misspelt.get(k) != "notes"
+            }  # fmt: skip
             self._declare(device.stream, device.device, settings)
         for k, declared in list(self.declared.items()):  # of an actuator that may be declared after it
             if self.done(declared.name) is not None and declared.address is not None:
@@ -76,9 +83,10 @@ class DeviceTable:
         for k, uses in filled.items():
             settings = {key(s.name): s.name for _, found in uses for s in found.type.settings.values()}
             free = [name for s, name in settings.items() if not any(s in d.settings for d in devices)]
-            guess = nearest(k, [*free, *(c.name for c in DEVICES.optional)])
+            own = japanese.words_for(japanese.SETTINGS, *free)
+            guess = nearest(k, [*free, *own, *(c.name for c in DEVICES.optional)])
             if guess:
-                meant[k] = key(guess)
+                meant[k] = key(japanese.standard(japanese.SETTINGS, guess))
                 cell, found = uses[0]
                 header = self._headers.get(k, k)
                 remedy = N_("Did you mean {guess}? Then correct the header of this column.", guess=guess)
@@ -101,8 +109,8 @@ class DeviceTable:
             if not device:
                 self.report.add("DEV006", device.address, stream=stream.text)
             else:
-                guess = nearest(device.text, [f.name for f in self.robot.names.values()])
-                remedy = meant(guess, N_("See `rrp-sheets help devices`."))
+                guess = nearest(device.text, [*(f.name for f in self.robot.names.values()), *japanese.DEVICES])
+                remedy = called(device.text, guess, self.robot) or meant(guess, N_("See `rrp-sheets help devices`."))
                 self.report.add("DEV001", device.address, name=device.text, **remedy)
             self.broken.add(k)
             return
@@ -110,7 +118,7 @@ class DeviceTable:
         self.declared[k] = Declared(stream.text, found, values, stream.address)
 
     def _settings(self, found: FoundDevice, cells: Mapping[str, Cell], stream: Cell, device: Cell) -> dict[str, Value]:
-        values = _usual(found, stream.text)
+        values = self._usual(found, stream.text)
         for k, cell in cells.items():
             if not cell:
                 continue
@@ -149,6 +157,17 @@ class DeviceTable:
         header = self._headers.get(k, k)
         self.report.add("DEV007", cell.address, fixes=fixes, device=found.name, setting=header, remedy=remedy)
 
+    def _usual(self, found: FoundDevice, stream: str) -> dict[str, Value]:
+        """Return the settings of a device that no cell gives: its presets, the stream's name as label, defaults.
+
+        The language is that of the workbook, if its headers are Japanese and the robot speaks that.
+        """
+        values: dict[str, Value] = {
+            k: stream if s.kind == "label" else self._language if s.kind == "language" and self._language else s.default
+            for k, s in found.type.settings.items()
+        }
+        return {**values, **found.preset}
+
     def find(self, name: str) -> Declared | None:
         """Return the device behind a stream name, declared or used by its own name; None if there is none."""
         k = key(name)
@@ -158,7 +177,7 @@ class DeviceTable:
             found = self.robot.find(name)
             if found is None:
                 return None
-            self._implicit[k] = Declared(found.name, found, _usual(found, name))
+            self._implicit[k] = Declared(found.name, found, self._usual(found, name))
         return self._implicit[k]
 
     def done(self, name: str) -> tuple[str, Declared] | None:
@@ -180,6 +199,29 @@ class DeviceTable:
         return mine + self.robot.device_names(kind)
 
 
+def _standard(setting: str, cell: Cell) -> Cell:
+    """Return a cell of a setting that a misspelt header means, with the standard word for a Japanese choice."""
+    return replace(cell, text=japanese.standard(japanese.CHOICES.get(setting, {}), cell.text))
+
+
+def called(word: str, guess: str | None, robot: Robot, kind: str = "") -> dict[str, Any]:
+    """Return the details `remedy` and `guess` for a plain word of devices (of a kind), such as `hand`.
+
+    They are empty for another word, and for one that is nearly spelt as the `guess`. With a kind, the word is that of a
+    stream: a device that needs a setting is then proposed for the sheet Devices.
+    """
+    found = [] if guess and surely(word, guess) else robot.called(word, kind)
+    if not found:
+        return {}
+    plain = [d for d in found if not (kind and any(s.required or s.kind == "gesture" for s in d.settings.values()))]
+    names = [d.title for d in plain or found]
+    if not plain:
+        return {"remedy": N_("Declare “{text}” in the sheet Devices, with the device {guess} and its settings.",
+                             text=word, guess=listed(names, "or"))}  # fmt: skip
+    remedy = N_("Did you mean {guess}?", guess=listed(names, "or"))
+    return {"remedy": remedy, "guess": names[0]} if len(names) == 1 else {"remedy": remedy}
+
+
 def done_of(name: str) -> str:
     """Return the stream whose done stream a name stands for, as `Ask` in `Ask done`; empty for other names.
 
@@ -188,12 +230,6 @@ def done_of(name: str) -> str:
     """
     words = _DONE.fullmatch(name.strip())
     return words[1].rstrip("_-") if words else ""
-
-
-def _usual(found: FoundDevice, stream: str) -> dict[str, Value]:
-    """Return the default settings of a device, with its presets and the stream's name as label."""
-    values = {k: stream if s.kind == "label" else s.default for k, s in found.type.settings.items()}
-    return {**values, **found.preset}
 
 
 def describe(device: DeviceType) -> str:

@@ -11,7 +11,7 @@ from rrp_sheets.connectors import Connector
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import meant
 from rrp_sheets.graph import Stream, StreamKind
-from rrp_sheets.graph.device_table import Declared, DeviceTable, describe, done_of
+from rrp_sheets.graph.device_table import Declared, DeviceTable, called, describe, done_of
 from rrp_sheets.model.exchange import DONE
 from rrp_sheets.model.names import argument_name, is_reserved, key
 from rrp_sheets.model.workbook import Behaviour, Cell, Row
@@ -76,7 +76,7 @@ class Names:
         if declared is None:
             if row.on and k not in self._told and k not in self.devices.broken and not self._done_of_missing(k):
                 self._told.add(k)
-                self.report.add("GRAPH001", cell.address, name=cell.text, **self._propose(cell.text))
+                self.report.add("GRAPH001", cell.address, name=cell.text, **self._propose(cell.text, row))
             return None
         if declared.found.type.kind == "actuator":
             if row.on:
@@ -84,7 +84,7 @@ class Names:
             return None
         return self._device(declared, cell, row)
 
-    def _propose(self, text: str) -> dict[str, Any]:
+    def _propose(self, text: str, row: Row) -> dict[str, Any]:
         parts = [part.strip() for part in _AND.split(text)]
         known = (key(part) in self.rows or self.devices.find(part) is not None for part in parts)
         if any(sign in text for sign in ";&+") or (len(parts) > 1 and all(known)):
@@ -94,7 +94,11 @@ class Names:
             named, kind = done_of(text), describe(of.found.type)
             remedy = N_("Only actuators have a done stream; {done_of} is {describe}.", done_of=named, describe=kind)
             return {"remedy": remedy}
-        guess = self._meant_done(text) or self.devices.propose(text, self._inputs)
+        ended = self._meant_done(text)
+        guess = ended or self.devices.propose(text, self._inputs)
+        unused_output = any(k not in self._read and other is not row for k, other in self.rows.items())
+        if not (ended or unused_output) and (found := called(text, guess, self.devices.robot, "sensor")):
+            return found  # else that output may have been called so
         unused = self.rows.get(key(guess)) if guess else None
         if guess is None or unused is None or key(guess) in self._read:
             return meant(guess, N_("Write the output stream of another row, or a sensor."))
@@ -199,11 +203,12 @@ class Names:
         if guess:
             remedy = N_("Did you mean {guess}? Or declare “{text}” in the sheet Devices, with its device and settings.",
                         guess=guess, text=cell.text)  # fmt: skip
+        details = called(cell.text, guess, self.devices.robot, "actuator") or {"remedy": remedy, "guess": guess}
         if declared is not None:
             what = describe(declared.found.type)
         else:
             what = N_("the stream of another row") if key(cell.text) in self.rows else N_("not a device of the robot")
-        self.report.add("GRAPH006", cell.address, name=cell.text, what=what, remedy=remedy, guess=guess)
+        self.report.add("GRAPH006", cell.address, name=cell.text, what=what, **details)
         return None
 
     def _ordinary(self, first: Cell, stream_id: str) -> str:

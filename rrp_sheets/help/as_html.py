@@ -13,7 +13,6 @@ from markupsafe import Markup
 
 from rrp_sheets import page_texts
 from rrp_sheets.connectors import connectors
-from rrp_sheets.diagnostics.catalogue import completed
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.help.connectors import draw_example, example_score
 from rrp_sheets.help.layout import Block, checked
@@ -130,7 +129,7 @@ def diagrams(block: Block, language: str) -> Iterator[Markup]:
 def _drawn(source: str, language: str) -> tuple[str, ...]:
     from rrp_sheets.render.diagram import draw_diagram
 
-    graph = checked(completed(source)).graph
+    graph = checked(source).graph
     try:
         drawn = (draw_diagram(graph, b, whole=True, timeout=_SECONDS, language=language) for b in graph.behaviours)
         return tuple(re.sub(r"\bb\d+-", "b1-", pages[0].svg) for pages in drawn if pages)

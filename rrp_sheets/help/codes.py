@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from rrp_sheets.diagnostics import CODES, Code
 from rrp_sheets.diagnostics.catalogue import TOPICS, completed, load_page
-from rrp_sheets.help.layout import Block, checked, entries, heading, paragraph, remark, titled, workbook
+from rrp_sheets.help.layout import Block, checked, entries, heading, in_language, paragraph, remark, titled, workbook
 from rrp_sheets.texts import N_, LazyMessage
 
 _KINDS = {
@@ -28,8 +28,8 @@ def _titled(code: Code) -> str:
     return LazyMessage(_LISTED[code.severity.value], title=code.text("title", {}))
 
 
-def one_code(code: Code) -> Iterator[Block]:
-    """Yield the page of a code, with what the check says of its wrong example."""
+def one_code(code: Code, language: str = "en") -> Iterator[Block]:
+    """Yield the page of a code, with what the check says of its wrong example, which is written in a language."""
     title = LazyMessage(_KINDS[code.severity.value], code=code.id, title=code.text("title", {}))
     yield heading(title, code.id)
     page = load_page(code.id)
@@ -39,10 +39,10 @@ def one_code(code: Code) -> Iterator[Block]:
     if page.untabled:
         yield titled(N_("For example"), remark(page.text("untabled")))
         return
-    yield titled(N_("Wrong"), workbook(f"{code.id} wrong", page.wrong, drawn=False))
-    for finding in checked(completed(page.wrong)).report:
+    yield titled(N_("Wrong"), workbook(f"{code.id} wrong", page.wrong, language, drawn=False))
+    for finding in checked(in_language(completed(page.wrong), language)).report:
         if finding.code == code.id and finding.address is not None:
             said = remark(N_("{address}: {message}", address=finding.address, message=finding.message))
             yield titled(N_("The check says"), said, remark(N_("→ {remedy}", remedy=finding.remedy)))
             break
-    yield titled(N_("Right"), workbook(f"{code.id} right", page.right, drawn=False))
+    yield titled(N_("Right"), workbook(f"{code.id} right", page.right, language, drawn=False))

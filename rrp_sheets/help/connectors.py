@@ -73,7 +73,7 @@ def one_connector(connector: Connector, language: str = "en") -> Iterator[Block]
         yield from _example(connector, language)
     if connector.name in IN_USE:
         title, book = IN_USE[connector.name]
-        yield titled(title, example_block(f"{connector.name} in use", book))
+        yield titled(title, example_block(f"{connector.name} in use", book, language))
 
 
 def _example(connector: Connector, language: str) -> Iterator[Block]:

@@ -53,8 +53,8 @@ def device_help(device: DeviceType) -> str:
     return N_(device.help, msgctxt=f"{device.name}.help")
 
 
-def one_device(found: FoundDevice) -> Iterator[Block]:
-    """Yield a device: what it gives or takes, and its settings."""
+def one_device(found: FoundDevice, language: str = "en") -> Iterator[Block]:
+    """Yield a device: what it gives or takes, its settings, and an example that is written in a language."""
     device, name = found.type, found.name
     title = N_("{name} (sensor)" if device.kind == "sensor" else "{name} (actuator)", name=name)
     yield heading(title, name.replace(" ", "-"))
@@ -106,10 +106,10 @@ def one_device(found: FoundDevice) -> Iterator[Block]:
     if device.example:
         shown = device.example.partition(_TEST)[0]  # its test says nothing to who only wants to see how it is used
         about = N_(shown.partition("\n")[0].lstrip("# "), msgctxt="example")
-        yield titled(N_("For example: {about}", about=about), workbook(name, shown))
+        yield titled(N_("For example: {about}", about=about), workbook(name, shown, language))
 
 
-def done_stream(found: FoundDevice) -> Iterator[Block]:
+def done_stream(found: FoundDevice, language: str = "en") -> Iterator[Block]:
     """Explain `Say done`: the stream that an actuator gives at the end of each of its commands."""
     yield heading(N_("{name} (stream)", name=f"{found.name} done"), f"{found.name} done".replace(" ", "-"))
     yield paragraph(
@@ -123,7 +123,7 @@ def done_stream(found: FoundDevice) -> Iterator[Block]:
     fields = [(f.name, f.unit, N_(f.help, msgctxt="done")) for f in DONE.fields]
     yield titled(N_("Its fields"), columns([(N_("Field"), N_("Unit"), N_("Meaning")), *fields], headed=True))
     about = N_("say hello, wait for two seconds, then turn the eyes red")
-    yield titled(N_("For example: {about}", about=about), workbook("Say done", DONE_EXAMPLE))
+    yield titled(N_("For example: {about}", about=about), workbook("Say done", DONE_EXAMPLE, language))
 
 
 def described(setting: Setting) -> str:
@@ -138,6 +138,10 @@ def described(setting: Setting) -> str:
         parts.append(N_("From {low} to {high}.", low=f"{setting.lower:g}", high=_measured(f"{setting.upper:g}", unit)))
     if setting.required:
         parts.append(N_("It must be filled in."))
+    elif setting.kind == "language":
+        parts.append(
+            N_("Blank means {value}, or ja where the headers of the workbook are Japanese.", value=_default(setting))
+        )
     elif setting.default not in (None, ""):
         parts.append(N_("Blank means {value}.", value=_measured(_default(setting), unit)))
     return sentences(*parts)

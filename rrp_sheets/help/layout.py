@@ -37,7 +37,7 @@ class Block:
         parts: of a titled block; of an example its sheets.
         anchor: by which a page has a link to the block; of an example by which it is opened as a workbook.
         headed: whether the first row of columns has their titles.
-        source: of an example, its Markdown.
+        source: of an example, its Markdown, with a behaviour when its sheets have none.
         drawn: whether an example has a diagram, and a file in published pages.
     """
 
@@ -87,21 +87,43 @@ def columns(rows: Iterable[Sequence[str]], *, headed: bool = False) -> Block:
     return Block("columns" if headed or len(found[0]) > 2 else "entries", rows=found, headed=headed)
 
 
-def workbook(about: str, markdown: str, *, drawn: bool = True) -> Block:
-    """Return an example: a workbook in Markdown, as `## ` or `### ` headings and tables; with a diagram if `drawn`."""
+def workbook(about: str, markdown: str, language: str, *, drawn: bool = True) -> Block:
+    """Return an example, a workbook in English in Markdown, as it is written in a language; with a diagram if `drawn`.
+
+    Its sheets are `## ` or `### ` headings, each with a table.
+    """
+    english = re.sub(r"^### ", "## ", markdown, flags=re.MULTILINE)
+    shown = sheets_of(in_language(english, language))
+    sheets = tuple(Block("sheet", name, tuple(map(tuple, rows))) for name, rows in shown.items())
+    source = in_language(completed(english), language)
+    return Block("example", about, parts=sheets, anchor=slug(about), source=source, drawn=drawn)
+
+
+def sheets_of(markdown: str) -> dict[str, list[list[str]]]:
+    """Return the rows of a Markdown workbook, which are all as long as the longest of their sheet."""
     from rrp_sheets.workbook.raw import Extent
     from rrp_sheets.workbook.text_books import read_markdown
 
-    source = re.sub(r"^### ", "## ", markdown, flags=re.MULTILINE)
-    book = read_markdown(source.encode(), "help")
-    sheets = []
+    book = read_markdown(markdown.encode(), "help")
+    sheets = {}
     for index, name in enumerate(book.names):
         cells = book.sheet(index, Extent.WHOLE).cells
         bottom, right = max(row for row, _ in cells), max(column for _, column in cells)
         texts = {at: cell.text for at, cell in cells.items()}
-        rows = tuple(tuple(texts.get((r, c), "") for c in range(1, right + 1)) for r in range(1, bottom + 1))
-        sheets.append(Block("sheet", name, rows))
-    return Block("example", about, parts=tuple(sheets), anchor=slug(about), source=source, drawn=drawn)
+        sheets[name] = [[texts.get((r, c), "") for c in range(1, right + 1)] for r in range(1, bottom + 1)]
+    return sheets
+
+
+@lru_cache(maxsize=500)
+def in_language(markdown: str, language: str) -> str:
+    """Return a Markdown workbook in English as it is written in a language; one with broken rows stays as it is."""
+    from rrp_sheets.workbook.template import in_japanese
+    from rrp_sheets.workbook.text_books import read_markdown
+    from rrp_sheets.workbook.text_patch import markdown_text
+
+    if language != "ja" or read_markdown(markdown.encode(), "help").findings:
+        return markdown
+    return markdown_text(in_japanese(sheets_of(markdown)))
 
 
 def slug(text: str) -> str:
@@ -113,9 +135,9 @@ def slug(text: str) -> str:
     return re.sub(r"\W+", "-", str(text)).strip("-")
 
 
-def rows_to_open(example: Block) -> dict[str, Rows]:
-    """Return the sheets of an example as a workbook that can be opened: one without a behaviour gets one."""
-    return {sheet.head: sheet.rows for sheet in workbook("", completed(example.source)).parts}
+def rows_to_open(example: Block) -> dict[str, list[list[str]]]:
+    """Return the sheets of an example as a workbook that can be opened."""
+    return sheets_of(example.source)
 
 
 def mapped(block: Block, change: Callable[[str], str]) -> Block:
@@ -148,11 +170,11 @@ def from_file(name: str, language: str, **made: str) -> Iterator[Block]:
     for place, told in made.items():
         text = text.replace(f"{{{place}}}", told)
     given = iter(anchors(name))
-    for block in from_markdown(text, name):
+    for block in from_markdown(text, name, language):
         yield replace(block, anchor=next(given, block.anchor)) if block.kind == "heading" else block
 
 
-def from_markdown(text: str, name: str = "") -> Iterator[Block]:
+def from_markdown(text: str, name: str = "", language: str = "en") -> Iterator[Block]:
     """Yield the blocks of a topic's text: `# ` headings, `* term | meaning` lists, tables, code, examples, paragraphs.
 
     An example is a workbook: `### ` headings, each with a table below; `name` is what it is about. A list of which an
@@ -166,7 +188,7 @@ def from_markdown(text: str, name: str = "") -> Iterator[Block]:
             sheets = [block]
             while found and found[0].startswith(("### ", "|")):
                 sheets.append(found.pop(0))
-            yield workbook(name, "\n\n".join(sheets))
+            yield workbook(name, "\n\n".join(sheets), language)
         elif block.startswith("# "):
             yield heading(block[2:])
         elif block.startswith("* "):

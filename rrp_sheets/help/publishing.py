@@ -73,10 +73,14 @@ def _files() -> list[tuple[str, bytes]]:
         other = other_language(language)
         for file in files():
             there = {"language": other, "name": LANGUAGES[other], "href": f"../{other}/{file}"}
-            shown = framed("site.html", file, language, opens="../examples", level=1, other=there, styles=STYLES)
+            books = f"../examples-{language}"
+            shown = framed("site.html", file, language, opens=books, level=1, other=there, styles=STYLES)
             found.append((f"{language}/{file}", shown.encode()))
         found.append((f"{language}/search-index.js", search_index(language).encode()))
-    examples = [example for file in files() for example in page(file, "en").examples if example.drawn]
-    found += [(f"examples/{example.anchor}.xlsx", workbook_bytes(rows_to_open(example))) for example in examples]
+        examples = [example for file in files() for example in page(file, language).examples if example.drawn]
+        found += [
+            (f"examples-{language}/{example.anchor}.xlsx", workbook_bytes(rows_to_open(example), language=language))
+            for example in examples
+        ]
     static = bundled("templates", "web", "static")
     return [*found, *((f"assets/{name}", (static / source).read_bytes()) for source, name in _ASSETS.items())]

@@ -16,10 +16,12 @@ from rrp_sheets.help.layout import (
     titled,
     workbook,
 )
+from rrp_sheets.model import japanese
+from rrp_sheets.model.names import key
 from rrp_sheets.robots import load_robot
 from rrp_sheets.scene.scene_sheet import MOST_THINGS, WAITING_US
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, ThingKind
-from rrp_sheets.texts import N_, LazyMessage
+from rrp_sheets.texts import N_, LazyMessage, listed, translate
 
 TIMES = [
     ("2.5", N_("seconds from the start of the run")),
@@ -42,19 +44,27 @@ EXAMPLE = [
 ]
 
 
-def scenescene_message(kind: ThingKind) -> list[tuple[str, str, str]]:
+def verb_rows(kind: ThingKind, language: str) -> list[tuple[str, str, str]]:
     """Return the verbs of a kind of thing as rows: verb (once), a value, and a line of help."""
     rows = []
     for verb in kind.verbs:
+        name, *also = [verb.name, *verb.also] if language == "en" else japanese.words_for(japanese.VERBS, verb.name)
         for at, (value, line) in enumerate(verb.examples):
             told: str = scene_message(line)
-            if verb.also and at == len(verb.examples) - 1:
-                others = ", ".join(verb.also)
+            if also and at == len(verb.examples) - 1:
+                others = listed(also)
                 told = (
                     N_("{before}; or: {names}", before=told, names=others) if line else N_("or: {names}", names=others)
                 )
-            rows.append((verb.name if at == 0 else "", value, told))
+            rows.append((name if at == 0 else "", scene_value(verb.name, value, language), told))
     return rows
+
+
+def scene_value(verb: str, value: str, language: str) -> str:
+    """Return an example of a Value as it is written in a language; what people say is a message."""
+    if language == "en" or not value:
+        return value
+    return scene_message(value) if key(verb) in japanese.FREE else japanese.japanese_value(value)
 
 
 def scene(language: str = "en") -> Iterator[Block]:
@@ -62,21 +72,24 @@ def scene(language: str = "en") -> Iterator[Block]:
     robot = load_robot()
     table = "\n".join(f"| {' | '.join(row)} |" for row in [EXAMPLE[0], ["---"] * len(EXAMPLE[0]), *EXAMPLE[1:]])
     made: dict[str, list[Block]] = {
-        "{example}": [titled(FOR_EXAMPLE, workbook("Scene", f"## Scene\n{table}\n", drawn=False))],
+        "{example}": [titled(FOR_EXAMPLE, workbook("Scene", f"## Scene\n{table}\n", language, drawn=False))],
         "{times}": [entries(TIMES)],
-        "{kinds}": [block for kind in KINDS.values() for block in _kind(kind)],
+        "{kinds}": [block for kind in KINDS.values() for block in _kind(kind, language)],
     }
-    places = {"robot": robot.title, "zones": ", ".join(robot.touch_zones), "colours": ", ".join(COLOURS),
-              "most": str(MOST_THINGS), "waiting": str(WAITING_US // 1_000_000)}  # fmt: skip
+    lists = {"zones": (japanese.ZONES, robot.touch_zones), "colours": (japanese.COLOURS, COLOURS)}
+    told = {n: list(w if language == "en" else japanese.japanese(own, w)) for n, (own, w) in lists.items()}
+    places = {name: translate(listed(words), language) for name, words in told.items()}
+    places |= {"robot": robot.title, "most": str(MOST_THINGS), "waiting": str(WAITING_US // 1_000_000)}
     for block in from_file("scene", language, **places):
         yield from made.get(block.head, [block])
 
 
-def _kind(kind: ThingKind) -> Iterator[Block]:
+def _kind(kind: ThingKind, language: str) -> Iterator[Block]:
     yield heading(scene_message(kind.title), slug(kind.title))
-    things = f"{', '.join(kind.things)}{', …' if len(kind.things) > 1 else '.'}"
+    names = kind.things if language == "en" else tuple(map(japanese.japanese_thing, kind.things))
+    things = listed([*names, "…"]) if len(names) > 1 else N_("{text}.", text=names[0])
     yield paragraph(N_("{before} {after}", before=things, after=scene_message(kind.help)) if kind.help else things)
-    yield columns(scenescene_message(kind))
+    yield columns(verb_rows(kind, language))
 
 
 def scene_message(text: str) -> str:

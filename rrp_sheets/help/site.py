@@ -7,7 +7,7 @@ of these names. The search looks through an index of all sections in the browser
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -23,7 +23,7 @@ from rrp_sheets.help.connectors import one_connector
 from rrp_sheets.help.devices import done_stream, names_of, one_device
 from rrp_sheets.help.functions import one_function
 from rrp_sheets.help.layout import Block, slug
-from rrp_sheets.help.topics import GROUPS, SMALL_WORDS, TITLES, page_of, topic_of
+from rrp_sheets.help.topics import GROUPS, SMALL_WORDS, TITLES, all_names, page_of, topic_of
 from rrp_sheets.robots import load_robot
 from rrp_sheets.texts import LANGUAGES, N_, listed, translate
 
@@ -117,7 +117,7 @@ def page(file: str, language: str) -> HelpPage:
         return HelpPage(SEARCH, translate(N_("Search the help"), language), "search", ())
     if name in CODES and file.endswith(".html"):
         above = page("codes.html", language)
-        return _page(file, [*one_code(CODES[name])], language, above)
+        return _page(file, [*one_code(CODES[name], language)], language, above)
     if file not in files():
         raise KeyError(file)
     topic = "" if name == "index" else name
@@ -156,9 +156,9 @@ def _named(file: str, language: str) -> Iterator[Section]:
             if names:
                 found = robot.find(names[0])
                 assert found is not None
-                yield _section([*one_device(found)], language, names[1:])
+                yield _section([*one_device(found, language)], language, names[1:])
         if (say := robot.find("Say")) is not None:
-            yield _section([*done_stream(say)], language)
+            yield _section([*done_stream(say, language)], language)
 
 
 def _section(blocks: Sequence[Block], language: str, others: Sequence[str] = ()) -> Section:
@@ -230,6 +230,10 @@ def other_language(language: str) -> str:
 @lru_cache(maxsize=len(LANGUAGES))
 def search_index(language: str) -> str:
     """Return a script that gives all sections of the help to the search, as an array of objects."""
+    words: dict[str, list[str]] = {}
+    for entry in all_names():
+        if entry.words:
+            words.setdefault(place_of(entry.name), []).extend(entry.words)
     found = []
     for file in files():
         shown = page(file, language)
@@ -240,11 +244,17 @@ def search_index(language: str) -> str:
             lines = (" ".join(translate(line, language).replace("`", "").split()) for line in _lines(section.blocks))
             found.append({
                 "page": file, "anchor": section.anchor, "title": shown.title, "part": section.title,
-                "text": "\n".join(lines),
+                "text": "\n".join(lines), "words": _words_of(section, file, words),
             })  # fmt: skip
     texts = json.dumps(found, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     small = json.dumps(sorted(SMALL_WORDS))
     return f"globalThis.helpSmallWords = {small};\nglobalThis.helpSections = {texts};\n"
+
+
+def _words_of(section: Section, file: str, words: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return the plain words of a section, from those of all addresses; a topic's are those of its beginning."""
+    places = [f"{file}#{anchor}" for anchor in (section.anchor, *section.others)] if section.anchor else [file]
+    return list(dict.fromkeys(word for place in places for word in words.get(place, ())))
 
 
 def _lines(blocks: Sequence[Block]) -> Iterator[str]:

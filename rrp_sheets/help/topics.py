@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -12,27 +13,44 @@ from rrp_sheets.diagnostics import CODES
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.help.functions import first_line
-from rrp_sheets.help.layout import FOR_EXAMPLE, Block, example, from_file, titled, workbook
+from rrp_sheets.help.layout import FOR_EXAMPLE, Block, entries, example, from_file, paragraph, titled, workbook
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
-from rrp_sheets.robots import FoundDevice, load_robot
+from rrp_sheets.robots import DeviceType, FoundDevice, Robot, load_robot
 from rrp_sheets.texts import N_, listed, translate
 from rrp_sheets.workbook.schema import SHEETS, SheetKind
 
-_WORDS = ("words", "stream", "streams", "event", "events", "field", "fields", "frame", "seed", "rad", "trace", "units",
-          "state", "states", "instant")  # fmt: skip
-_SYNONYMS = {
-    "connector": "connectors", "operators": "connectors", "operator": "connectors",
-    "formula": "formulas", "language": "formulas", "function": "functions", "helper": "helpers",
-    "priorities": "priority", "framerate": "protocol", "engines": "engine",
-    "device": "devices", "sensors": "devices", "sensor": "devices", "actuators": "devices", "actuator": "devices",
-    "test": "tests", "testing": "tests", "scenes": "scene", "errors": "codes", "error": "codes",
-    "warnings": "codes", "messages": "codes", "code": "codes", "overview": "", "help": "", "index": "",
-    "workbook": "sheets", "workbooks": "sheets", "sheet": "sheets", "record": "recordings", "records": "recordings",
-    "recording": "recordings",
-    "server": "serve", "browser": "serve", "grid": "serve", "paper": "ethics", "comparing": "compare", "git": "compare",
-    "bundle": "bundles", "installation": "systems", "windows": "systems", "macos": "systems",
-    **dict.fromkeys(_WORDS, "glossary"),
+_OVERVIEW = ("overview", "help", "index")
+WORDS = {
+    "connectors": "connector operator operators コネクター コネクタ",
+    "formulas": "formula language calculate calculation 式 数式 計算",
+    "functions": "function 関数",
+    "helpers": "helper 補助の式 ヘルパー",
+    "total": "count score 合計 数える 点数",
+    "priority": "priorities 優先度 優先",
+    "protocol": "framerate 計画書 プロトコル",
+    "engine": "engines timing エンジン",
+    "devices": "device sensor sensors actuator actuators デバイス センサー アクチュエーター",
+    "robot": "nao robots ロボット",
+    "scene": "scenes room person child シーン 場面 部屋 子ども",
+    "tests": "test testing try テスト 試す 確認",
+    "codes": "code error errors warning warnings message messages problem problems エラー 警告 問題",
+    "compare": "comparing difference differences diff git explain check 比較 比べる 違い 説明 点検",
+    "sheets": "workbook workbooks sheet file files excel csv column row save ワークブック シート ファイル 列 行 保存",
+    "serve": "server browser grid password login share together people comment comments start stop run pause rename "
+             "version versions パスワード 共有 一緒に コメント 実行 始める 開始 止める 停止 一時停止 版 名前を変える",
+    "keys": "key shortcut shortcuts keyboard undo redo copy paste cut rename find replace insert delete bold "
+            "元に戻す 取り消す やり直す コピー 貼り付け 検索 置換 キー ショートカット 名前を変える 挿入 削除",
+    "recordings": "record records recording film video camera picture pictures look export data save delete replay "
+                  "記録 録画 動画 映像 カメラ 振り返り 振り返る 書き出す 再生 データ 削除",
+    "ethics": "paper print board approval consent participant participants 倫理 印刷 審査 同意 参加者",
+    "risks": "risk danger safety safe リスク 危険 安全",
+    "bundles": "bundle share send zip 共有 送る バンドル",
+    "systems": "installation install windows macos linux computer インストール パソコン",
+    "glossary": "words word stream streams event events field fields frame seed rad trace units state states instant "
+                "meaning 用語 言葉 意味 ストリーム",
 }  # fmt: skip
+"""Plain words of each topic, in all languages, by which people look for it; one of a single topic is a name of it."""
 TITLES = {
     "": N_("Overview"), "sheets": N_("Sheets and files"), "serve": N_("The grid and runs"), "keys": N_("Keys"),
     "glossary": N_("Glossary"), "connectors": N_("Connectors"), "formulas": N_("Formulas"),
@@ -92,24 +110,52 @@ SMALL_WORDS = frozenset((
 
 
 def text_on(name: str, others: Sequence[str] = (), language: str = "en") -> Iterator[Block]:
-    """Return the blocks on a topic or a name; raises SheetsError for an unknown one, which proposes `others` too."""
-    topic = topic_of(name)
-    if topic is not None:
+    """Return the blocks on a topic, a name or a plain word; raises SheetsError for an unknown one.
+
+    The error proposes `others`, further names, too, and a plain word of one topic is left to them. A word of several
+    things gives their list.
+    """
+    topic, elsewhere = topic_of(name), key(name) in map(key, others)
+    if topic is not None and (not elsewhere or topic in (key(name), f"{key(name)}s")):
         return page_of(topic, language)
     found = list(_named(name, language))
     if found:
         return iter(block for blocks in found for block in blocks)
-    raise _unknown(name, others)
+    meanings = _by_word().get(key(name), []) or _meant(name)
+    if len(meanings) == 1 and elsewhere:
+        raise _unknown(name, None)
+    if len(meanings) == 1:
+        return text_on(meanings[0].name, others, language)
+    guess = "" if meanings else _guess(name, others)
+    hits = meanings if meanings or guess else search(name, language, _LISTED) or near(name, language, _LISTED)
+    if not hits:
+        raise _unknown(name, guess)
+    return _listed(name, hits, language)
+
+
+_LISTED = 8
+_SENTENCE = re.compile(r".*?(?:[.](?= )|。|$)")
+
+
+def _listed(name: str, hits: Sequence[HelpEntry], language: str) -> Iterator[Block]:
+    """Yield a list of entries, each with the first sentence about it."""
+    yield paragraph(N_("Help that has to do with “{name}”:", name=name))
+    yield entries((hit.name, _SENTENCE.findall(translate(hit.line, language))[0]) for hit in hits)
+    yield paragraph(N_("For one of these: `rrp-sheets help {name}`", name=hits[0].name))
 
 
 def topic_of(name: str) -> str | None:
-    """Return the topic that a word means; None if it means none.
+    """Return the topic that a name means; None if it means none, or something else as well.
 
-    >>> topic_of("Sensors"), topic_of("records"), topic_of("overview"), topic_of("Red ball")
-    ('devices', 'recordings', '', None)
+    >>> topic_of("Sensors"), topic_of("records"), topic_of("overview"), topic_of("Red ball"), topic_of("start")
+    ('devices', 'recordings', '', None, None)
     """
-    topic = _SYNONYMS.get(key(name), key(name))
-    return topic if topic in TOPICS or not topic else None
+    k = key(name)
+    if k in TOPICS or not k or k in _OVERVIEW:
+        return k if k in TOPICS else ""
+    meanings = _by_word().get(k, [])
+    named = k in _by_key() or load_robot().find(name) is not None
+    return meanings[0].name if len(meanings) == 1 and meanings[0].what == "topic" and not named else None
 
 
 def page_of(topic: str, language: str) -> Iterator[Block]:
@@ -126,15 +172,17 @@ def page_of(topic: str, language: str) -> Iterator[Block]:
     elif topic == "scene":
         yield from scene(language)
     else:
-        kinds = {kind.name: _columns(kind) for kind in SHEETS.values()} if topic == "sheets" else {}
+        kinds = {kind.name: _columns(kind, language) for kind in SHEETS.values()} if topic == "sheets" else {}
         yield from from_file(topic or "overview", language, **kinds)
     if topic in EXAMPLES:
-        yield titled(FOR_EXAMPLE, workbook(topic, EXAMPLES[topic]))
+        yield titled(FOR_EXAMPLE, workbook(topic, EXAMPLES[topic], language))
 
 
-def _columns(kind: SheetKind) -> str:
+def _columns(kind: SheetKind, language: str) -> str:
     """Return the columns of a kind of sheet; notes, which all sheets may have, are named beside other optional ones."""
-    required, optional = (", ".join(c.name for c in columns) for columns in (kind.required, kind.optional))
+    required, optional = (
+        translate(listed([c.header(language) for c in columns]), language) for columns in (kind.required, kind.optional)
+    )
     return f"{required}; {optional}" if len(kind.optional) > 1 else required
 
 
@@ -147,21 +195,24 @@ def _named(name: str, language: str) -> Iterator[Iterator[Block]]:
     from rrp_sheets.help.functions import one_function
 
     if (code := CODES.get(name.upper())) is not None:
-        yield one_code(code)
+        yield one_code(code, language)
     if (connector := connectors().get(name)) is not None:
         yield one_connector(connector, language)
     if (function := library().get(name.removesuffix("()"))) is not None:
         yield one_function(function)
     if (device := load_robot().find(name)) is not None:
-        yield one_device(device)
+        yield one_device(device, language)
     elif (found := load_robot().find(done_of(name))) is not None and found.type.kind == "actuator":
-        yield done_stream(found)
+        yield done_stream(found, language)
 
 
-def _unknown(name: str, others: Sequence[str]) -> SheetsError:
+def _guess(name: str, others: Sequence[str]) -> str | None:
     found = list(load_robot().names.values())
     devices = [*(f.name for f in found), *(f"{f.name} done" for f in found if f.type.kind == "actuator")]
-    guess = nearest(name, [*TOPICS, *connectors().names(), *library().names(), *devices, *CODES, *others])
+    return nearest(name, [*TOPICS, *connectors().names(), *library().names(), *devices, *CODES, *others])
+
+
+def _unknown(name: str, guess: str | None) -> SheetsError:
     topics = listed(list(TOPICS))
     remedy = N_("Did you mean {guess}?", guess=guess) if guess else N_("Try: {topics}.", topics=topics)
     return SheetsError(N_("There is no help on “{name}”.", name=name), remedy)
@@ -169,27 +220,52 @@ def _unknown(name: str, others: Sequence[str]) -> SheetsError:
 
 @dataclass(frozen=True, slots=True)
 class HelpEntry:
-    """Something there is help on; `what` is topic, connector, function, sensor, actuator, error, warning or info."""
+    """Something there is help on; `what` is topic, connector, function, sensor, actuator, error, warning or info.
+
+    `words` are plain ones, in all languages, by which people look for it.
+    """
 
     name: str
     what: str
     line: str
+    words: tuple[str, ...] = ()
 
 
 @lru_cache(maxsize=1)
 def all_names() -> tuple[HelpEntry, ...]:
     """Every name, topics first."""
     return (
-        *(HelpEntry(topic, "topic", line) for topic, line in TOPICS.items()),
-        *(HelpEntry(c.name, "connector", c.help_message()) for c in dict.fromkeys(connectors())),
-        *(HelpEntry(f.name, "function", first_line(f)) for f in dict.fromkeys(library())),
-        *(HelpEntry(f.name, f.type.kind, N_(f.type.help, msgctxt=f"{f.type.name}.help")) for f in _devices()),
+        *(HelpEntry(topic, "topic", line, tuple(WORDS[topic].split())) for topic, line in TOPICS.items()),
+        *(HelpEntry(c.name, "connector", c.help_message(), c.words) for c in dict.fromkeys(connectors())),
+        *(HelpEntry(f.name, "function", first_line(f), f.words) for f in dict.fromkeys(library())),
+        *(HelpEntry(f.name, f.type.kind, N_(f.type.help, msgctxt=f"{f.type.name}.help"), _first_words(f))
+          for f in _devices()),
         *(HelpEntry(c.id, c.severity.value, c.text("title", {})) for c in CODES.values()),
-    )
+    )  # fmt: skip
 
 
 def _devices() -> list[FoundDevice]:
     return [found for found in load_robot().names.values() if found.offered]
+
+
+def _first_words(found: FoundDevice) -> tuple[str, ...]:
+    """Return the plain words of a device, if this is its short name."""
+    robot, kind = load_robot(), found.type
+    names = [f.name for f in robot.names.values() if f.offered and f.type.name == kind.name and "joint" not in f.preset]
+    return plain_words(kind, robot) if found.name == min(names, key=len) else ()
+
+
+def plain_words(device: DeviceType, robot: Robot) -> tuple[str, ...]:
+    """Return the words by which people look for a device: also Japanese names of it, and the movements that it makes.
+
+    >>> {"speak", "話す"} <= {*plain_words(load_robot().names["say"].type, load_robot())}
+    True
+    """
+    makes = {"posture": robot.postures, "gesture": robot.gestures}
+    moves = [move for setting in device.settings.values() for move in makes.get(setting.kind, ())]
+    own = [word for word, name in japanese.DEVICES.items() if (f := robot.find(name)) and f.type.name == device.name]
+    own += [word for word, meant in japanese.MOVES.items() if meant in moves]
+    return tuple(dict.fromkeys((*device.synonyms, *moves, *own)))
 
 
 def known(term: str) -> str:
@@ -206,30 +282,29 @@ def _by_key() -> dict[str, str]:
     return {key(n.name): n.name for n in reversed(all_names())}
 
 
+@lru_cache(maxsize=1)
+def _by_word() -> dict[str, list[HelpEntry]]:
+    """Return what each plain word means, by its key."""
+    found: dict[str, list[HelpEntry]] = {}
+    for entry in all_names():
+        for word in dict.fromkeys(map(key, entry.words)):
+            found.setdefault(word, []).append(entry)
+    return found
+
+
+def _meant(text: str) -> list[HelpEntry]:
+    """Return the entries of whose names and plain words several words are (“end the run”)."""
+    asked = query_words(text)
+    return [e for e in all_names() if len(asked) > 1 and name_words((e.name, *e.words)).issuperset(asked)]
+
+
 def search(text: str, language: str = "en", most: int = 20) -> list[HelpEntry]:
-    """Return the entries under some words: names that begin with them, then names and lines that hold them.
+    """Return the entries under all words of a query, the best first: names and plain words count more than texts.
 
-    >>> search("clam")[0].name, search("赤い", "ja")[0].name
-    ('CLAMP', 'Red ball')
+    >>> search("clam")[0].name, search("赤い", "ja")[0].name, search("nodding")[0].name
+    ('CLAMP', 'Red ball', 'Gesture')
     """
-    wanted, words = key(text), text.casefold().split()
-    if not wanted:
-        return []
-
-    def rank(name: HelpEntry) -> int:
-        k = key(name.name)
-        whole = f"{name.name} {name.what} {name.line} {translate(name.line, language)}".casefold()
-        if wanted in k:
-            return 0 if k == wanted else 1 if k.startswith(wanted) else 2
-        return 3 if all(word in whole for word in words) else 4
-
-    found: dict[str, HelpEntry] = {}
-    for name in sorted((n for n in all_names() if rank(n) < 4), key=rank):
-        found.setdefault(name.name if rank(name) < 3 else name.line, name)  # the joints of a robot have one line
-    return list(found.values())[:most]
-
-
-_TELLING = re.compile("[一-龯々]+|[ァ-ヴー]+|[^\\W一-龯々ァ-ヴーぁ-ん]{3,}")  # Japanese has no blanks between words
+    return _ranked(text, language, all_names(), whole=True)[:most]
 
 
 def near(text: str, language: str = "en", most: int = 8) -> list[HelpEntry]:
@@ -240,16 +315,75 @@ def near(text: str, language: str = "en", most: int = 8) -> list[HelpEntry]:
     >>> near("how do I xyzzy"), near("ロボットの手をどうやって上げますか", "ja") != []
     ([], True)
     """
-    words = [w for w in _TELLING.findall(text.casefold()) if w not in SMALL_WORDS]
-    roots = list(dict.fromkeys(w.removesuffix("ing").removesuffix("s") for w in words))
+    entries = [n for n in all_names() if n.what not in ("error", "warning", "info")]
+    return _ranked(text, language, entries, whole=False)[:most]
 
-    def hits(text: str) -> int:
-        inside = re.findall(r"\w+", text.casefold())
-        return sum(
-            any(word.startswith(root) or (not root.isascii() and root in word) for word in inside) for root in roots
-        )
 
-    entries = (n for n in all_names() if n.what not in ("error", "warning", "info"))
-    found = [(-hits(f"{n.name} {n.line} {translate(n.line, language)}") - hits(n.name), n) for n in entries]
-    found = sorted((f for f in found if f[0]), key=lambda f: (f[0], f[1].what != "topic"))
-    return [n for _, n in found[:most]]
+def _ranked(text: str, language: str, entries: Sequence[HelpEntry], *, whole: bool) -> list[HelpEntry]:
+    """Return the entries under all words, or (not `whole`) under some. search.js of the pages does the same."""
+    found: dict[str, tuple[tuple[bool, int, int], HelpEntry]] = {}
+    words = query_words(text)
+    split = [piece for word in words for piece in (_SPLIT.findall(word) if not word.isascii() else [word])]
+    for asked in (words, split):  # Japanese has no blanks between words
+        for entry in entries if not found else ():
+            inside = f"{entry.name} {entry.what} {entry.line} {translate(entry.line, language)}".casefold()
+            names = name_words((entry.name, *entry.words))
+            points = [_points(word, names, inside) for word in asked]
+            lacks = points.count(0)
+            if asked and lacks < (1 if whole else len(asked)):
+                by = entry.name if max(points) > 1 else entry.line  # the joints of a robot have one line
+                found.setdefault(by, ((key(entry.name) != key(text), lacks, -sum(points)), entry))
+    return [entry for _, entry in sorted(found.values(), key=lambda pair: pair[0])]
+
+
+_WORD = re.compile(r"[一-龯々ぁ-んァ-ヴー]+|[^\W_一-龯々ぁ-んァ-ヴー]+")
+_SPLIT = re.compile("[一-龯々]+|[ァ-ヴー]+|[ぁ-ん]{4,}")
+
+
+def query_words(text: str) -> list[str]:
+    """Return the words of a query that tell what is asked for, each without its ending.
+
+    >>> query_words("How does the robot stop nodding?"), query_words("手を振る"), query_words("if")
+    (['stop', 'nod'], ['手を振る'], ['if'])
+    """
+    words = _WORD.findall(unicodedata.normalize("NFKC", text).casefold())
+    telling = [w for w in words if w not in SMALL_WORDS and (len(w) > 2 or not w.isascii())]
+    return list(dict.fromkeys(_stem(w) for w in telling or words))
+
+
+def _stem(word: str) -> str:
+    """Return a word without its English ending."""
+    bare = _ENDING.sub("", word)
+    if len(bare) < 3:
+        return word
+    return bare[:-1] if bare != word and len(bare) > 3 and bare[-1] == bare[-2] else bare
+
+
+_ENDING = re.compile("(?:ing|(?<!e)ed|s)$")
+
+
+def name_words(names: Sequence[str]) -> frozenset[str]:
+    """Return the words of names, each without its ending, and whole Japanese ones."""
+    return frozenset(_stem(word) for name in names for word in _WORD.findall(_spaced(name).casefold()))
+
+
+def _spaced(name: str) -> str:
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", unicodedata.normalize("NFKC", name)) + " " + name
+
+
+def _points(word: str, names: frozenset[str], inside: str) -> int:
+    """Return how well a word of a query fits: 4 for a word of the names, 0 when it is nowhere."""
+    if word in names:
+        return 4
+    if any(name.startswith(word) for name in names):
+        return 3
+    if not word.isascii() and any(_is_like(word, name) for name in names):
+        return 2
+    return int(word in inside)
+
+
+def _is_like(word: str, name: str) -> bool:
+    """Return whether a Japanese word holds another one, or begins as it does: うなずいて and うなずく."""
+    return (
+        word in name or (len(name) > 1 and name in word) or (len(word) > 3 and len(name) > 3 and word[:3] == name[:3])
+    )

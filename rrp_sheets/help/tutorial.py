@@ -6,10 +6,13 @@ from here.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from rrp_sheets.texts import N_
+from rrp_sheets.texts import N_, LazyMessage, translate
+
+_HEADING = re.compile(r"\D+\d+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +20,7 @@ class TutorialStep:
     """Step of a lesson: its text, and the cells that it writes.
 
     Attributes:
+        text: with places for the cells, by the kind of the column, and for the heading of the lesson.
         cells: the texts by the kind of the column, as in `workbook/schema.py`; `on` with TRUE ticks the row.
         row: the row below the lesson's heading, from 1, headings left out.
         of: the number of the lesson that the row stands under; 0 for the step's own.
@@ -37,18 +41,23 @@ class TutorialLesson:
     about: str
     steps: tuple[TutorialStep, ...]
 
+    def said(self, step: TutorialStep) -> str:
+        """Return the text of a step with the words that it writes."""
+        heading = _HEADING.match(self.test)
+        return LazyMessage(step.text, lesson=heading[0] if heading else self.test, **step.cells)
+
 
 LESSONS = (
     TutorialLesson(
-        "Lesson 1 Hello", N_("Say hello"), N_("When the child says “hello robot”, the robot answers “Hello!”."), (
-            TutorialStep(N_("Click the empty row under “Lesson 1”, column B. "
-                            "Type `Hello heard`: it is what the robot listens to."),
+        "Lesson 1 Hello", N_("Say hello"), N_("When the child says hello, the robot answers."), (
+            TutorialStep(N_("Click the empty row under “{lesson}”, column B. "
+                            "Type `{inputs}`: it is what the robot listens to."),
                          {"inputs": "Hello heard"}),
-            TutorialStep(N_("Press Tab. Type `subscribe`: this connector lets the robot act."),
+            TutorialStep(N_("Press Tab. Type `{connector}`: this connector lets the robot act."),
                          {"connector": "subscribe"}),
-            TutorialStep(N_('Press Tab. Type `"Hello!"` with the quotes: a formula has text in quotes.'),
+            TutorialStep(N_("Press Tab. Type `{formula}` with the quotes: a formula has text in quotes."),
                          {"formula": '"Hello!"'}),
-            TutorialStep(N_("Press Tab. Type `Say`, the robot’s voice. Press Enter."), {"output": "Say"}),
+            TutorialStep(N_("Press Tab. Type `{output}`, the robot’s voice. Press Enter."), {"output": "Say"}),
         ),
     ),
     TutorialLesson(
@@ -59,9 +68,9 @@ LESSONS = (
         ),
     ),
     TutorialLesson(
-        "Lesson 3 Name it", N_("Name it"), N_("The robot says where it is touched, such as “That is my Head”."), (
+        "Lesson 3 Name it", N_("Name it"), N_("The robot says where it is touched."), (
             TutorialStep(N_('A map calculates a new value from the one that came. Click `"?"` in the row with `map` '
-                            'and type `"That is my " & touched.zone`: `&` joins texts. Press Enter.'),
+                            'and type `{formula}`: `&` joins texts. Press Enter.'),
                          {"formula": '"That is my " & touched.zone'}, row=2),
         ),
     ),
@@ -73,17 +82,18 @@ LESSONS = (
         ),
     ),
     TutorialLesson(
-        "Lesson 5 Wave", N_("Wave"), N_("The robot waves at “hello robot”. It should also wave at its chest button."), (
-            TutorialStep(N_("In the first row, column B, type `Hello heard, Pressed`: two input streams."),
+        "Lesson 5 Wave", N_("Wave"),
+        N_("The robot waves when the child says hello. It should also wave at its chest button."), (
+            TutorialStep(N_("In the first row, column B, type `{inputs}`: two input streams."),
                          {"inputs": "Hello heard, Pressed"}),
-            TutorialStep(N_("In column C, type `merge`: it makes one stream of two. Press Enter."),
+            TutorialStep(N_("In column C, type `{connector}`: it makes one stream of two. Press Enter."),
                          {"connector": "merge"}),
         ),
     ),
     TutorialLesson(
-        "Lesson 6 Together", N_("Together"), N_("When the two balls are side by side, the robot says “They kiss!”."), (
+        "Lesson 6 Together", N_("Together"), N_("When the two balls are side by side, the robot says so."), (
             TutorialStep(N_("A map acts only on events of its first stream. Click `map` in the row with the long "
-                            "formula and type `combineLatest`: now an event of either ball counts. Press Enter."),
+                            "formula and type `{connector}`: now an event of either ball counts. Press Enter."),
                          {"connector": "combineLatest"}, row=2),
         ),
     ),
@@ -94,11 +104,11 @@ LESSONS = (
         ),
     ),
     TutorialLesson(
-        "Lesson 8 Silence", N_("Silence"), N_("Ten seconds after the last touch, the robot asks “Shall we play?”."), (
-            TutorialStep(N_("In the first empty row, type `Touched`, `timeout`, `10 s` and `Quiet`, "
+        "Lesson 8 Silence", N_("Silence"), N_("Ten seconds after the last touch, the robot wants to play."), (
+            TutorialStep(N_("In the first empty row, type `{inputs}`, `{connector}`, `{formula}` and `{output}`, "
                             "each followed by Tab."),
                          {"inputs": "Touched", "connector": "timeout", "formula": "10 s", "output": "Quiet"}),
-            TutorialStep(N_('In the row below, type `Quiet`, `subscribe`, `"Shall we play?"` and `Say`.'),
+            TutorialStep(N_("In the row below, type `{inputs}`, `{connector}`, `{formula}` and `{output}`."),
                          {"inputs": "Quiet", "connector": "subscribe", "formula": '"Shall we play?"', "output": "Say"},
                          row=2),
         ),
@@ -112,27 +122,46 @@ LESSONS = (
     ),
     TutorialLesson(
         "Lesson 10 Cheer", N_("Cheer"), N_("After three touches, the robot throws up its arms and cheers."), (
-            TutorialStep(N_("In the first empty row, type `Touched`, `accumulate`, nothing and `Touches`: it counts."),
+            TutorialStep(N_("In the first empty row, type `{inputs}`, `{connector}`, nothing and `{output}`: it "
+                            "counts."),
                          {"inputs": "Touched", "connector": "accumulate", "output": "Touches"}),
-            TutorialStep(N_("In the next row, type `Touches`, `filter`, `touches = 3` and `Three`."),
+            TutorialStep(N_("In the next row, type `{inputs}`, `{connector}`, `{formula}` and `{output}`."),
                          {"inputs": "Touches", "connector": "filter", "formula": "touches = 3", "output": "Three"},
                          row=2),
-            TutorialStep(N_('In the next row, type `Three`, `subscribe`, `"Arms up"` and `Gesture`.'),
+            TutorialStep(N_("In the next row, type `{inputs}`, `{connector}`, `{formula}` and `{output}`."),
                          {"inputs": "Three", "connector": "subscribe", "formula": '"Arms up"', "output": "Gesture"},
                          row=3),
-            TutorialStep(N_('In the last row, type `Three`, `subscribe`, `"Hooray, three touches!"` and `Say`.'),
+            TutorialStep(N_("In the last row, type `{inputs}`, `{connector}`, `{formula}` and `{output}`."),
                          {"inputs": "Three", "connector": "subscribe", "formula": '"Hooray, three touches!"',
                           "output": "Say"}, row=4),
         ),
     ),
 )  # fmt: skip
 MOST_STEPS = 5
+_JAPANESE = {
+    "Hello heard": "呼びかけ", '"Hello!"': '"こんにちは！"', "Say": "話す", "Gesture": "身ぶり", "Pressed": "押された",
+    "redBall.distance < 0.5": "赤いボール.distance < 0.5", "Hello heard, Pressed": "呼びかけ, 押された",
+    '"That is my " & touched.zone': '"ここは" & 場所', "Touched": "触られた", "Quiet": "静か",
+    '"Shall we play?"': '"いっしょに遊ぼう。"', "Close ball": "近いボール", "Touches": "接触の回数",
+    "touches = 3": "接触の回数 = 3", "Three": "三回", '"Hooray, three touches!"': '"やった、3回！"',
+}  # fmt: skip
+"""The texts of cells in the Japanese workbook; others are the same."""
+
+
+def _in_japanese(number: int, lesson: TutorialLesson) -> TutorialLesson:
+    cells = ({kind: _JAPANESE.get(text, text) for kind, text in step.cells.items()} for step in lesson.steps)
+    steps = tuple(replace(step, cells=own) for step, own in zip(lesson.steps, cells, strict=True))
+    return replace(lesson, test=f"レッスン{number} {translate(lesson.title, 'ja')}", steps=steps)
+
+
+JAPANESE_LESSONS = tuple(_in_japanese(number, lesson) for number, lesson in enumerate(LESSONS, 1))
+"""The same lessons with the words of the Japanese workbook."""
 
 
 def lesson_of(test: str) -> TutorialLesson | None:
-    """Return the lesson that a test belongs to; None for any other test.
+    """Return the lesson that a test belongs to, with the words of its workbook; None for any other test.
 
     >>> lesson_of("Lesson 3 Name it").title
     'Name it'
     """
-    return next((lesson for lesson in LESSONS if lesson.test == test), None)
+    return next((lesson for lesson in (*LESSONS, *JAPANESE_LESSONS) if lesson.test == test), None)

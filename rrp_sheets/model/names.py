@@ -11,7 +11,8 @@ from functools import lru_cache
 
 OPERATOR_WORDS = frozenset(("if", "else", "and", "or", "not", "in", "is", "for"))
 _CONSTANTS = frozenset(("true", "false", "none", "blank"))  # what these mean in a formula
-_LIKE = 0.6  # how like what was meant must be, as difflib measures it
+_LIKE = 0.66  # how like what was meant must be, as difflib measures it
+LONGEST = 60  # letters of a name in which typing errors are counted
 _JOINERS = re.compile(r"[\s_\-\u00a0\u2010-\u2015]+")
 
 
@@ -58,10 +59,10 @@ def is_reserved(name: str) -> bool:
 
 
 def nearest(name: str, candidates: Iterable[str]) -> str | None:
-    """The candidate that the user most likely meant by `name`, or None.
+    """The candidate that the user most likely meant by `name`, or None: few letters differ, at most one in three.
 
-    >>> nearest("Distence", ["Distance", "Red ball"])
-    'Distance'
+    >>> nearest("Distence", ["Distance", "Red ball"]), nearest("Start", ["Sonar"])
+    ('Distance', None)
     """
     by_key = {key(c): c for c in candidates}
     wanted = key(name)
@@ -79,9 +80,44 @@ def nearest(name: str, candidates: Iterable[str]) -> str | None:
         if bound < _LIKE or bound <= best:
             continue
         ratio = matcher.ratio()
-        if ratio >= _LIKE and ratio > best:
+        if ratio >= _LIKE and ratio > best and is_near(wanted, k):
             best, found = ratio, k
     return None if found is None else by_key[found]
+
+
+def is_near(first: str, second: str) -> bool:
+    """Return whether one of two names may be the other one with typing errors: at most one in three letters.
+
+    >>> is_near("Tekst", "Text"), is_near("wave", "Walk"), is_near("start", "Sonar")
+    (True, False, False)
+    """
+    most = max(1, (max(len(key(first)), len(key(second))) + 1) // 3)
+    return count_typos(first, second, most) <= most
+
+
+def count_typos(first: str, second: str, most: int = LONGEST) -> int:
+    """Count the typing errors between two names: letters missing, added, wrong, or in the wrong order.
+
+    Beyond `most` they are not counted exactly, which is quicker for names that are not alike.
+
+    >>> count_typos("Red bal", "red_ball"), count_typos("SQTR", "SQRT"), count_typos("Touch", "Say", most=2) > 2
+    (1, 1, True)
+    """
+    a, b = key(first)[:LONGEST], key(second)[:LONGEST]
+    apart = max(abs(len(a) - len(b)), len(b) - sum(map(frozenset(a).__contains__, b)))
+    if apart > most:
+        return apart
+    before: list[int] = []
+    row = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        older, before, row = before, row, [i]
+        for j, y in enumerate(b, 1):
+            row.append(min(before[j] + 1, row[j - 1] + 1, before[j - 1] + (x != y)))
+            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
+                row[j] = min(row[j], older[j - 2] + 1)
+        if min(row) > most and min(before) > most:
+            return most + 1
+    return row[-1]
 
 
 class Proposals:

@@ -63,6 +63,16 @@ class Device:
 
 
 @dataclass(frozen=True, slots=True)
+class DeviceSheet:
+    """The Devices sheet: where rows and columns can be added."""
+
+    address: Address  # of the header of the column Stream
+    columns: Mapping[str, int]  # the numbers of `stream`, `device` and the settings, by key
+    free: int  # the number of the first column to the right of all that is filled
+    last: int  # the number of the last row that holds anything
+
+
+@dataclass(frozen=True, slots=True)
 class Helper:
     """A row of the Helpers sheet; without inputs it is a named constant. `remarks` are as in `Row`."""
 
@@ -178,6 +188,8 @@ class Workbook:
     tables: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     sheets: tuple[str, ...] = ()  # the names of all sheets, ours or not, in order
     risks: RiskSheet | None = None
+    device_sheet: DeviceSheet | None = field(default=None, compare=False)
+    language: str = "en"  # that of the headers of its sheets, in which the robot speaks unless Devices says otherwise
 
 
 def column_letters(column: int) -> str:

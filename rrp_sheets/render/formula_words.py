@@ -223,6 +223,11 @@ class Wording:
                 return self.texts.get(f"condition.{negation}completed", what=self._quoted(named.actuator))
             if named is not None and named.content.record is DONE:
                 return self.texts.get(f"condition.{negation}completed_action", what=named.noun)
+        if isinstance(tree, ast.Attribute) and (found := self._field(tree)) and found[0].pronoun:
+            record = found[0].content.record
+            entry = f"condition.{key(record.name)}.{negation}{key(tree.attr)}" if record else ""
+            if self.texts.has(entry):
+                return self.texts.get(entry)
         what, _, kind = self._subject(tree)
         if kind != "truth":  # a number or a text is not simply true
             raise _NotSimple

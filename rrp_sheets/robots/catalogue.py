@@ -166,6 +166,14 @@ class Robot:
         """The device that a name means (`Red ball`, `Say`, `Head yaw`), in any spelling."""
         return self.names.get(key(name))
 
+    def called(self, word: str, kind: str = "") -> list[DeviceType]:
+        """The devices (of a kind) that people call by a plain word.
+
+        >>> [device.title for device in load_robot().called("hand", "sensor")]
+        ['Touch']
+        """
+        return [d for d in self.devices.values() if kind in ("", d.kind) and key(word) in map(key, d.synonyms)]
+
     def others_with(self, found: FoundDevice, setting: str) -> list[FoundDevice]:
         """The devices to use instead of one that lacks a setting: they use the same, or give the same.
 

@@ -32,7 +32,7 @@ class Findings:
     """Findings of a check, with examples of the rows' values.
 
     Attributes:
-        diagnostics: in the order of the sheets and cells.
+        diagnostics: errors first, in the order of the sheets and cells.
         examples: an example of what each row gives, as shown, by the row's ref; missing where none is known.
     """
 

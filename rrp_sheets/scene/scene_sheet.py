@@ -11,6 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from rrp_sheets.diagnostics.report import Report, meant
+from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration
 from rrp_sheets.model.exchange import ROW_ABOVE, RandomRange, SceneAction
 from rrp_sheets.model.names import key, nearest
@@ -20,7 +21,7 @@ from rrp_sheets.robots.catalogue import Robot
 from rrp_sheets.robots.media_files import check_pictures
 from rrp_sheets.scene import scene_words
 from rrp_sheets.scene.scene_words import KINDS, Amount, BadValueError, Part, ThingKind, Verb, find_verb, normalize_signs
-from rrp_sheets.texts import N_, listed, sentences
+from rrp_sheets.texts import N_, LazyMessage, listed, sentences
 
 _ANY = N_("Write for example Red ball, Blue cup, Table, Wall, Person, Child, a name, Light, Noise or Operator.")
 _PROPOSES = 0.8  # how like a known thing a word must be to be taken for a typing mistake
@@ -63,7 +64,7 @@ def _action(row: SceneRow, report: Report, robot: Robot) -> SceneAction | None:
 
 def _typed(cell: Cell) -> str:
     """Return the words of a cell as they were typed, if they were Japanese."""
-    return cell.text if cell.original.isascii() or not cell.text.isascii() else cell.original
+    return cell.text if cell.original.isascii() else cell.original.strip()
 
 
 def _check_time(time: Cell, report: Report) -> None:
@@ -128,7 +129,7 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
     said = str(values["zone"])
     if key(said) in map(key, robot.touch_zones):
         return True
-    near = nearest(said, robot.touch_zones)
+    near = nearest(said, [*robot.touch_zones, *japanese.words_for(japanese.ZONES, *robot.touch_zones)])
     names = listed([N_(zone, msgctxt="value") for zone in robot.touch_zones])
     otherwise = N_("{title} feels a touch on: {names}.", title=robot.title, names=names)
     report.add("SCENE004", value.address, text=_typed(value), does=_typed(does), **meant(near, otherwise, quoted=True))
@@ -137,13 +138,14 @@ def _known_zone(value: Cell, values: dict[str, Value], does: Cell, report: Repor
 
 @lru_cache(maxsize=1024)
 def _nearest_thing(text: str) -> str | None:
-    return nearest(text, scene_words.known_things())
+    return nearest(text, [*scene_words.known_things(), *japanese.THINGS])
 
 
 def _verb(kind: ThingKind, does: Cell, report: Report) -> Verb | None:
     verb = find_verb(kind, does.text)
     if verb is None:
-        near = nearest(does.text, [n for v in kind.verbs for n in (v.name, *v.also)])
+        known = [n for v in kind.verbs for n in (v.name, *v.also)]
+        near = nearest(does.text, [*known, *japanese.words_for(japanese.VERBS, *known)])
         names = listed([N_(v.name, msgctxt="scene") for v in kind.verbs])
         otherwise = N_("It can do this: {names}.", names=names)
         remedy = meant(near, otherwise, quoted=True)
@@ -196,7 +198,7 @@ def read_value(kind: ThingKind, verb: Verb, text: str, colour: str = "") -> Valu
         said = {}
         for part, words in _cut(verb, normalize_signs(text)):
             if part.name in said:
-                raise BadValueError("Write “{value}” once.", value=part.word or words)
+                raise BadValueError("Write “{value}” once.", value=LazyMessage(part.word or words, msgctxt="scene"))
             said[part.name] = _READERS[part.kind](part, words)
     for part in verb.parts:
         if part.needed and part.name not in said:
@@ -274,7 +276,9 @@ def _choice(part: Part, text: str) -> Value:
         words: dict[object, str] = {}
         for word, value in part.choices.items():
             words.setdefault(value, word)  # one for each
-        raise BadValueError("You can write after “{word}”: {names}.", word=part.word, names=", ".join(words.values()))
+        names = listed([LazyMessage(word, msgctxt="scene") for word in words.values()])
+        before = LazyMessage(part.word, msgctxt="scene")
+        raise BadValueError("You can write after “{word}”: {names}.", word=before, names=names)
     return choices[key(text)]
 
 

@@ -18,7 +18,7 @@ from rrp_sheets.model.durations import parse_duration
 from rrp_sheets.model.exchange import RandomRange, SceneAction
 from rrp_sheets.model.names import key
 from rrp_sheets.model.values import Value
-from rrp_sheets.texts import N_, MessageError, listed
+from rrp_sheets.texts import N_, LazyMessage, MessageError, listed
 
 FARTHEST = 20.0  # m; farther is surely a typing mistake
 
@@ -102,7 +102,7 @@ def _set_to(*examples: tuple[str, str]) -> Verb:
 
 
 _BALL = ThingKind(
-    N_("ball"), "A ball", ("Red ball", "Green ball", "Blue ball", "Yellow ball"),
+    LazyMessage("ball", msgctxt="scene"), "A ball", ("Red ball", "Green ball", "Blue ball", "Yellow ball"),
     (
         Verb("appears", "appear",
              (_at(3, 3, (0.8, 0.0, 0.4), "its middle"),
@@ -122,7 +122,7 @@ _BALL = ThingKind(
     coloured=True, help="Any colour; without one it is red. The ball sensors know red, green and blue.",
 )  # fmt: skip
 _CUP = ThingKind(
-    N_("cup"), "A cup", ("Red cup", "Blue cup", "Yellow cup"),
+    LazyMessage("cup", msgctxt="scene"), "A cup", ("Red cup", "Blue cup", "Yellow cup"),
     (
         Verb("appears", "appear",
              (_at(2, 3, (1.2, 0.0), "where it stands"), _ON,
@@ -139,7 +139,7 @@ _CUP = ThingKind(
     "for a ball.",
 )  # fmt: skip
 _BOX = ThingKind(
-    N_("box"), "A box", ("Box", "Green box"),
+    LazyMessage("box", msgctxt="scene"), "A box", ("Box", "Green box"),
     (
         Verb("appears", "appear",
              (_at(2, 3, (0.8, 0.0), "where it stands"), _ON, _TURNED,
@@ -153,7 +153,7 @@ _BOX = ThingKind(
     coloured=True, help="Any colour; without one it is brown.",
 )  # fmt: skip
 _TABLE = ThingKind(
-    N_("table"), "A table", ("Table",),
+    LazyMessage("table", msgctxt="scene"), "A table", ("Table",),
     (
         Verb("appears", "appear",
              (_at(2, 2, (0.55, 0.0), "its middle"),
@@ -166,7 +166,7 @@ _TABLE = ThingKind(
     ),
 )  # fmt: skip
 _WALL = ThingKind(
-    N_("wall"), "A wall", ("Wall",),
+    LazyMessage("wall", msgctxt="scene"), "A wall", ("Wall",),
     (
         Verb("appears", "appear",
              (_at(2, 2, (2.0, 0.0), "its middle"),
@@ -179,7 +179,7 @@ _WALL = ThingKind(
 )  # fmt: skip
 _POSTURES = Part("", "posture", "flag", choices={"seated": "seated", "sitting": "seated", "standing": "standing"})
 _PERSON = ThingKind(
-    N_("person"), "A person", ("Person", "Child", "Adult", "Therapist", "Parent", "Visitor"),
+    LazyMessage("person", msgctxt="scene"), "A person", ("Person", "Child", "Adult", "Therapist", "Parent", "Visitor"),
     (
         Verb("enters", "appear",
              (_at(2, 3, (1.0, 0.0), "where they are; a third number is the height of the face"), _POSTURES,
@@ -213,15 +213,15 @@ _PERSON = ThingKind(
     help="Any other name is a person's: Mia enters. They look at the robot until they look away.",
 )  # fmt: skip
 _LIGHT = ThingKind(
-    N_("light"), "The light", ("Light",),
+    LazyMessage("light", msgctxt="scene"), "The light", ("Light",),
     (_set_to(("40 %", "100 % is a bright room, 0 % is dark"), ("20 % in 3 s", "slowly")),),
 )  # fmt: skip
 _NOISE = ThingKind(
-    N_("noise"), "The noise", ("Noise",),
+    LazyMessage("noise", msgctxt="scene"), "The noise", ("Noise",),
     (_set_to(("30 %", "0 % is a quiet room; words are heard worse the louder it is"), ("60 % in 5 s", "slowly")),),
 )  # fmt: skip
 _OPERATOR = ThingKind(
-    N_("operator"), "Operator", ("Operator",),
+    LazyMessage("operator", msgctxt="scene"), "Operator", ("Operator",),
     (Verb("presses", "press", (Part("", "label", "rest", needed=True),), (("Start", "the label of a button"),)),),
 )  # fmt: skip
 KINDS: Mapping[str, ThingKind] = {

@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rrp_sheets.checks import Checked, renaming
 from rrp_sheets.checks.fixing import CellChange, Chosen, apply_fixes
+from rrp_sheets.checks.table_columns import rename_column
 from rrp_sheets.diagnostics import Report
+from rrp_sheets.diagnostics.report import Put
 from rrp_sheets.documents.copies import as_xlsx, convert
+from rrp_sheets.documents.grid import Grid, GridColumn, make_grid
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.robots import load_robot
 from rrp_sheets.runs.check_worker import read_and_check
 from rrp_sheets.texts import N_, listed
-from rrp_sheets.workbook import read
+from rrp_sheets.workbook import Reading, read
 from rrp_sheets.workbook.annotated_copy import is_marked_copy, marked_copy
 from rrp_sheets.workbook.edits import SetCell, parse_typed
 from rrp_sheets.workbook.files import WORKBOOK_SUFFIXES, already_there, edit, file_bytes, read_sheets, write_atomically
 from rrp_sheets.workbook.maker import sheet_titles
+from rrp_sheets.workbook.schema import recognise
 from rrp_sheets.workbook.sheet_names import sheet_named
 from rrp_sheets.workbook.xlsx import place
 
@@ -69,23 +76,67 @@ def set_cell(path: Path, cell: str, value: str, sheet: str = "") -> CellSet:
     return CellSet(Address(name, *at), before, _text(path, name, at), checked.report, checked.run.language)
 
 
-def rename(path: Path, old: str, new: str, sheet: str = "", *, preview: bool = False) -> Renamed:
-    """Give a stream or a helper another name in all cells that have it, and check the workbook.
+def rename(
+    path: Path, old: str, new: str, sheet: str = "", also: Collection[str] = (), *, preview: bool = False
+) -> Renamed:
+    """Give a stream, a helper or a column of a table another name in all cells that have it, and check the workbook.
 
-    `old` may be written with its sheet (`Tracking!Far`); with `preview` nothing is written.
+    `old` may be written with its sheet (`Tracking!Far`, `Parts[Zone]`); `also` are cells where it is uncertain whether
+    they read the column. With `preview` nothing is written.
 
     Raises:
         SheetsError: nothing has that name, the new one cannot be used, or the file cannot be written.
         UnreadableFile: the file cannot be read.
     """
     reading, checked = read_and_check(path)
-    named, found, name = old.rpartition("!")
-    done = renaming.rename(checked, name if found else old, new.strip(), named if found else sheet)
+    field, (named, found, name) = _FIELD.fullmatch(old), old.rpartition("!")
+    sheet, name = field.groups() if field else (named, name) if found else (sheet, old)
+    tables = _tables(reading)
+    must = bool(field) or key(sheet) in tables  # be a column
+    column = _column(tables, name, sheet, must=must) if must or not renaming.is_named(checked, name) else None
+    if column is None:
+        done = renaming.rename(checked, name, new.strip(), sheet)
+    else:
+        grid, header = column
+        done = rename_column(checked, grid.name, header.header, new.strip(), [c.header for c in grid.columns])
+        put = Put(Address(grid.name, grid.first - 1, header.number), new.strip(), header.header)
+        done = replace(done, edits=(put, *done.edits) if put.text != put.was else done.edits)
+    if wrong := [cell for cell in also if cell not in map(str, (e.address for e in done.unsure))]:
+        message = N_("{cell} is not one of the uncertain cells.", cell=wrong[0])
+        raise SheetsError(message, N_("Use --preview to see them."))
+    done = done.including(also)
     if not preview and done.edits:
         edits = [SetCell(e.address.sheet, e.address.row, e.address.column, parse_typed(e.text)) for e in done.edits]
         edit(path, edits, expected_digest=reading.digest)
         _, checked = read_and_check(path)
     return Renamed(done, checked.report, checked.run.language)
+
+
+_FIELD = re.compile(r"(.+?)\[(.+)\]")  # a column as formulas write it
+
+
+def _tables(reading: Reading) -> dict[str, Grid]:
+    """Return the tables that formulas read, by the keys of the names by which they do."""
+    tables = [sheet for sheet in reading.sheets if key(sheet.name) in reading.workbook.tables]
+    grids = [make_grid(sheet, recognise(sheet), "table") for sheet in tables]
+    return {k: grid for grid in grids for k in (key(argument_name(grid.name)), key(grid.name))}
+
+
+def _column(tables: dict[str, Grid], name: str, sheet: str, *, must: bool) -> tuple[Grid, GridColumn] | None:
+    """Return the column of a name, in the table `sheet` if that is given; None for none, which `must` refuses."""
+    grids = {id(grid): grid for k, grid in tables.items() if key(sheet) in ("", k)}.values()
+    found = [(grid, column) for grid in grids for column in grid.columns if key(column.header) == key(name)]
+    if len(found) > 1 and not must:
+        message = N_("“{name}” is a name in {sheets}.", name=name, sheets=listed([g.name for g, _ in found], "and"))
+        raise SheetsError(message, N_("Write which one: {example}.", example=f"{found[0][0].name}[{name}]"))
+    if found or not must:
+        return found[0] if found else None
+    if not grids:
+        message = N_("No formula reads a table “{name}”.", name=sheet)
+        raise SheetsError(message, N_("Write its sheet as its tab shows it."))
+    columns = listed([column.header for grid in grids for column in grid.columns])
+    message = N_("The table “{sheet}” has no column “{name}”.", sheet=sheet, name=name)
+    raise SheetsError(message, N_("Its columns are: {names}.", names=columns))
 
 
 def _text(path: Path, sheet: str, at: tuple[int, int]) -> str:

@@ -32,7 +32,7 @@ class Analysis:
     """Result of analysing a workbook, as the pages show it.
 
     Attributes:
-        findings: in the order of the sheets and cells; shown numbers start at 1.
+        findings: errors first, in the order of the sheets and cells; shown numbers start at 1.
         examples: an example of what each row gives, by the row's ref.
         checked: False before the first check has ended.
     """
@@ -54,10 +54,10 @@ class Analysis:
         return sum(d.severity is Severity.ERROR for d in self.findings)
 
     def flags(self, behaviour: BehaviourGraph) -> dict[int, int]:
-        """Map the rows of a behaviour to the numbers of their errors or warnings, for the flags in the diagram."""
+        """Map the rows of a behaviour to the number of their first error or warning, for the flags in the diagram."""
         return {
             d.address.row: number
-            for number, d in enumerate(self.findings, 1)
+            for number, d in reversed([*enumerate(self.findings, 1)])
             if d.address and key(d.address.sheet) == behaviour.key and d.severity is not Severity.INFO
         }
 

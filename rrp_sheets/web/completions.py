@@ -14,16 +14,17 @@ from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
 from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
-from rrp_sheets.help.scene_page import TIMES, scene_message
+from rrp_sheets.help.scene_page import TIMES, scene_message, scene_value
+from rrp_sheets.help.topics import plain_words
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.values import RecordType, Value
 from rrp_sheets.model.workbook import Helper, Workbook
 from rrp_sheets.render.formula_words import contents
 from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
-from rrp_sheets.scene.scene_words import COLOURS, KINDS, verb_names
-from rrp_sheets.texts import N_, LazyMessage, sentences
+from rrp_sheets.scene.scene_words import COLOURS, KINDS, kind_of
+from rrp_sheets.texts import N_, LazyMessage, sentences, translate
 from rrp_sheets.web.analysis import Analysis
-from rrp_sheets.workbook import japanese
 from rrp_sheets.workbook.schema import FIELDS
 
 Word = dict[str, str]
@@ -32,7 +33,8 @@ Word = dict[str, str]
 def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, language: str = "en") -> dict[str, Any]:
     """Return all suggestions for one workbook, in the format of the grid's script.
 
-    `columns` are the keys of the columns of its sheet Devices, into which chosen devices are written; None without one.
+    `columns` are the keys of the columns of its sheet Devices in English, into which chosen devices are written; None
+    without one.
     `language` is that of its headers, in which devices and the choices of their settings are offered.
     """
     robot, graph, firsts = analysis.robot, analysis.graph, _firsts(analysis.robot)
@@ -72,17 +74,26 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, languag
 
 
 def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
-    """Return suggestions with the words of a Japanese workbook for devices and for the choices of their settings.
+    """Return suggestions with the words of a Japanese workbook: devices, their settings, scene, tests and Protocol.
 
     A device that is `named` so must be in the sheet Devices: the robot itself knows it by its English name.
     """
 
+    def written(words: Mapping[str, str], text: str) -> str:
+        return japanese.japanese(words, [text])[0]
+
     def own(name: str) -> str:
-        return japanese.japanese(japanese.DEVICES, [name])[0]
+        return written(japanese.DEVICES, name)
 
     def chosen(words: Mapping[str, Any], setting: str) -> dict[str, Any]:
-        choices = japanese.japanese(japanese.CHOICES.get(setting, {}), [one["text"] for one in words["choices"]])
+        known = japanese.MOVES if setting == "name" else japanese.CHOICES.get(setting, {})
+        choices = japanese.japanese(known, [one["text"] for one in words["choices"]])
         return {**words, "choices": [{"text": text} for text in choices]}
+
+    def act(verb: str, values: Sequence[Word]) -> list[Any]:
+        labels = verb == "presses"  # of the workbook's own buttons
+        texts = [one["text"] if labels else translate(scene_value(verb, one["text"], "ja"), "ja") for one in values]
+        return [written(japanese.VERBS, verb), [{**one, "text": text} for one, text in zip(values, texts, strict=True)]]
 
     for name in ("sensors", "actuators"):
         found[name] = [
@@ -90,11 +101,32 @@ def _as_written_in_japanese(found: dict[str, Any]) -> dict[str, Any]:
              "named": own(one["text"]) != one["text"]}
             if "adds" in one else one for one in found[name]
         ]  # fmt: skip
+    found["choices"] = [_choice_written(one) for one in found["choices"]]
     found["devices"] = [{**one, "text": own(one["text"])} for one in found["devices"]]
     takes = {device: {s: chosen(words, s) for s, words in known.items()} for device, known in found["takes"].items()}
     also = {key(word): takes[key(device)] for word, device in japanese.DEVICES.items() if key(device) in takes}
     found["takes"] = {**takes, **also}
+    found["things"] = [{**one, "text": japanese.japanese_thing(one["text"])} for one in found["things"]]
+    found["acts"] = {kind: [act(verb, values) for verb, values in acts] for kind, acts in found["acts"].items()}
+    found["expects"] = [{**one, "text": written(japanese.EXPECTED, one["text"])} for one in found["expects"]]
+    found["fields"] = [
+        {**one, "text": field.called("ja"), "words": f"{one['text']} {one['words']}"}
+        for one, field in zip(found["fields"], FIELDS.values(), strict=True)
+    ]
+    for field in FIELDS.values():
+        for name in (field.name, *field.synonyms) if field.choices else ():
+            choices = [{**asdict(choice), "text": field.shown(choice.text, "ja")} for choice in field.choices]
+            found["values"] = {**found["values"], key(name): choices}
     return found
+
+
+def _choice_written(found: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a device with one of its choices in Japanese, such as “手を振る”."""
+    ((setting, choice),), zone = found["adds"]["settings"].items(), found["group"] == "zone"
+    (own,) = japanese.japanese(japanese.ZONES if zone else japanese.MOVES, [choice])
+    (device,) = japanese.japanese(japanese.DEVICES, [found["adds"]["device"]])
+    text = f"{own}への接触" if zone else own
+    return {**found, "text": text, "adds": {"device": device, "settings": {setting: own}}}
 
 
 def _uses(analysis: Analysis) -> dict[str, dict[str, int]]:
@@ -120,19 +152,24 @@ def _fixed() -> dict[str, Any]:
     known = list(dict.fromkeys(connectors()))
     return {
         "connectors": [
-            {"text": c.name, "help": N_("{help} (advanced)", help=c.help_message()) if c.advanced else c.help_message()}
+            {"text": c.name, "words": " ".join(c.words),
+             "help": N_("{help} (advanced)", help=c.help_message()) if c.advanced else c.help_message()}
             for c in known
         ],
         "periods": [key(c.name) for c in known if c.parameter is Parameter.PERIOD],
         "durations": [{"text": text} for text in ("500 ms", "1 s", "3 s", "10 s", "1 min")],
         "functions": [
             {"text": f"{f.name}(", "name": f.name, "names": f.names, "label": usage(f), "help": first_line(f),
+             "words": " ".join(f.words),
              "example": next((N_("{formula} is {value}", formula=a, value=v) for a, v in examples(f)), "")}
             for f in functions.values()
         ],
         "things": [{"text": name, "help": scene_message(kind.help)} for kind in KINDS.values() for name in kind.things],
         "scenetimes": [{"text": text, "help": line} for text, line in TIMES[:-1]],
-        "verbs": [{"text": name} for name in verb_names()],
+        "kinds": {
+            key(word): found[0] for words in japanese.THING_WORDS.items() for word in words
+            if (found := kind_of(words[1])) is not None
+        },
         "fields": [
             {"text": field.name, "help": field.prompt, "words": " ".join(field.synonyms)} for field in FIELDS.values()
         ],
@@ -262,7 +299,7 @@ def _help(robot: Robot, firsts: Mapping[str, str], name: str) -> str:
 def _synonyms(robot: Robot, name: str) -> str:
     """Return plain words for a device, by which it is found too."""
     found = robot.find(name)
-    return " ".join(found.type.synonyms) if found and "joint" not in found.preset else ""
+    return " ".join(plain_words(found.type, robot)) if found and "joint" not in found.preset else ""
 
 
 _EXPECTS = (

@@ -45,13 +45,20 @@ class TextPiece:
 
 @dataclass(frozen=True, slots=True)
 class Head:
-    """Header of a column as it is spelt in the sheet; `spellings` are the keys of it and of its synonyms."""
+    """Header of a column as it is spelt in the sheet.
+
+    Attributes:
+        spellings: the keys of it and of its synonyms.
+        told: its comments in short; `resolved` is true if they are.
+    """
 
     number: int
     letter: str
     header: str
     spellings: tuple[str, ...]
     column: Column
+    told: str = ""
+    resolved: bool = False
 
 
 @dataclass(frozen=True, slots=True)

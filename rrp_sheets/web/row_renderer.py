@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from itertools import islice
 from types import MappingProxyType
 from typing import Any
@@ -11,8 +12,9 @@ from markupsafe import Markup, escape
 
 from rrp_sheets.connectors import connectors
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.documents.grid import Grid, GridColumn
+from rrp_sheets.documents.grid import HEADER, Grid, GridColumn
 from rrp_sheets.graph import StreamKind
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, names_in
 from rrp_sheets.model.workbook import column_letters, truth_of
 from rrp_sheets.page_texts import Versions
@@ -63,9 +65,19 @@ class RowRenderer:
         heads = []
         for c in self.grid.columns:
             column = self._column(c)
+            if not c.header.isascii():
+                words = japanese.CHOICES.get(key(column.name), {})
+                choices = (replace(one, text=japanese.japanese(words, [one.text])[0]) for one in column.choices)
+                column = replace(column, choices=tuple(choices))
             spellings = dict.fromkeys([key(c.header), *map(key, (c.name, *column.synonyms) if c.name else ())])
-            heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column))
+            thread = self.grid.marks.thread(HEADER, c.number)
+            about = (_told(thread), thread[0].done) if thread else ()
+            heads.append(Head(c.number, column_letters(c.number), c.header, tuple(spellings), column, *about))
         return heads
+
+    def header_comments(self) -> list[dict[str, Any]]:
+        """Return the comments of headers in short, as pages get them when one of them has changed."""
+        return [{"column": h.number, "told": h.told, "resolved": h.resolved} for h in self.heads() if h.told]
 
     def update(self, analysis: Analysis, locked: Locked, verdicts: Mapping[str, str] = MappingProxyType({})) -> None:
         """Take over the newest check, the locked cells with their editors (page, name), and the test results."""

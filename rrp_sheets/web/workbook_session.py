@@ -20,8 +20,10 @@ from typing import Any
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.documents import Changed, Document, Refused
 from rrp_sheets.documents.document import Journal, made_for, write_block_reason
+from rrp_sheets.documents.grid import HEADER
 from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.page_texts import Versions, json_in
 from rrp_sheets.runs.check_worker import CheckWorker
@@ -439,7 +441,9 @@ class WorkbookSession(Broadcaster):
             kept = self._words.get(language)
         if kept is None or kept[0] is not analysis:
             devices = next((grid for grid in self.document.grids.values() if grid.kind == "devices"), None)
-            columns = [key(column.header) for column in devices.columns] if devices and not self.document.why else None
+            columns = None
+            if devices is not None and not self.document.why:
+                columns = [key(japanese.standard(japanese.SETTINGS, column.header)) for column in devices.columns]
             text = json_in(vocabulary(analysis, columns, language_of_sheets(self.document.grids.values())), language)
             kept = analysis, text, hashlib.sha256(text.encode()).hexdigest()[:16]
             with self._lock:
@@ -486,7 +490,10 @@ class WorkbookSession(Broadcaster):
         answer: Answer = {"rows": [self._rows(one) for one in (changed, *changed.then)]}
         for one in answer["rows"]:
             self.tell("grid", {**one, "tag": tag}, but=client)
-        if change := changed.change:  # a sheet was added, removed, renamed or moved
+        reshaped = [one.sheet for one in (changed, *changed.then) if one.change and one.change.what == "reshaped"]
+        for sheet in reshaped:
+            self.tell("reload", {"why": N_("This sheet has other columns now."), "sheet": sheet})
+        if (change := changed.change) and not reshaped:  # a sheet was added, removed, renamed or moved
             if change.was:
                 with self._lock:
                     self.locks.rename(change.was, change.name)
@@ -500,7 +507,7 @@ class WorkbookSession(Broadcaster):
         if changed.sheet not in self.document.grids:
             return {"sheet": changed.sheet}
         with self._lock:
-            if changed.heads:
+            if changed.heads or changed.change:
                 self._renderers.pop(changed.sheet, None)
             renderer = self.renderer(changed.sheet)
             entry = self._now(changed.sheet)
@@ -509,6 +516,8 @@ class WorkbookSession(Broadcaster):
             if changed.touched:
                 made = renderer.html(changed.touched, self.languages)
                 entry["replace"] = [{"id": row, "html": html} for row, html in made.items()]
+            if HEADER in changed.touched:
+                entry["headers"] = renderer.header_comments()
             if changed.cells:
                 entry["cells"] = [list(place) for place in changed.cells[:1000]]
                 entry["about"] = changed.about

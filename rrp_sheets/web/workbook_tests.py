@@ -35,14 +35,14 @@ START = 20.0  # s more when it has to be started first
 PASSES, FAILS, IDLE, WAITS, LATE = "passes", "fails", "idle", "waits", "late"
 """States of a test: it passes or fails; it expects nothing; it has errors; it was not reached in time."""
 _TASK = f"{__name__}.run_workbook_tests"
-_LESSON = re.compile(r"lesson\s+(\d{1,3})\b", re.IGNORECASE)
+_LESSON = re.compile(r"#*\s*(?:lesson\s+|レッスン\s*)(\d{1,3})(?!\w)", re.IGNORECASE)
 
 
 def number_of(test: str) -> int | None:
     """Return the number of the lesson that a test belongs to; None for other tests.
 
-    >>> number_of("Lesson 3 Name it"), number_of("Lessons"), number_of("Speaks")
-    (3, None, None)
+    >>> number_of("Lesson 3 Name it"), number_of("レッスン3 場所を言う"), number_of("Lessons"), number_of("Speaks")
+    (3, 3, None, None)
     """
     found = _LESSON.match(test.strip())
     return int(found[1]) if found else None
@@ -338,10 +338,11 @@ _WORDS = {
 }  # fmt: skip
 _DONE = {PASSES: N_("done"), FAILS: N_("now fails")}
 """Words for lessons instead."""
-_TOLD = re.compile(r"#+\s*lesson\s+(\d{1,3})\b", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z]+")
 MOST_TERMS = 4
-WORDS = frozenset(("stream", "event", "field", "formula", "connector", "actuator", "sensor", "trace"))
+WORDS: Mapping[str, str] = {word: word for word in (
+    N_("stream"), N_("event"), N_("field"), N_("formula"), N_("connector"), N_("actuator"), N_("sensor"), N_("trace"),
+)}  # fmt: skip
 """Words of the field that there is help on; connectors are such words too."""
 
 
@@ -483,7 +484,7 @@ def _told(grid: Grid) -> Iterator[tuple[int, str, str]]:
         text = texts[min(texts)].strip() if texts else ""
         if not text.startswith("#"):
             continue
-        begins = _TOLD.match(text)
+        begins = _LESSON.match(text)
         if begins:
             if number:
                 yield number, first, words
@@ -501,4 +502,4 @@ def terms_in(words: str) -> Iterator[str]:
         if word in names:
             yield word
         elif single in WORDS:
-            yield single
+            yield WORDS[single]

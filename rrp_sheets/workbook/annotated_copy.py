@@ -13,6 +13,7 @@ from xml.sax.saxutils import quoteattr
 from lxml import etree
 
 from rrp_sheets.diagnostics import Diagnostic
+from rrp_sheets.diagnostics.report import MORE_LATER, checks_wait
 from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.texts import N_, counted, translate
 from rrp_sheets.workbook import limits
@@ -23,7 +24,7 @@ from rrp_sheets.workbook.patch.package_edit import PackageEdit
 from rrp_sheets.workbook.patch.sheets import place_style
 from rrp_sheets.workbook.xlsx import number as whole
 
-TITLE = "Findings"
+TITLE = N_("Findings")
 _PART = "xl/worksheets/findings"
 _FILLS = {"error": "F8C9C4", "warning": "FFE3A3", "info": "D6E6F2"}
 _EDGES = {"error": "C0392B", "warning": "C98A00", "info": "4A7FA5"}
@@ -48,7 +49,8 @@ def marked_copy(data: bytes, name: str, findings: Sequence[Diagnostic], language
         if sheet in by_sheet:
             _mark(package, index, by_sheet[sheet], styles, language)
     names = package.book.names
-    *_, title = sheet_titles([*names, TITLE if TITLE not in names else f"{TITLE} of the check"]).values()
+    title, other = translate(TITLE, language), translate(N_("Findings of the check"), language)
+    *_, title = sheet_titles([*names, title if title not in names else other]).values()
     part = next(part for n in count(1) if (part := f"{_PART}{n}.xml") not in package.book)
     package.added[part] = _list_xml(findings, styles, language)
     listed.put_sheet(package, part, title)
@@ -94,7 +96,7 @@ def _mark(package: PackageEdit, index: int, findings: Sequence[Diagnostic], styl
     if header not in texts:
         before = sheet.cell(header, beside - 1)
         like = styles.note("", bold=True) if before is None else sheet.style(header, beside - 1)
-        sheet.set_cell(header, beside, TITLE, like)
+        sheet.set_cell(header, beside, translate(TITLE, language), like)
     _widen(sheet, beside)
 
 
@@ -146,7 +148,9 @@ def _list_xml(findings: Sequence[Diagnostic], styles: StyleSheet, language: str)
     kinds = [f.severity.value for f in findings]
     counts = translate(counted({kind: kinds.count(kind) for kind in _WORDS}), language)
     headers = [translate(text, language) for text in _HEADERS]
-    rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head]), (3, headers, [head] * 5)]
+    later = [translate(MORE_LATER, language)] if checks_wait(findings) else []
+    rows: list[tuple[int, Sequence[str], Sequence[int]]] = [(1, [counts], [head]), (2, later, [plain] * len(later))]
+    rows.append((3, headers, [head] * 5))
     links = []
     for row, f in enumerate(findings, 4):
         kind = f.severity.value

@@ -12,10 +12,11 @@ from itertools import zip_longest
 from typing import Any
 
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.texts import N_, translate
-from rrp_sheets.workbook import japanese, limits
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import (
     DEVICES,

@@ -15,7 +15,7 @@ from rrp_sheets.workbook import limits
 from rrp_sheets.workbook import sheet_readers as readers
 from rrp_sheets.workbook.files import open_book
 from rrp_sheets.workbook.raw import Book, Extent, Kind, RawCell, RawSheet, check_size, unreadable
-from rrp_sheets.workbook.schema import BEHAVIOUR, PROTOCOL, NearMiss, recognise
+from rrp_sheets.workbook.schema import BEHAVIOUR, DEVICES, PROTOCOL, NearMiss, language_of, recognise
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,8 @@ class Reader:
         self._fields: dict[str, model.Cell] = {}
         self._names: dict[str, str] = {}
         self._protocol_end: model.Address | None = None
+        self._device_sheet: model.DeviceSheet | None = None  # of several the first one
+        self._headers: list[str] = []  # of the columns of ours, as they are spelt
         self._nearly = False  # whether a sheet is a behaviour but for a missing header, which is told
         self.sheets: list[RawSheet] = []
         own = [index for index in range(len(book.names)) if not self._read(index)]
@@ -82,8 +84,9 @@ class Reader:
             self.report.add("SHEET001", None)
         protocol = model.Protocol(self._fields, self._names, self._protocol_end)
         self.workbook = model.Workbook(
-            source, behaviours, devices, helpers, protocol, scene, gestures, tests, tables, tuple(book.names), risks
-        )
+            source, behaviours, devices, helpers, protocol, scene, gestures, tests, tables, tuple(book.names), risks,
+            self._device_sheet, language_of(self._headers),
+        )  # fmt: skip
 
     def _read(self, index: int) -> bool:
         """Read a sheet of ours; False for one of the user's own."""
@@ -104,10 +107,13 @@ class Reader:
         table = readers.OwnTable(sheet, recognised, recognised.kind, self.report)
         self._report_findings(sheet.name)
         table.report_merged()
+        self._headers += [sheet.cells[recognised.row, c].text for c in recognised.columns.values()]
         if recognised.kind is PROTOCOL:
             self._protocol_end = readers.read_protocol(table, self._fields, self._names)
         else:
             kind = recognised.kind.name
+            if recognised.kind is DEVICES and self._device_sheet is None:
+                self._device_sheet = readers.place_of_devices(table)
             self._found.setdefault(kind, []).extend(readers.READERS[kind](table))
         return True
 

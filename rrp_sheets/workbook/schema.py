@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key, nearest
 from rrp_sheets.texts import LANGUAGE_NAMES, N_
-from rrp_sheets.workbook import japanese, limits
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import clean_fields, clean_formula, clean_name, clean_prose
 from rrp_sheets.workbook.raw import RawCell, RawSheet
 
@@ -277,8 +278,13 @@ def title_of(kind: str, language: str) -> str:
 
 
 def language_of(headers: Iterable[str]) -> str:
-    """Return the language of headers of ours."""
-    return "en" if all(header.isascii() for header in headers) else "ja"
+    """Return the language of headers of ours: that of most of them.
+
+    >>> language_of(["入力", "コネクター", "Formula"]), language_of(["Stream", "Device", "メモ"])
+    ('ja', 'en')
+    """
+    english = [header.isascii() for header in headers]
+    return "ja" if 2 * sum(english) < len(english) else "en"
 
 
 def is_single(kind: str) -> bool:
@@ -479,7 +485,7 @@ _FIELDS = (
         {"フレーム": "frame", "イベントループ": "event loop"}),
     ProtocolField("Frame rate", tuple(CellChoice(n, N_("frames a second")) for n in ("30", "60", "20", "15")),
                   synonyms=("フレームレート",)),
-    ProtocolField("Run", synonyms=("実行する動作", "実行"), also={"すべて": "all"}),
+    ProtocolField("Run", synonyms=("実行するふるまい", "実行する動作", "実行"), also={"すべて": "all"}),
     ProtocolField("Seed", (
         CellChoice("0", N_("a whole number that sets the random choices of PICK and the simulator")),
     ), synonyms=("乱数の種",)),

@@ -11,11 +11,12 @@ from itertools import count, groupby, product, takewhile
 
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert, Put
+from rrp_sheets.model import japanese
 from rrp_sheets.model import workbook as model
 from rrp_sheets.model.names import argument_name, key
 from rrp_sheets.model.workbook import Address, Cell
 from rrp_sheets.texts import N_
-from rrp_sheets.workbook import japanese, limits
+from rrp_sheets.workbook import limits
 from rrp_sheets.workbook.cleaning import ERROR_VALUES, clean_name, clean_prose, clean_spaces, from_excel
 from rrp_sheets.workbook.raw import Kind, RawCell, RawSheet
 from rrp_sheets.workbook.schema import FIELDS, PLAIN, Recognised, SheetKind, field_key
@@ -273,6 +274,15 @@ def read_devices(table: OwnTable) -> tuple[model.Device, ...]:
         }
         devices.append(model.Device(table.cell(line, "Stream"), device, settings, headers))
     return tuple(devices)
+
+
+def place_of_devices(table: OwnTable) -> model.DeviceSheet:
+    """The place of a Devices sheet, and of what can be added to it."""
+    columns = {key(name): c for name, c in table.columns.items()}
+    columns |= {_setting(k): c for c, k in table.header_keys.items()}
+    free = max(column for _, column in table.sheet.cells) + 1
+    last = max(table.sheet.rows(), default=table.header_row)
+    return model.DeviceSheet(table.address(table.header_row, columns["stream"]), columns, free, last)
 
 
 def _setting(header: str) -> str:

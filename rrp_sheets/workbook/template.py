@@ -1,15 +1,22 @@
-"""The templates: a small behaviour that works with everything a protocol needs around it, and the same without rows."""
+"""The templates: a small behaviour that works with everything a protocol needs around it, and the same without rows.
+
+Templates and examples are written in the reader's language.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from rrp_sheets.errors import SheetsError
-from rrp_sheets.texts import N_, translate
+from rrp_sheets.model import japanese
+from rrp_sheets.model.names import argument_name, key
+from rrp_sheets.texts import N_, LazyMessage, translate
 from rrp_sheets.workbook.files import already_there, make_workbook
 from rrp_sheets.workbook.maker import Offers
+from rrp_sheets.workbook.raw import text_sheet
 from rrp_sheets.workbook.schema import (
     BEHAVIOUR,
     DEVICES,
@@ -20,8 +27,10 @@ from rrp_sheets.workbook.schema import (
     SHEETS,
     TEST,
     TITLES,
+    Recognised,
     SheetKind,
     field_key,
+    recognise,
     title_of,
 )
 
@@ -93,7 +102,7 @@ _HEADINGS = {
 
 def _protocol(robot: str, language: str = "en") -> list[tuple[str, str]]:
     """Every field in the order of the schema, with its first value, and the comments that group them."""
-    own = _OWN_PROTOCOL if language == "ja" else {}
+    own = _JAPANESE_PROTOCOL if language == "ja" else {}
     rows = []
     for field in FIELDS.values():
         if field.name in _HEADINGS:
@@ -103,47 +112,47 @@ def _protocol(robot: str, language: str = "en") -> list[tuple[str, str]]:
     return rows
 
 
-_OWN_TRACKING = (
+_JAPANESE_TRACKING = (
     ("赤いボール", "map", "赤いボール.distance", "距離", "ロボットからボールまでの距離（メートル）"),
     ("距離", "filter", "距離 < 届く範囲", "近い", "「届く範囲」はシート「補助の式」の数です"),
     ("近い", "subscribe", "", "頭の追跡", "頭がボールを追います"),
 )
-_OWN_SETTINGS = ("動かし方", "せりふ")
-_OWN_DEVICES = (
+_JAPANESE_SETTINGS = ("動かし方", "せりふ")
+_JAPANESE_DEVICES = (
     ("赤いボール", "赤いボール", "", "", "ロボットのカメラに映る赤いボール"),
     ("頭の追跡", "追跡", "頭", "", "頭だけで追います"),
 )
-_OWN_HELPERS = (("届く範囲", "", "0.5", "メートル。これより近いボールを頭が追います"),)
-_OWN_SCENE = (
+_JAPANESE_HELPERS = (("届く範囲", "", "0.5", "メートル。これより近いボールを頭が追います"),)
+_JAPANESE_SCENE = (
     ("1", "赤いボール", "現れる", "位置 1, 0, 0.4", "ロボットからのメートル：前、左、上"),
     ("3", "赤いボール", "動く", "行き先 0.4, 0.1, 0.4 所要時間 3秒", "近づきます"),
     ("9", "赤いボール", "消える", "", ""),
 )
-_OWN_CHECK = (
+_JAPANESE_CHECK = (
     ("0", "赤いボール", "distance=0.8", "", "遠すぎます"),
     ("100", "近い", "", "なし", ""),
     ("1000", "赤いボール", "distance=0.3", "", ""),
     ("1000", "近い", "", "0.3", ""),
 )
-_OWN_PROTOCOL = {
+_JAPANESE_PROTOCOL = {
     "Title": "はじめてのプロトコル", "Purpose": "近くにある赤いボールを、ロボットの頭が追います。",
     "Data kept": "すべての値と時刻、ロボットのカメラの画像、ロボットの動画、ロボットが話した音声", "Run": "頭で追う",
     "Time limit": "10分", "Language": "日本語",
 }  # fmt: skip
 
 
-def _own_sheets(robot: str) -> dict[str, list[list[str]]]:
+def _japanese_sheets(robot: str) -> dict[str, list[list[str]]]:
     """The rows of the guided template in Japanese."""
     filled = partial(_filled, language="ja")
     tables = (
-        (DEVICES, filled(DEVICES, _OWN_DEVICES, _OWN_SETTINGS)), (HELPERS, filled(HELPERS, _OWN_HELPERS)),
-        (SCENE, filled(SCENE, _OWN_SCENE)),
+        (DEVICES, filled(DEVICES, _JAPANESE_DEVICES, _JAPANESE_SETTINGS)),
+        (HELPERS, filled(HELPERS, _JAPANESE_HELPERS)), (SCENE, filled(SCENE, _JAPANESE_SCENE)),
     )  # fmt: skip
     return {
         "はじめに": [[translate(line, "ja")] for line in _READ_ME],
-        "頭で追う": filled(BEHAVIOUR, _OWN_TRACKING),
+        "頭で追う": filled(BEHAVIOUR, _JAPANESE_TRACKING),
         **{kind.called[0]: rows for kind, rows in tables},
-        "確認": filled(TEST, _OWN_CHECK),
+        "確認": filled(TEST, _JAPANESE_CHECK),
         PROTOCOL.called[0]: filled(PROTOCOL, _protocol(robot, "ja")),
     }
 
@@ -151,7 +160,7 @@ def _own_sheets(robot: str) -> dict[str, list[list[str]]]:
 def template_sheets(robot: str = "nao", language: str = "en") -> dict[str, list[list[str]]]:
     """The rows of the guided template by sheet name."""
     if language == "ja":
-        return _own_sheets(robot)
+        return _japanese_sheets(robot)
     return {
         "Read me": [[line] for line in _READ_ME], "Tracking": _filled(BEHAVIOUR, _TRACKING),
         "Devices": _filled(DEVICES, _DEVICES, _SETTINGS), "Helpers": _filled(HELPERS, _HELPERS),
@@ -224,7 +233,7 @@ def beginning(kind: str, robot: str = "nao", language: str = "en") -> list[list[
     """
     if kind == "table":
         return [["名前", "値"]] if language == "ja" else [["Name", "Value"]]
-    others = {"devices": _OWN_SETTINGS if language == "ja" else _SETTINGS, "gestures": _JOINTS}.get(kind, ())
+    others = {"devices": _JAPANESE_SETTINGS if language == "ja" else _SETTINGS, "gestures": _JOINTS}.get(kind, ())
     rows = list(empty_sheets(robot, language).values())[-1][1:] if kind == "protocol" else []
     return [SHEETS[kind].header(others, language), *([f, "" if field_key(f) == "run" else value] for f, value in rows)]
 
@@ -245,3 +254,141 @@ def place_of(kind: str, sheets: Mapping[str, str]) -> str:
     if last := alike or before:
         return names[last[-1] + 1] if last[-1] + 1 < len(names) else ""
     return next((names[i] for i, rank in ranks.items() if rank > own), "")
+
+
+# ---- examples in Japanese
+_NAMES = frozenset(("inputs", "output", "stream", "tested", "helper", "parameters", "gesture"))
+"""Kinds of the cells that hold names of streams, helpers and gestures."""
+_NAME = re.compile(r"[^\s,][^,\n]*")
+_CUE = re.compile(r"[^\s+][^+]*?(?=\s*\+)")
+_PIECE = re.compile(r"\"[^\"]*\"|'[^']*'|(?<![\w.\[])[^\W\d]\w*(\s*\()?")
+
+
+def in_japanese(
+    sheets: Mapping[str, Sequence[Sequence[str]]], own: Callable[[str], str] | None = None
+) -> dict[str, list[list[str]]]:
+    """Return the rows of an English example with Japanese titles, headers and words.
+
+    Args:
+        sheets: the rows by sheet name. One with a misspelt header stays as it is, as do
+            headers of the user's own tables.
+        own: returns the Japanese word for a name, a note or a text of the example; without it, the catalogue does.
+    """
+    return _Japanese(sheets, own or (lambda text: translate(LazyMessage(text, msgctxt="example"), "ja"))).sheets()
+
+
+class _Japanese:
+    """Writer of an example in Japanese."""
+
+    def __init__(self, sheets: Mapping[str, Sequence[Sequence[str]]], own: Callable[[str], str]) -> None:
+        self._rows, self._own = sheets, own
+        self._known = {name: recognise(text_sheet(name, rows)) for name, rows in sheets.items()}
+        self._titles = {name: self._title(name, what.kind) for name, what in self._known.items() if what.kind}
+        self._arguments: dict[str, str] = {}  # of formulas, by key
+        self._given: set[str] = set()  # keys of the names of devices, outputs and helpers
+        self._helpers: set[str] = set()
+
+    def _title(self, name: str, kind: SheetKind) -> str:
+        return kind.called[0] if kind.names(name) and not kind.any_name else self._own(name)
+
+    def sheets(self) -> dict[str, list[list[str]]]:
+        """Return the rows by sheet."""
+        names = []
+        for name, what in self._known.items():
+            for line in self._lines(name, what):
+                for header, text in line.items():
+                    column = what.kind.column(header) if what.kind else None
+                    found = _NAME.findall(text) if column is not None and column.kind in _NAMES else ()
+                    names += [self._split(one.strip())[2] for one in found]
+                    self._given |= set(map(key, found)) if header in ("Stream", "Output stream", "Name") else set()
+                    self._helpers |= set(map(key, found)) if header == "Name" else set()
+        self._arguments = {key(argument_name(name)): argument_name(self._name(name)) for name in names}
+        return {self._titles.get(name, name): self._sheet(name, what) for name, what in self._known.items()}
+
+    def _lines(self, name: str, what: Recognised) -> list[dict[str, str]]:
+        """Return the rows below the header, each as its texts by standard header."""
+        if what.kind is None or what.near is not None:
+            return []
+        headers = {at: header for header, at in what.columns.items()} | dict(what.others)
+        rows = self._rows[name][what.row :]
+        return [{header: row[at - 1] for at, header in headers.items() if at <= len(row)} for row in rows]
+
+    def _sheet(self, name: str, what: Recognised) -> list[list[str]]:
+        rows = [list(row) for row in self._rows[name]]
+        if what.near is not None:
+            return rows
+        if what.kind is None:
+            return [rows[0], *([self._own(text) for text in row] for row in rows[1:])]
+        settings = what.kind is DEVICES
+        for header, at in what.columns.items():
+            rows[what.row - 1][at - 1] = what.kind.column(header).header("ja")
+        for at, header in what.others.items():
+            rows[what.row - 1][at - 1] = japanese.japanese(japanese.SETTINGS, [header])[0] if settings else header
+        headers = {header: at for at, header in what.others.items()} | dict(what.columns)
+        for row, line in zip(rows[what.row :], self._lines(name, what), strict=True):
+            if row and row[0].startswith("#"):
+                row[0] = f"# {self._own(row[0].lstrip('# '))}"
+                continue
+            for header, text in line.items():
+                row[headers[header] - 1] = self._cell(what.kind, header, line) if text else ""
+        return rows
+
+    def _cell(self, kind: SheetKind, header: str, line: Mapping[str, str]) -> str:
+        text, cells = line[header], kind.column(header).kind
+        if cells in _NAMES:
+            return _NAME.sub(lambda match: self._name(match[0].rstrip()), text)
+        if cells in ("notes", "prose"):
+            return self._own(text)
+        if cells == "formula":
+            return _PIECE.sub(self._piece, text)
+        if cells == "amount":
+            return _CUE.sub(lambda match: self._name(match[0]), text) if kind is SCENE else text
+        if cells in ("fieldname", "fieldvalue"):
+            return self._field(header, line)
+        own = self._word(header, line, cells)
+        if cells in ("send", "expect"):
+            return own if own != text else _PIECE.sub(self._text, self._own(text))
+        return own
+
+    def _word(self, header: str, line: Mapping[str, str], cells: str) -> str:
+        """Return a word of the program's in Japanese, or what else stands in a cell for one."""
+        text = line[header]
+        if cells == "actor":
+            return japanese.japanese_thing(text)
+        if cells == "value":
+            return self._own(text) if key(line.get("Does", "")) in japanese.FREE else japanese.japanese_value(text)
+        moves = japanese.MOVES if header == "Name" and line.get("Device") in ("Gesture", "Posture") else {}
+        tables = {"device": japanese.DEVICES, "verb": japanese.VERBS, "expect": japanese.EXPECTED}
+        words = tables.get(cells) or japanese.CHOICES.get(key(header), moves)
+        known = key(text) in map(key, words.values())
+        return japanese.japanese(words, [text])[0] if known or cells != "setting" else self._own(text)
+
+    def _field(self, header: str, line: Mapping[str, str]) -> str:
+        """Return the name of a field of the Protocol, or its value."""
+        text, known = line[header], FIELDS.get(field_key(line.get("Field", "")))
+        if header == "Field":
+            return known.called("ja") if known else text
+        if known is FIELDS["run"]:
+            return _NAME.sub(lambda match: self._titles.get(match[0]) or self._own(match[0]), text)
+        shown = known.shown(text, "ja") if known else text
+        return shown if shown != text else self._own(text)
+
+    def _name(self, text: str) -> str:
+        sheet, mark, name = self._split(text)
+        stem = name if key(name) in self._given else name.removesuffix(" done")
+        return f"{self._titles.get(sheet, sheet)}{mark}{self._own(stem)}{name[len(stem) :]}"
+
+    def _split(self, text: str) -> tuple[str, str, str]:
+        """Split a name into that of its sheet, if it has one, and its own."""
+        return text.partition("!") if text.partition("!")[0] in self._titles else ("", "", text)
+
+    def _piece(self, match: re.Match[str]) -> str:
+        """Write a text or a name of a formula; functions have names of their own."""
+        word = match[0].removesuffix(match[1] or "")
+        if match[0][0] in "\"'" or (match[1] and key(word) not in self._helpers):
+            return self._text(match)
+        return f"{self._arguments.get(key(word), word)}{match[1] or ''}"
+
+    def _text(self, match: re.Match[str]) -> str:
+        quote, text = match[0][0], match[0]
+        return f"{quote}{self._own(text[1:-1])}{quote}" if quote in "\"'" else text

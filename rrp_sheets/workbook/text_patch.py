@@ -204,6 +204,10 @@ class MarkdownTable(TextTable):
         before, rows, after = text_books.first_table(lines[begin:])
         self._rule = rows.pop(1) if len(rows) > 1 and text_books.RULE.fullmatch(rows[1].strip()) else ""
         self.head, self.lines, self.tail = "".join([*lines[:begin], *before]), rows, "".join(after)
+        self._wide = self._columns()
+
+    def _columns(self) -> int:
+        return len(text_books.markdown_pieces(self.lines[0])) if self.lines else 0
 
     def cells(self, line: str) -> list[str]:
         """The texts of a row's cells."""
@@ -219,11 +223,15 @@ class MarkdownTable(TextTable):
 
     def blank(self) -> str:
         """A row of empty cells."""
-        return "|" + "  |" * max(len(text_books.markdown_pieces(self.lines[0])) if self.lines else 1, 1) + self.newline
+        return "|" + "  |" * max(self._columns(), 1) + self.newline
 
     def whole(self) -> str:
         """The text as it is now."""
-        lines = self.lines[:1] + ([self._rule] if self._rule else []) + self.lines[1:]
+        rule = self._rule
+        if rule and (more := self._columns() - self._wide) > 0:  # else it would be a table no more
+            bare = rule.rstrip()
+            rule = f"{bare}{'' if bare.endswith('|') else '|'}{'---|' * more}{rule[len(bare) :]}"
+        lines = self.lines[:1] + ([rule] if rule else []) + self.lines[1:]
         if len(self.lines) > 1 and self._rule and not self._rule.endswith(("\n", "\r")):
             lines[1] += self.newline
         return self.head + "".join(lines) + self.tail

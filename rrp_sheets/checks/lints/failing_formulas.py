@@ -6,7 +6,7 @@ import ast
 
 from rrp_sheets.checks.examples import alike
 from rrp_sheets.checks.facts import LIST, RECORD, TEXT, known_of
-from rrp_sheets.checks.lints.context import LintContext, row_of
+from rrp_sheets.checks.lints.context import LintContext, row_key, row_of
 from rrp_sheets.diagnostics import CODES
 from rrp_sheets.formulas import Formula
 from rrp_sheets.formulas.problems import KINDS, kind_of
@@ -95,6 +95,8 @@ def _use(stream: str, values: list[Value], context: LintContext, merge: Step, se
     plain = not any(isinstance(v, Record) for v in values)
     seen.add(stream)
     for reader in context.readers.get(stream, []):
+        if row_key(reader.row.output.address) in context.unclear:
+            continue
         formula = context.compiled.formulas.get(reader.ref)
         if formula is not None:
             fails = [_fails(formula, reader, stream, v, context) for v in values]

@@ -16,10 +16,14 @@ _MOST_CHOICES = 5  # values that are named
 
 
 def lint_unreachable(context: LintContext) -> None:
-    """Report filters that pass nothing or everything, and done streams that never have a value."""
+    """Report filters that pass nothing or everything."""
     for step in context.steps():
         if step.connector.name == "filter":
             _filter(step, context)
+
+
+def lint_undriven(context: LintContext) -> None:
+    """Report done streams that never have a value, as no row drives their actuator."""
     driven = {s.output for s in context.steps() if s.connector.is_sink}
     told: set[str] = set()
     for step in context.steps():

@@ -33,6 +33,7 @@ class Function:
         usage: `CLAMP(number; low; high)`.
         make: for IF, AND, OR, NOT, IFERROR: makes the node from the arguments' nodes, which are evaluated lazily.
         gives: the kind of its results, or the bounds of the number; `any` when they differ.
+        words: plain words, in all languages, by which people look for it.
         charges: whether it takes a keyword `charge`, to be told steps of work beyond the length of its arguments.
     """
 
@@ -45,6 +46,7 @@ class Function:
     make: Callable[[list[ast.expr]], ast.expr] | None = None
     charges: bool = False
     gives: str | tuple[float, float] = "any"
+    words: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:

@@ -108,5 +108,6 @@ FUNCTIONS = (
     define(rows, bounds=(0, 1_000)), define(index), define(match, bounds=(1, 1_000)), define(xlookup),
     Function(("PICK",), _lazy, 1, MANY, "PICK(list)",
              "One of a list or a row of a table, by chance: each once before any repeats, never the same twice "
-             "running.\n\n>>> PICK([\"Super!\"; \"Well done!\"])\n'Super!'", _pick),
+             "running.\n\n>>> PICK([\"Super!\"; \"Well done!\"])\n'Super!'", _pick,
+             words=("random", "chance", "choose", "draw", "乱数", "ランダム", "くじ", "選ぶ")),
 )  # fmt: skip

@@ -105,7 +105,7 @@ def open_example() -> Response | str:
     file, anchor = request.form.get("page", ""), request.form.get("example", "")
     if file not in site.files():
         abort(404)
-    found = next((example for example in site.page(file, "en").examples if example.anchor == anchor), None)
+    found = next((example for example in site.page(file, page_language()).examples if example.anchor == anchor), None)
     if found is None:
         abort(404)
     name, repository = request.form.get("name", "").strip(), services().repository

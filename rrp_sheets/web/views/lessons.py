@@ -133,7 +133,7 @@ def _steps(
         written = done or (grid is not None and any(_is_written(grid, row, step.cells) for row in rows))
         now = not written and all(line.state == "done" for line in lines)
         state = "done" if written else "now" if now else "later"
-        lines.append(StepLine(pieces(translate(step.text, page_language())), state, _cells(step, rows)))
+        lines.append(StepLine(pieces(translate(chosen.said(step), page_language())), state, _cells(step, rows)))
     return tuple(lines)
 
 
@@ -171,7 +171,7 @@ def _terms(lessons: Sequence[TutorialLesson]) -> list[tuple[str, ...]]:
     met: set[str] = set()
     found = []
     for one in lessons:
-        texts = (one.about, *(step.text for step in one.steps))
+        texts = (one.about, *map(one.said, one.steps))
         new = dict.fromkeys(term for text in texts for term in terms_in(text) if term not in met)
         met |= new.keys()
         found.append(tuple(new)[:MOST_TERMS])

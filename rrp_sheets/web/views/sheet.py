@@ -18,12 +18,13 @@ from werkzeug.wrappers import Response as BaseResponse
 from rrp_sheets.checks.fixing import replaced
 from rrp_sheets.checks.renaming import Renaming
 from rrp_sheets.diagnostics import Diagnostic
-from rrp_sheets.diagnostics.report import FixEdit, Insert, Put
+from rrp_sheets.diagnostics.report import MORE_LATER, FixEdit, Insert, Put, checks_wait
 from rrp_sheets.documents import CellText, Changed, Document, Refused
 from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.render.diagram import draw_diagram
@@ -77,6 +78,7 @@ _ACTIONS = (
     "fix", "test", "comment", "look",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
+_OWN_ROW = re.compile(r"r[0-9]{1,7}", re.ASCII)  # of a sheet of the user's own, by its number
 _COLUMN = re.compile(r"[0-9]{1,5}", re.ASCII)
 PIECE = 1_000  # rows that are sent at once
 _OLD = N_("This is no longer what the check says.")
@@ -101,7 +103,7 @@ class Panels:
 
     Attributes:
         problems: the number of each, also on its flag in the diagram, the id of its row if that is shown, and the
-            finding; `left_out` is the number of those that are not listed.
+            finding; `left_out` is the number of those that are not listed, `more_later` is said if checks wait.
         drawing: the behaviour's diagram as trusted SVG; empty for none, and then `why` may say why.
         diagram_number: the number of the behaviour, under which the diagram is a file of its own; 0 for none.
         words: the description of the behaviour, if there can be one; `row_ids` are the ids of its rows by number.
@@ -117,6 +119,7 @@ class Panels:
     counts: tuple[KindText, ...]
     problems: tuple[tuple[int, str, Diagnostic], ...]
     left_out: int
+    more_later: str
     drawing: Markup
     words: BehaviourText | None
     row_ids: Mapping[int, str]
@@ -257,11 +260,14 @@ def _shown_edit(edit: Put) -> dict[str, str | None]:
 
 @blueprint.get("/book/<name>/thread/<sheet>")
 def thread(name: str, sheet: str) -> Response:
-    """Send the comments of a cell; none for one that is gone, or in a sheet that is not under edit here."""
+    """Send the comments of a cell or a header; none for one that is gone."""
     document = workbook_or_404(name).document
-    grid = document.grids.get(sheet_or_404(document, sheet))
-    column = request.args.get("column", 0, type=int)
-    found = grid.marks.thread(request.args.get("row", ""), column) if grid else ()
+    sheet = sheet_or_404(document, sheet)
+    row, column = request.args.get("row", ""), request.args.get("column", 0, type=int)
+    if grid := document.grids.get(sheet):
+        found = grid.marks.thread(row, column)
+    else:
+        found = document.marks_of(sheet)[0].get((int(row[1:]) if _OWN_ROW.fullmatch(row) else 0, column), ())
     return jsonify({"comments": [asdict(c) for c in found]})
 
 
@@ -274,7 +280,8 @@ def comments(name: str) -> Response:
     except SheetsError as error:
         return jsonify({"message": error_text(error)})
     return jsonify({"threads": [
-        {"sheet": sheet, "row": row, "cell": f"{column_letters(column)}{number}", "replies": len(thread) - 1,
+        {"sheet": sheet, "row": row or _own_row(document, sheet, number, column),
+         "cell": f"{column_letters(column)}{number}", "replies": len(thread) - 1,
          **asdict(thread[0]), "text": thread[0].text[:MOST_LISTED_TEXT]}
         for sheet, number, column, row, thread in found[:MOST_LISTED_THREADS]
     ], "left_out": max(0, len(found) - MOST_LISTED_THREADS)})  # fmt: skip
@@ -405,7 +412,8 @@ def _added_devices(document: Document, given: Any) -> list[PutTexts | AddRows]:
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
         raise BadRequest
     grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
-    columns = {key(c.name or c.header): c.number for c in grid.columns} if grid else {}
+    headers = {c.number: c.name or japanese.standard(japanese.SETTINGS, c.header) for c in grid.columns} if grid else {}
+    columns = {key(header): number for number, header in headers.items()}
     if grid is None or not {"stream", "device"} <= set(columns):
         return []
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
@@ -520,10 +528,8 @@ def _rename_column(
     column, also = given.get("column"), given.get("also", [])
     if not isinstance(column, int) or not isinstance(also, list) or sheet not in document.grids:
         raise BadRequest
-    found = session.renaming_column(sheet, old, new.strip())
-    wanted = {e.address: e for e in found.edits}
-    wanted |= {e.address: e for e in found.unsure if f"{e.address.sheet}!{e.address.cell}" in also}
-    steps = list(_steps(document.grids, tuple(wanted.values())))
+    found = session.renaming_column(sheet, old, new.strip()).including(also)
+    steps = list(_steps(document.grids, found.edits))
     return document.together(author, [PutHeader(sheet, column, new.strip(), old), *steps])
 
 
@@ -591,7 +597,7 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     return document.together(author, steps)
 
 
-def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows]:
+def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows | PutHeader]:
     """Yield the edits of a fix with row ids; each of its row numbers counts the rows as the edit before left them."""
     order: dict[str, list[str]] = {}
     for one in edits:
@@ -606,6 +612,9 @@ def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutT
             rows.insert(place, row)
             continue
         place = one.address.row - grid.first
+        if place == -1 and isinstance(one, Put) and one.text:
+            yield PutHeader(grid.name, one.address.column, one.text, "")
+            continue
         if not 0 <= place < len(rows):
             raise Refused(_OLD, _LOOK)
         now = grid.text(rows[place], one.address.column)
@@ -679,7 +688,8 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
     here = grids.get(sheet)
     return Panels(
         name=name, sheet=sheet, counts=counts(analysis.findings), problems=tuple(problems),
-        left_out=max(0, len(analysis.findings) - MOST_PROBLEMS), drawing=drawing, words=words, why=why,
+        left_out=max(0, len(analysis.findings) - MOST_PROBLEMS),
+        more_later=MORE_LATER if checks_wait(analysis.findings) else "", drawing=drawing, words=words, why=why,
         parts=offered, part=AROUND if part.startswith(AROUND) else part,
         row_ids=dict(enumerate(here.rows, here.first)) if here and words else {},
         checked=analysis.checked, diagram_number=number, tests=panel_of(session.tests, session.document, sheet),
@@ -689,13 +699,23 @@ def panels(session: WorkbookSession, name: str, sheet: str, part: str = "") -> P
 
 
 def own_grid(document: Document, name: str) -> Grid:
-    """Load the texts of a sheet of the user's own, up to the limits of rows and columns."""
+    """Load the texts, comments and looks of a sheet of the user's own, up to the limits of rows and columns."""
     sheet = next(s for s in document.reading.sheets if s.name == name)
-    width = min(max((column for _, column in sheet.cells), default=1), MOST_COLUMNS)
+    threads, looks = document.marks_of(name)
+    width = min(max((column for _, column in (*sheet.cells, *threads)), default=1), MOST_COLUMNS)
     grid = Grid(name, "own", 1, tuple(GridColumn(number, "") for number in range(1, width + 1)))
     grid.load(sheet)
-    del grid.rows[MOST_OWN_ROWS:]
+    grid.add_blank(max((number for number, _ in threads), default=0) - len(grid.rows))
+    grid.texts = {f"r{number}": grid.texts[row] for row, number in grid.numbers().items() if number <= MOST_OWN_ROWS}
+    grid.rows = [*grid.texts]
+    grid.marks.load(dict(enumerate(grid.rows, 1)), threads, looks)
     return grid
+
+
+def _own_row(document: Document, sheet: str, number: int, column: int) -> str:
+    """Return the id of a row of a sheet of the user's own if the cell is shown, else an empty text."""
+    shown = sheet in document.own and number <= MOST_OWN_ROWS and column <= MOST_COLUMNS
+    return f"r{number}" if shown else ""
 
 
 def picture(book: CheckedWorkbook, behaviour: BehaviourGraph) -> str:

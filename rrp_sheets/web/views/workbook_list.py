@@ -195,7 +195,7 @@ def _new(repository: WorkbookRepository) -> Done:
 
 
 def _tutorial(repository: WorkbookRepository) -> Done:
-    path = begin_tutorial(repository.folder)
+    path = begin_tutorial(repository.folder, page_language())
     return N_("Created {name}.", name=path.name), path.name
 
 

@@ -10,7 +10,7 @@ const AWAY = new Set([502, 503, 504]); // statuses of a server that starts again
 const UNREACHED = t("This page has no connection to the program. Check that the program is running, then try again.");
 const WORDS = { // why there is nothing to show, by status
   403: t("You are not logged in any more, or the program was started again."),
-  404: t("It no longer exists: somebody renamed, moved or deleted it."),
+  404: t("This is no longer there: somebody has renamed, moved or deleted it. Reload the page to see what there is now."),
 };
 const STOPPED = { // why an edit waits for a person, by status
   0: t("This page has no connection to the program. Start the program again, then choose Try again."),

@@ -1,5 +1,6 @@
-// Copying and pasting as tab-separated text, as Excel and LibreOffice do.
+// Copying and pasting as a table and as tab-separated text, as Excel and LibreOffice do.
 
+import { make } from "../elements.js";
 import { listed, t, tn } from "../texts.js";
 import { key } from "./editor.js";
 
@@ -11,8 +12,11 @@ export class Clipboard {
       event.preventDefault();
       this.cutCells = null;
       const cells = this.taken();
-      if (cells) event.clipboardData.setData("text/plain", this.copied(cells));
-      return cells?.flat().length;
+      if (!cells) return 0;
+      const { text, html } = this.copied(cells);
+      event.clipboardData.setData("text/plain", text);
+      event.clipboardData.setData("text/html", html);
+      return cells.flat().length;
     };
     document.addEventListener("copy", (event) => {
       const n = mine() && take(event);
@@ -26,9 +30,9 @@ export class Clipboard {
       grid.say(cut(n));
     });
     document.addEventListener("paste", (event) => {
-      const text = event.clipboardData.getData("text/plain");
-      if (event.target === grid.editor.field && ONE_LINE.test(text)) insert(text);
-      else if (mine()) this.pasted(text);
+      const copied = copiedOf(event.clipboardData);
+      if (event.target === grid.editor.field && copied.text) insert(copied);
+      else if (mine()) this.pasted(copied);
       else return;
       event.preventDefault();
     });
@@ -38,33 +42,35 @@ export class Clipboard {
   copy() {
     this.cutCells = null;
     const cells = this.taken();
-    if (!cells) return "";
-    const text = this.copied(cells);
-    navigator.clipboard?.writeText(text).catch(() => {});
+    if (!cells) return NOTHING;
+    const found = this.copied(cells);
+    const part = (type, text) => [type, new Blob([text], { type })];
+    const parts = [part("text/plain", found.text), part("text/html", found.html)];
+    navigator.clipboard?.write([new ClipboardItem(Object.fromEntries(parts))]).catch(() => {});
     this.grid.say(copied(cells.flat().length));
-    return text;
+    return found;
   }
 
   cut() {
-    const text = this.copy();
-    if (!text) return "";
+    const found = this.copy();
+    if (!found.text) return found;
     this.keepCut();
     this.grid.clear();
     this.grid.say(cut(this.grid.selection.all().length));
-    return text;
+    return found;
   }
 
   /** Paste by the menu, for which a browser may ask, or refuse it. */
   async fromMenu() {
-    const text = await navigator.clipboard?.readText().catch(() => null);
-    if (typeof text !== "string") this.grid.say(t("The browser does not let the menu read what was copied. Press Ctrl+V."), true);
-    else if (!this.grid.held.takes(() => this.pasted(text))) this.pasted(text);
+    const found = await readClipboard().catch(() => null);
+    if (!found) this.grid.say(t("The browser does not let the menu read what was copied. Press Ctrl+V."), true);
+    else if (!this.grid.held.takes(() => this.pasted(found))) this.pasted(found);
   }
 
   /** Remember which cells are cut: their comments go where they are pasted first. */
   keepCut() {
     const cells = this.taken();
-    this.cutCells = cells && { text: this.copied(cells), cells: cells.map((line) => line.map((cell) => this.grid.threads.at(cell))) };
+    this.cutCells = cells && { text: this.copied(cells).text, cells: cells.map((line) => line.map((cell) => this.grid.threads.at(cell))) };
   }
 
   /** The comments that go with cut cells: pairs of a cell that had some and the one where it is pasted. */
@@ -81,10 +87,10 @@ export class Clipboard {
     });
   }
 
-  pasted(text) {
+  pasted({ text, html }) {
     this.now = this.cutCells?.text.replace(/\n$/, "") === text.replace(/\r\n?/g, "\n").replace(/\n$/, "") ? this.cutCells : null;
     this.cutCells = null;
-    if (text) this.paste(parse(text));
+    if (text || tableOf(html)) this.paste(cellsOf({ text, html }));
     else this.grid.say(t("There is no text to paste."));
   }
 
@@ -104,7 +110,8 @@ export class Clipboard {
   }
 
   copied(cells) {
-    return format(cells.map((line) => line.map((cell) => this.grid.table.value(cell))));
+    const rows = cells.map((line) => line.map((cell) => this.grid.table.value(cell)));
+    return { text: format(rows), html: tableWith(rows) };
   }
 
   /** Lines of texts into the cells from the selection's first cell on; one value fills the whole selection. */
@@ -153,9 +160,28 @@ export class Clipboard {
 
 const ONE_LINE = /^[^\n]*\n$/; // programs end a single cell with a line break, which is none of its text
 
-/** Put a text into the cell's editor as if it were pasted there. */
-export function insert(text) {
-  document.execCommand("insertText", false, ONE_LINE.test(text) ? text.replace(/\r?\n$/, "") : text);
+/** What is copied when nothing is. */
+export const NOTHING = { text: "", html: "" };
+
+/** What a paste event brings: a `text`, and `html` if a program has given that too. */
+export function copiedOf(data) {
+  return { text: data.getData("text/plain"), html: data.getData("text/html") };
+}
+
+async function readClipboard() {
+  const items = await navigator.clipboard.read();
+  const as = async (type) => {
+    const item = items.find(({ types }) => types.includes(type));
+    return item ? (await item.getType(type)).text() : "";
+  };
+  return { text: await as("text/plain"), html: await as("text/html") };
+}
+
+/** Put what was copied into the cell's editor as if it were pasted there; of a single cell, its text. */
+export function insert({ text, html }) {
+  const cell = tableOf(html)?.flat().length === 1 ? cellsOf({ text, html })[0][0] : undefined;
+  const lines = text.replace(/\r\n?/g, "\n");
+  document.execCommand("insertText", false, cell ?? (ONE_LINE.test(lines) ? lines.slice(0, -1) : lines));
 }
 
 const copied = (n) => tn("One cell copied.", "{n} cells copied.", { n });
@@ -217,6 +243,69 @@ function withoutHeaders(lines, table, left) {
   }
 }
 
+// Spreadsheets put a table on the clipboard, and a text with the same cells, in which spaces are as they were typed. Pages,
+// mails and word processors give a table without such a text.
+
+/** The cells of what was copied, row by row. */
+export function cellsOf({ text, html }) {
+  const table = tableOf(html);
+  const cells = markdownOf(text) ?? parse(text);
+  return !table || JSON.stringify(table.map(plain)) === JSON.stringify(cells.map(plain)) ? cells : table;
+}
+
+const plain = (row) => row.map((text) => text.replace(/\s+/g, " ").trim());
+
+/** The cells of a copied table, row by row; null if there is none, several, or other text around it. */
+function tableOf(html) {
+  if (!html) return null;
+  const unstyled = html.replace(/<style[^]*?<\/style>/gi, "").replace(/<[^>]*>/g, (tag) => tag.replace(/\sstyle\s*=\s*("[^"]*"|'[^']*')/gi, ""));
+  const { body } = new DOMParser().parseFromString(unstyled, "text/html"); // a style would be a breach of the page's policy
+  for (const one of body.querySelectorAll("script")) one.remove();
+  const [table, ...others] = body.querySelectorAll("table");
+  table?.remove();
+  if (!table?.rows.length || others.length || body.textContent.trim()) return null;
+  const rows = Array.from(table.rows, () => []);
+  for (const [i, row] of Array.from(table.rows).entries()) {
+    let k = 0;
+    for (const cell of row.cells) {
+      while (rows[i][k] !== undefined) k += 1;
+      const covered = rows.slice(i, i + cell.rowSpan); // of cells that are joined, the first has the text
+      for (const line of covered) for (let j = k; j < k + cell.colSpan; j++) line[j] = "";
+      rows[i][k] = textOf(cell).replaceAll("\u00a0", " ").replace(/ *\n[ \n]*/g, "\n").trim();
+    }
+  }
+  const width = Math.max(...rows.map((row) => row.length));
+  return width ? rows.map((row) => Array.from({ length: width }, (_, j) => row[j] ?? "")) : null;
+}
+
+function textOf(node) {
+  if (node.nodeType === Node.TEXT_NODE) return node.data.replace(/[ \t\r\n\f]+/g, " ");
+  if (node.nodeName === "BR") return "\n";
+  const inside = Array.from(node.childNodes, textOf).join("");
+  return /^(P|DIV|LI)$/.test(node.nodeName) ? `\n${inside}\n` : inside;
+}
+
+/** The table of some rows of cells, for other programs. */
+function tableWith(rows) {
+  const cell = (text) => make("td", {}, ...text.split("\n").flatMap((line, i) => (i ? [make("br"), line] : [line])));
+  return make("table", {}, ...rows.map((row) => make("tr", {}, ...row.map(cell)))).outerHTML;
+}
+
+// Rows of a Markdown table, as workbooks in Markdown have them; the row of dashes below the header is none.
+const MARKDOWN_ROW = /^\s*\|(.*)\|\s*$/;
+const MARKDOWN_RULE = /^[\s:|-]*-[\s:|-]*$/;
+
+function markdownOf(text) {
+  const lines = text.trim().split(/\r\n?|\n/).map((line) => MARKDOWN_ROW.exec(line)?.[1]);
+  if (lines.includes(undefined)) return null;
+  return lines.filter((line) => !MARKDOWN_RULE.test(line)).map((line) => line.split(/(?<!\\)\|/).map(fromMarkdown));
+}
+
+function fromMarkdown(cell) {
+  const text = cell.trim().replaceAll("\\|", "|").replace(/(\\?)<br\s*\/?>/gi, (all, mark) => (mark ? all.slice(1) : "\n"));
+  return /^`[^`]+`$/.test(text) ? text.slice(1, -1) : text.replace(/^\\(?=\\*`)/, "");
+}
+
 // Tab-separated text, as Excel and LibreOffice put it on the clipboard: a cell with tabs, line breaks or quotes stands
 // between quotes, and its quotes are doubled.
 
@@ -249,13 +338,16 @@ export function parse(text) {
   }
 }
 
-// A quote at the beginning of a cell opens a quoted cell only if it is closed before a tab, a line break or the end:
-// a formula such as "near" & x is copied by some programs as it stands.
+// A quote at the beginning of a cell opens a quoted cell only if it is closed before a tab, a line break or the end, and
+// something between needs the quotes: formulas such as "near" & x and "Hello" are copied by some programs as they stand.
 function closes(source, open) {
+  let needed = false;
   for (let i = open + 1; i < source.length; i++) {
+    if (source[i] === "\t" || source[i] === "\n") needed = true;
     if (source[i] !== '"') continue;
-    if (source[i + 1] === '"') i++;
-    else return i + 1 === source.length || source[i + 1] === "\t" || source[i + 1] === "\n";
+    if (source[i + 1] !== '"') return needed && (i + 1 === source.length || source[i + 1] === "\t" || source[i + 1] === "\n");
+    needed = true;
+    i++;
   }
   return false;
 }

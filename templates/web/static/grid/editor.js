@@ -155,6 +155,7 @@ export class Editor {
       : NOTHING;
     const renaming = row && this.context.meant(this.table.cell(row, this.k), this.was, this.field.value);
     this.renaming = renaming?.gives || !this.found.sure ? renaming : null;
+    this.context.renames(this.renaming);
     if (this.renaming) this.found = NOTHING;
     this.chosen = this.found.sure && typed && !composing ? 0 : -1;
     this.moved = false;
@@ -296,6 +297,7 @@ export class Editor {
     const text = field.value;
     this.box.remove();
     this.scroll.classList.remove("typing");
+    this.context.renames(null);
     this.context.editing(this.rowId, this.k, false);
     const row = this.table.row(this.rowId);
     const devices = text.split(/[,\n]/).map((name) => this.adds.get(key(name))).filter(Boolean);
@@ -612,7 +614,7 @@ function verbs(words, where) {
   const acts = words.acts ?? {};
   if (!thing) return Object.values(acts).flat();
   const name = key(thing).replace(/\d+$/, "");
-  return acts[Object.keys(acts).find((kind) => name.endsWith(kind)) ?? "person"];
+  return acts[Object.entries(words.kinds ?? {}).find(([word]) => name.endsWith(word))?.[1] ?? "person"];
 }
 
 /** Times at which something may happen, also after the end of what an actuator does. */

@@ -173,6 +173,7 @@ export class Server {
     if (last) this.confirm(change.tag);
     const before = this.hooks.before();
     for (const [column, header] of change.heads ?? []) this.table.rename(column, header);
+    if (change.headers) this.hooks.headers(change.headers);
     for (const html of [...(change.insert ?? []).map((one) => one.html), ...(change.grown ?? [])]) {
       for (const row of parse(html)) {
         if (this.table.row(row.id)) this.show(row.id, row.outerHTML, change.made);

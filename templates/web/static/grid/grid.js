@@ -15,7 +15,7 @@ import { Rows } from "./rows.js";
 import { pointer, Selection } from "./selection.js";
 import { done, Spoken, status } from "./spoken.js";
 import { StatusBar } from "./status_bar.js";
-import { Threads } from "./threads.js";
+import { HEADER, Threads } from "./threads.js";
 import { Columns } from "./widths.js";
 
 const BODY = 50; // rows of a body; the browser leaves out the bodies that are out of sight
@@ -42,6 +42,7 @@ export class Grid {
         this.editor.mend();
         this.stand();
       },
+      headers: (comments) => this.threads.heads(comments),
       refused: (answer, action, body) => this.refused(answer, action, body),
     });
     listen.addEventListener("grid", ({ detail }) => this.server.receive(JSON.parse(detail.data)));
@@ -50,6 +51,7 @@ export class Grid {
       say: (text) => this.say(text, "error"), // with a text that is nowhere else
       refuses: () => this.refuses(),
       meant: (cell, was, text) => this.renaming.meant(cell, was, text),
+      renames: (meant) => this.renaming.preview(meant),
       ask: (...names) => this.renaming.ask(...names),
       editing: (row, k, on) => this.taking(row, k, on),
       typing: () => {
@@ -358,6 +360,7 @@ function describe(grid, { cells, about, heads, insert, remove, move }) {
   const { table, selection } = grid;
   if (heads?.length) return t("the column is “{text}” again", { text: heads[0][1] });
   if (cells?.length) {
+    if (cells[0][0] === HEADER) return t("comments of {cell}", { cell: table.address(table.headers[table.placeOf(cells[0][1])]) });
     const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);
     const known = places.filter(([row, k]) => row && k >= 0);
     if (!known.length) return "";
@@ -474,7 +477,14 @@ export class Table {
 
   /** A cell's address, such as C4. */
   address(cell) {
-    return `${this.headers[this.column(cell)].dataset.letter}${cell.parentElement.cells[0].textContent}`;
+    return `${this.headers[this.column(cell)].dataset.letter}${cell.closest("thead") ? this.first - 1 : cell.parentElement.cells[0].textContent}`;
+  }
+
+  /** The cell or the header of an address; undefined for one that is not here. */
+  named(address) {
+    const [, letters, number] = /^([A-Z]+)(\d+)$/.exec(address);
+    const k = this.headers.findIndex((header) => header.dataset.letter === letters);
+    return Number(number) === this.first - 1 ? this.headers[k] : this.cell(this.rows[number - this.first], k);
   }
 
   /** The text of a cell, as it was typed. */

@@ -14,6 +14,7 @@ import { people } from "./people.js";
 import { rowWords } from "./row_words.js";
 import { over as retract } from "./spoken.js";
 import { sheetTabs } from "./tabs.js";
+import { HEADER } from "./threads.js";
 import { twoKeys } from "./two_keys.js";
 import { splitter } from "./widths.js";
 
@@ -74,7 +75,7 @@ function tests(grid, listen) {
     const heading = table.row(id);
     if (!heading) return;
     const rows = table.rows.slice(table.at(heading) + 1);
-    const next = rows.findIndex((row) => /^#+\s*lesson\s/i.test(table.value(row.querySelector("td[data-v]"))));
+    const next = rows.findIndex((row) => /^#+\s*(?:lesson\s|レッスン)/i.test(table.value(row.querySelector("td[data-v]"))));
     const mine = next < 0 ? rows : rows.slice(0, next);
     const row = mine.find((one) => !one.classList.contains("comment")) ?? heading;
     scroll.scrollIntoView({ block: "nearest" });
@@ -115,6 +116,7 @@ if (grid) {
     document.body.toggleAttribute("data-ready", true);
     grid.drafts.offer();
     grid.threads.offer();
+    if (id === HEADER) grid.threads.open(grid.table.named(place));
   });
   const [id, place] = decodeURIComponent(location.hash.slice(1)).split("~"); // a row, perhaps with the cell in it
   const wanted = id && document.getElementById(id);

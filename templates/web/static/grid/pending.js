@@ -2,7 +2,7 @@
 // is held and then replayed in its order; steps that the page shows before they are confirmed are kept apart from those that are.
 
 import { t } from "../texts.js";
-import { insert } from "./clipboard.js";
+import { copiedOf, insert, NOTHING } from "./clipboard.js";
 
 const TOLD_AFTER_MS = 1000; // of waiting, after which a message says that something waits
 const BUTTONS = "[data-do=undo], [data-do=redo], [data-fix]"; // they may have the focus while what they began is under way
@@ -14,7 +14,7 @@ export class Held {
     this.grid = grid;
     this.jobs = 0;
     this.copies = false;
-    this.copied = "";
+    this.copied = NOTHING;
     this.actions = []; // {run, typed}: the text that it types, if any, or what it does to the one before
     this.field = document.createElement("textarea"); // takes what no key tells: an input method's text, say
     this.field.className = "only-spoken";
@@ -150,11 +150,11 @@ export class Held {
   }
 
   paste(event) {
-    const text = event.clipboardData.getData("text/plain");
+    const copied = copiedOf(event.clipboardData);
     const { copies } = this; // one that waits too: what it puts on the clipboard is not there yet
     return () => {
       const { editor, clipboard } = this.grid;
-      const now = copies ? this.copied : text;
+      const now = copies ? this.copied : copied;
       if (editor.isOpen) insert(now);
       else clipboard.pasted(now);
     };

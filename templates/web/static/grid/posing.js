@@ -111,7 +111,7 @@ async function open() {
 async function take() {
   const answer = await get(`${bar.dataset.url}/pose`, { client, tag: "", name: ownName(), sheet: bar.dataset.sheet, row: row() });
   if (answer.message) status(answer.message, "error");
-  else status(t("The robot’s joints were written into a keyframe. Undo takes it back."));
+  else status(t("The angles of the robot’s joints are now in this keyframe. Undo brings the old ones back."));
 }
 
 async function get(url, body) {

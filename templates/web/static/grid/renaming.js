@@ -8,11 +8,15 @@ import { key } from "./editor.js";
 import { status } from "./spoken.js";
 
 const RESTS_MS = 150; // after the last key, before the server is asked what would change
+const PREVIEW_MS = 400; // after the last key in a cell: who types on needs no outlines
 const MOST_LISTED = 200; // cells
 
 export class Renaming {
   constructor(grid) {
     this.grid = grid;
+    this.changing = []; // places, as the server gives them, whose cells are outlined
+    this.looks = 0; // how often it was asked what would change
+    grid.table.grid.addEventListener("rrp:rows", () => this.changing.length && this.mark(this.changing));
     this.heads();
   }
 
@@ -60,6 +64,38 @@ export class Renaming {
     return { old, name, rows, gives };
   }
 
+  /** The cells that change with a name, or the `message` why it cannot be used; null when something else was asked since. */
+  async look(old, name, column = 0) {
+    const { server } = this.grid;
+    const mine = ++this.looks;
+    const query = new URLSearchParams({ old, new: name, ...(column ? { column } : {}) });
+    const { ok, json } = await request(`${server.url}/renaming/${encodeURIComponent(server.sheet)}?${query}`);
+    if (mine !== this.looks) return null;
+    return ok ? { ...json, name } : { name, message: t("This page has no connection to the program. Check that the program is running, then try again.") };
+  }
+
+  /** Outline the cells that change with the name that is being typed; null for none. */
+  preview(meant) {
+    clearTimeout(this.timer);
+    if (meant?.old === this.previewed && (!meant || this.changing.length)) return; // they are the same for every new name
+    this.previewed = meant?.old;
+    this.looks++;
+    this.mark();
+    if (!meant) return;
+    this.timer = setTimeout(async () => this.mark((await this.look(meant.old, meant.name))?.cells), PREVIEW_MS);
+  }
+
+  /** Outline cells of this sheet, and the tabs of the others that some cells are in; without any, nothing. */
+  mark(places = []) {
+    const { table, server } = this.grid;
+    this.changing = places;
+    const cells = places.filter(({ sheet }) => sheet === server.sheet).map(({ cell }) => table.named(cell));
+    const others = new Set(places.map(({ sheet }) => sheet).filter((sheet) => sheet !== server.sheet));
+    const tabs = [...document.querySelectorAll("#tabs a[data-sheet]")].filter((tab) => others.has(tab.dataset.sheet));
+    for (const one of document.querySelectorAll(".will-change")) one.classList.remove("will-change");
+    for (const one of [...cells, ...tabs]) one?.classList.add("will-change");
+  }
+
   /** Let the headers of a table be renamed: by F2, Enter or a double click. */
   heads() {
     const { table, selection } = this.grid;
@@ -97,8 +133,8 @@ export class Renaming {
     const { grid } = this;
     if (grid.held.takes(() => this.ask(names, name, back, column)) || grid.refuses()) return;
     let old = names[0];
-    let newest = 0; // the number of the newest question to the server
-    let found = null; // what its answer was
+    let found = null; // what would change
+    const mark = () => this.mark([...(found?.cells ?? []), ...(found?.unsure ?? []).filter((one) => ticked().includes(idOf(one)))]);
     let done = back;
     const field = make("input", { value: name, maxLength: 200, autocomplete: "off", spellcheck: false });
     const told = make("p", { className: "told", role: "status" });
@@ -111,7 +147,17 @@ export class Renaming {
     const dialog = open(names.length > 1 ? t("Rename a stream") : title, [form]);
     form.append(button(t("Cancel"), () => dialog.close()));
     dialog.classList.add("renaming");
-    dialog.addEventListener("close", () => done());
+    dialog.addEventListener("close", () => {
+      this.preview(null);
+      this.mark();
+      done();
+    });
+    list.addEventListener("change", mark);
+    const look = async () => {
+      const name = field.value.trim();
+      const answer = !name || name === old ? { name } : await this.look(old, name, column);
+      if (answer && dialog.open) show(answer);
+    };
     which.addEventListener("change", () => {
       [old, field.value] = [which.value, which.value];
       look();
@@ -127,7 +173,7 @@ export class Renaming {
       if (!found || found.name !== field.value.trim()) await look();
       if (!found?.cells?.length || !dialog.open) return;
       done = () => {};
-      const also = [...list.querySelectorAll("input:checked")].map((box) => box.value);
+      const also = ticked();
       dialog.close();
       const body = { old, new: found.name, ...(column ? { column, also } : {}) };
       grid.held.until(async () => this.told((await grid.server.send("rename", body)).rows ?? [], { was: old, text: found.name }));
@@ -135,13 +181,8 @@ export class Renaming {
     field.select();
     look();
 
-    async function look() {
-      const name = field.value.trim();
-      const mine = ++newest;
-      if (!name || name === old) return show({ name });
-      const query = new URLSearchParams({ old, new: name, ...(column ? { column } : {}) });
-      const { ok, json } = await request(`${grid.server.url}/renaming/${encodeURIComponent(grid.server.sheet)}?${query}`);
-      return mine === newest && show(ok ? { ...json, name } : { name, message: t("This page has no connection to the program. Check that the program is running, then try again.") });
+    function ticked() {
+      return [...list.querySelectorAll("input:checked")].map((box) => box.value);
     }
 
     function show(answer) {
@@ -155,7 +196,7 @@ export class Renaming {
       if (cells.length > MOST_LISTED) list.append(make("p", t("… and {n} more", { n: cells.length - MOST_LISTED })));
       if (answer.unsure?.length) {
         const boxes = answer.unsure.map((one) => {
-          const box = make("input", { type: "checkbox", value: `${one.sheet}!${one.cell}` });
+          const box = make("input", { type: "checkbox", value: idOf(one) });
           return make("li", {}, make("label", { className: "tick" }, box, make("span", {}, ...texts({ ...one, cell: `${one.sheet} ${one.cell}` }))));
         });
         list.append(make("h3", t("Perhaps these too: tick those that read this column")), make("ul", {}, ...boxes));
@@ -163,6 +204,7 @@ export class Renaming {
       if (answer.unsafe?.length) {
         list.append(make("h3", t("Change these yourself: the name means something else there too")), make("p", answer.unsafe.join(", ")));
       }
+      mark();
     }
   }
 
@@ -188,6 +230,8 @@ export class Renaming {
     } else status(tn("“{was}” is now “{text}” in {n} row.", "“{was}” is now “{text}” in {n} rows.", { was, text, n: rows }), "told", acts);
   }
 }
+
+const idOf = ({ sheet, cell }) => `${sheet}!${cell}`;
 
 const parts = (text) => text.split(/[,\n]/).map((name) => name.trim());
 

@@ -9,6 +9,9 @@ import { open as openDialog } from "./dialog.js";
 import { lost } from "./people.js";
 import { status } from "./spoken.js";
 
+/** Stands for the row of the headers, as on the server. */
+export const HEADER = "header";
+
 const RESTS_MS = 300; // of the pointer or the cursor, until a card is shown
 const MOST_LETTERS = 10_000; // of a comment, as the server takes them
 const MOST_ON_CARD = 3; // comments, the newest ones
@@ -32,6 +35,25 @@ export class Threads {
     this.count = button("", () => this.list(), "button plain small comment-count");
     this.count.hidden = true;
     document.getElementById("counts").after(this.count);
+    const told = table.headers.filter((head) => head.dataset.told);
+    this.heads(told.map(({ dataset }) => ({ column: Number(dataset.c), told: dataset.told, resolved: "resolved" in dataset })));
+  }
+
+  /** Mark the headers that have comments: `{column, told, resolved}`, of the sheet's columns. */
+  heads(comments) {
+    const { table } = this.grid;
+    for (const head of table.headers) {
+      const about = comments.find(({ column }) => column === Number(head.dataset.c));
+      head.classList.toggle("commented", Boolean(about));
+      head.classList.toggle("resolved", Boolean(about?.resolved));
+      let mark = head.querySelector(".head-comments");
+      if (!about) mark?.remove();
+      else {
+        if (!mark) head.append((mark = button("", () => this.open(head), "head-comments")));
+        const title = t("Comments on {cell}", { cell: table.address(head) });
+        mark.ariaLabel = `${title}. ${about.told}`;
+      }
+    }
     this.came();
   }
 
@@ -41,7 +63,7 @@ export class Threads {
   soon() {
     clearTimeout(this.timer);
     const { scroll, selection } = this.grid;
-    const cell = scroll.querySelector("td.commented:hover") ?? selection.cell;
+    const cell = scroll.querySelector(".commented:hover") ?? selection.cell;
     if (cell && cell === this.shown) return;
     this.hide();
     if (!cell?.classList.contains("commented") || this.panel) return;
@@ -74,11 +96,12 @@ export class Threads {
   }
 
   cellAt({ row, k }) {
-    return this.grid.table.cell(this.grid.table.row(row), k);
+    const { table } = this.grid;
+    return row === HEADER ? table.headers[k] : table.cell(table.row(row), k);
   }
 
   at(cell) {
-    return { row: cell.parentElement.id, k: this.grid.table.column(cell) };
+    return { row: cell.closest("thead") ? HEADER : cell.parentElement.id, k: this.grid.table.column(cell) };
   }
 
   async read({ row, k }) {
@@ -90,11 +113,10 @@ export class Threads {
 
   // ---- the panel
 
-  /** Open the panel of the cell with the cursor. */
-  async open() {
+  /** Open the panel of a cell or a header, by default of the cell with the cursor. */
+  async open(cell = this.grid.selection.cell) {
     const { grid } = this;
-    const { cell } = grid.selection;
-    if (!cell || grid.held.takes(() => this.open())) return;
+    if (!cell || grid.held.takes(() => this.open(cell))) return;
     this.close(false);
     this.hide();
     const place = this.at(cell);
@@ -143,7 +165,7 @@ export class Threads {
     this.panel.remove();
     this.panel = null;
     const cell = this.cellAt(place);
-    if (focus) (cell ?? grid.selection.cell)?.focus({ preventScroll: true });
+    if (focus) (cell?.querySelector(".head-comments") ?? (cell?.matches("td") ? cell : grid.selection.cell))?.focus({ preventScroll: true });
     if (left && cell) grid.say(t("Your comment on {cell} is not sent. This page keeps it: press Shift+F2 to continue.", { cell: grid.table.address(cell) }), true);
   }
 
@@ -226,7 +248,7 @@ export class Threads {
     if (what === "edit") lost(this.grid, why, [{ text }]);
     if (what !== "add") return;
     const k = this.grid.table.placeOf(column);
-    if (!this.grid.table.row(row) || k < 0) {
+    if (!this.cellAt({ row, k })) {
       lost(this.grid, why, [{ text }]);
       return;
     }
@@ -252,8 +274,8 @@ export class Threads {
   /** Rows were shown anew: somebody may have commented. */
   came() {
     this.soon();
-    if (this.panel && this.grid.table.row(this.place.row)) this.fill();
-    const n = this.grid.table.grid.querySelectorAll("td.commented").length;
+    if (this.panel && this.cellAt(this.place)) this.fill();
+    const n = this.grid.table.grid.querySelectorAll(".commented").length;
     this.count.hidden = !n;
     put(this.count, tn("{n} cell with comments", "{n} cells with comments", { n }));
   }
@@ -284,17 +306,21 @@ export class Threads {
 
   /** After the page was loaded again: say that a comment was not sent, with the way to it. */
   offer() {
-    const { table, server, selection } = this.grid;
+    const { table, server } = this.grid;
     for (const name of Object.keys(this.drafts())) {
       const [sheet, row, column] = name.split("\n");
-      const cell = sheet === server.sheet && table.cell(table.row(row), table.placeOf(Number(column)));
+      const cell = sheet === server.sheet && this.cellAt({ row, k: table.placeOf(Number(column)) });
       if (!cell) continue;
-      status(t("Your comment on {cell} is not sent.", { cell: table.address(cell) }), "error", [[t("Open"), () => {
-        selection.go(table.row(row), table.placeOf(Number(column)));
-        this.open();
-      }]]);
+      status(t("Your comment on {cell} is not sent.", { cell: table.address(cell) }), "error", [[t("Open"), () => this.goTo(cell)]]);
       return;
     }
+  }
+
+  /** Go to a cell, or to a header, and open its panel. */
+  goTo(cell) {
+    const { row, k } = this.at(cell);
+    if (row !== HEADER) this.grid.selection.go(cell.parentElement, k);
+    this.open(cell);
   }
 
   // ---- all of them
@@ -320,21 +346,20 @@ export class Threads {
   }
 
   entry(one, dialog) {
-    const { table, server, selection } = this.grid;
+    const { table, server } = this.grid;
     const here = one.sheet === server.sheet;
     const link = make("a", { href: one.row || !here ? `${server.url}/sheet/${encodeURIComponent(one.sheet)}${one.row ? `#${one.row}~${one.cell}` : ""}` : "" }, `${one.sheet} ${one.cell}`);
-    const row = here && table.row(one.row);
-    if (row) {
+    const cell = here && one.row && this.cellAt({ row: one.row, k: table.headers.findIndex((header) => header.dataset.letter === /^[A-Z]+/.exec(one.cell)[0]) });
+    if (cell) {
       link.addEventListener("click", (event) => {
         event.preventDefault();
-        const k = table.headers.findIndex((header) => header.dataset.letter === /^[A-Z]+/.exec(one.cell)[0]);
         dialog.close();
-        selection.go(row, Math.max(k, 0));
-        if (k >= 0) this.open();
+        this.goTo(cell);
       });
     }
+    const place = one.row ? "" : t("This cell is not shown in the grid.");
     const replies = one.replies ? tn("{n} reply", "{n} replies", { n: one.replies }) : "";
-    return make("li", {}, link.getAttribute("href") ? link : make("b", `${one.sheet} ${one.cell}`), " ", make("b", who(one)), " ", make("span", { className: "quiet", textContent: [when(one.at), replies, one.done ? t("resolved") : ""].filter(Boolean).join(" · ") }), make("p", one.text));
+    return make("li", {}, link.getAttribute("href") ? link : make("b", `${one.sheet} ${one.cell}`), " ", make("b", who(one)), " ", make("span", { className: "quiet", textContent: [when(one.at), replies, one.done ? t("resolved") : "", place].filter(Boolean).join(" · ") }), make("p", one.text));
   }
 }
 

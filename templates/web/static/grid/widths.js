@@ -108,7 +108,7 @@ export class Columns {
   /** As wide as the longest of its lines. */
   fit(i) {
     this.set(i, this.fitting(i));
-    this.grid.say(t("{column} is as wide as its texts.", { column: this.nameOf(i) }));
+    this.grid.say(t("{column} is now as wide as its longest text.", { column: this.nameOf(i) }));
   }
 
   fitting(i) {

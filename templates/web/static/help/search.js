@@ -10,25 +10,60 @@
   const said = document.getElementById("found");
   const list = document.querySelector(".docs-hits");
   const plain = (text) => text.normalize("NFKC").toLowerCase();
-  const sections = globalThis.helpSections.map((section) => ({ ...section, titles: plain(`${section.part || section.title}`), all: plain(`${section.title} ${section.part} ${section.text}`) }));
+  const WORD = /[\p{Script=Han}\p{Script=Hiragana}\p{Script=Katakana}ー々]+|(?:(?![\p{Script=Han}\p{Script=Hiragana}\p{Script=Katakana}ー々])[\p{L}\p{N}])+/gu;
+  const PIECE = /[\p{Script=Han}々]+|[\p{Script=Katakana}ー]+|\p{Script=Hiragana}{4,}/gu;
+  const isLatin = (word) => /^[ -~]*$/.test(word);
+  const wordsOf = (text) => plain(text).match(WORD) ?? [];
+  const sections = globalThis.helpSections.map((section) => {
+    const names = [(section.part || section.title).replace(/\s*[（(].*/u, ""), ...section.words];
+    const apart = names.map((name) => `${name.replace(/([a-z])(?=[A-Z])/g, "$1 ")} ${name}`); // combineLatest
+    const all = plain(`${section.title} ${section.part} ${section.text}`);
+    return { ...section, titles: plain(names[0]), names: [...new Set(apart.flatMap(wordsOf).map(stem))], all };
+  });
 
-  /** How well a section fits: 0 is best; the number of the words that it lacks counts first. */
-  function rank(section, words) {
-    const lacks = words.filter((word) => !section.all.includes(word)).length;
-    const title = section.titles;
-    const whole = words.join(" ");
-    const place = title === whole ? 0 : title.startsWith(whole) ? 1 : words.every((word) => title.includes(word)) ? 2 : words.some((word) => title.includes(word)) ? 3 : 4;
-    return lacks * 10 + place;
+  /** A word without its English ending. */
+  function stem(word) {
+    const bare = word.replace(/(?:ing|(?<!e)ed|s)$/, "");
+    if (bare.length < 3) return word;
+    return bare !== word && bare.length > 3 && bare.at(-1) === bare.at(-2) ? bare.slice(0, -1) : bare;
+  }
+
+  /** The words of a query that tell what is asked for, each without its ending. */
+  function asked(text) {
+    const words = wordsOf(text);
+    const telling = words.filter((word) => !SMALL.has(word) && (word.length > 2 || !isLatin(word)));
+    return [...new Set((telling.length ? telling : words).map(stem))];
+  }
+
+  /** True when a Japanese word holds another one, or begins as it does. */
+  const alike = (word, name) => name.includes(word) || (name.length > 1 && word.includes(name)) || (word.length > 3 && name.length > 3 && word.slice(0, 3) === name.slice(0, 3));
+
+  /** How well a word fits a section: 4 for one of its names and plain words, 0 when it is nowhere. */
+  function points({ names, all }, word) {
+    if (names.includes(word)) return 4;
+    if (names.some((name) => name.startsWith(word))) return 3;
+    if (!isLatin(word) && names.some((name) => alike(word, name))) return 2;
+    return all.includes(word) ? 1 : 0;
+  }
+
+  /** The sections with some of the words; those that lack the fewest come first, then those that they fit best. */
+  function ranked(words, whole) {
+    const found = sections.map((section) => {
+      const each = words.map((word) => points(section, word));
+      return { section, lacks: each.filter((n) => !n).length, other: section.titles !== whole, sum: each.reduce((a, b) => a + b, 0) };
+    });
+    return found.filter(({ lacks }) => lacks < words.length).sort((a, b) => a.other - b.other || a.lacks - b.lacks || b.sum - a.sum);
   }
 
   function search(text) {
-    const words = plain(text).split(/[\s、。？?！!,.]+/u).filter(Boolean);
-    const ranked = (wanted) => sections.map((section) => [rank(section, wanted), section]).filter(([r]) => r < wanted.length * 10).sort(([a], [b]) => a - b);
-    const full = ranked(words).filter(([r]) => r < 10);
-    if (full.length || !words.length) return { words, found: full.map(([, section]) => section), whole: true };
-    const pieces = words.flatMap((word) => word.match(/[a-z0-9]+|\p{Script=Han}+|[\p{Script=Katakana}ー]+/gu) ?? [word]); // Japanese has no blanks
-    const telling = pieces.filter((word) => (word.length > 2 || !/[a-z0-9]/.test(word)) && !SMALL.has(word)).map((word) => word.replace(/(ing|s)$/, ""));
-    return { words: telling, found: ranked(telling).map(([, section]) => section), whole: false };
+    const words = asked(text);
+    let [used, found] = [words, ranked(words, plain(text).trim())];
+    if (!found.length) {
+      used = words.flatMap((word) => (isLatin(word) ? [word] : word.match(PIECE) ?? [])); // Japanese has no blanks
+      found = ranked(used, "");
+    }
+    const full = found.filter(({ lacks }) => !lacks);
+    return { words: used, found: (full.length ? full : found).map(({ section }) => section), whole: Boolean(full.length) };
   }
 
   /** The sentence of a text with the first of the words, or the beginning of the text. */

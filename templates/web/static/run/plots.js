@@ -344,7 +344,7 @@ export function plotRecord(root, series, whole = null) {
     const pointed = (seconds, value) => { // the pointer tells the value under it, of all plots at once
       told.textContent = seconds === null || value === null ? words : `${seconds.toFixed(1)} s: ${round(value)}${unit && ` ${unit}`}`;
     };
-    const { item, place } = framed(name, kind, told, t("{stream} during the run: {values}", { stream: name, values: words }));
+    const { item, place } = framed(name, kind, told, t("Plot of {stream} over the run: {values}", { stream: name, values: words }));
     list.append(item);
     const plot = new Plot(place, { kind: shape(kind), limits, unit, range, times: n === series.length - 1, cursor: true, sync: "record", pointed });
     plot.draw(points);

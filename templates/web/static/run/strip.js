@@ -43,7 +43,7 @@ function words() {
   if (isEnding(run.phase)) return t("{book} is being stopped.", run);
   const minutes = Math.max(0, Math.round((Date.now() / 1000 - run.since) / 60));
   const time = minutes < 1 ? t("less than a minute") : tn("a minute", "{n} minutes", { n: minutes });
-  return run.participant ? t("{by} is running {book} with {participant}, for {time}.", { ...run, time }) : t("{by} is running {book}, for {time}.", { ...run, time });
+  return run.participant ? t("{by} has been running {book} with {participant} for {time}.", { ...run, time }) : t("{by} has been running {book} for {time}.", { ...run, time });
 }
 
 strip.querySelector(".stop").addEventListener("click", stop);

@@ -29,7 +29,7 @@ export class Moments {
     this.stops = told.filter(({ kind }) => kind !== "note").map((moment) => moment.t); // notes come at camera rate
     this.here = -2;
     this.items = told.map((moment) => this.item(moment));
-    const rest = leftOut ? [make("li", { className: "quiet", textContent: t("… and {n} more: run.xlsx and the CSV have them all.", { n: leftOut }) })] : [];
+    const rest = leftOut ? [make("li", { className: "quiet", textContent: t("… and {n} more moments. The recording’s files run.xlsx and CSV have them all.", { n: leftOut }) })] : [];
     const none = make("li", { className: "quiet", textContent: t("Nothing was said or commanded, no row failed, and nobody marked a moment.") });
     list.replaceChildren(...(told.length ? [...this.items, ...rest] : [none]));
     new ResizeObserver(() => this.draw()).observe(ticks);

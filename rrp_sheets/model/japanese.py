@@ -27,7 +27,8 @@ DEVICES = {
     "歩行": "Walk", "歩く": "Walk", "音の再生": "Play sound", "ふるまいの切り替え": "Behaviour",
 }  # fmt: skip
 SETTINGS = {
-    "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "表示": "Label", "場所": "Zone",
+    "頻度": "Rate", "色": "Colour", "しきい値": "Threshold", "関節": "Joint", "ラベル": "Label", "表示": "Label",
+    "場所": "Zone",
     "側": "Side", "言葉": "Words", "間隔": "Every", "言語": "Language", "速さ": "Speed", "音量": "Volume",
     "話しながらの身ぶり": "Gestures", "せりふ": "Text", "文": "Text", "名前": "Name", "動かし方": "Mode",
     "使う腕": "Effector",
@@ -55,10 +56,11 @@ CHOICES: Mapping[str, Mapping[str, str]] = {
                  "近いほうの腕": "Nearest arm"},
     "state": {"有効": "On", "オン": "On", "無効": "Off", "オフ": "Off", "切り替え": "Toggle"},
     "language": {"日本語": "Japanese", "英語": "English"},
+    "howlikely": {"起こりにくい": "Unlikely", "起こりうる": "Possible", "起こりやすい": "Likely"},
     "sound": {"ベル": "Bell", "チャイム": "Chime", "太鼓": "Drum", "拍手": "Applause", "ファンファーレ": "Tada",
               "ブザー": "Buzzer", "笛": "Whistle", "ダンス音楽": "Dance music", "静かな音楽": "Calm music"},
 }  # fmt: skip
-"""Of settings that have choices, by the key of the setting."""
+"""Of settings and columns that have choices, by their key."""
 MOVES = {
     "立位": "Stand", "標準の立位": "StandInit", "全関節0度の立位": "StandZero", "しゃがむ姿勢": "Crouch",
     "座位": "Sit", "楽な座位": "SitRelax", "うつ伏せ": "LyingBelly", "仰向け": "LyingBack", "手を振る": "Wave",
@@ -72,12 +74,13 @@ MOVES = {
     "右を見る": "Look right", "しょんぼり": "Sad",
 }  # fmt: skip
 """Postures and gestures of the robot, as the setting Name of these devices has them."""
-_THINGS = {
+THING_WORDS = {
     "ボール": "ball", "コップ": "cup", "カップ": "cup", "箱": "box", "テーブル": "Table", "机": "Table", "壁": "Wall",
     "人": "Person", "子ども": "Child", "こども": "Child", "子供": "Child", "大人": "Adult", "セラピスト": "Therapist",
     "療法士": "Therapist", "保護者": "Parent", "来客": "Visitor", "照明": "Light", "明かり": "Light", "騒音": "Noise",
     "雑音": "Noise", "操作者": "Operator",
 }  # fmt: skip
+"""Those by which a thing is recognised, whatever stands before them."""
 _ADJECTIVES = {"赤い": "red", "青い": "blue", "白い": "white", "黒い": "black", "黄色い": "yellow", "茶色い": "brown"}
 THINGS = {
     "赤いボール": "Red ball", "緑のボール": "Green ball", "青いボール": "Blue ball", "黄色いボール": "Yellow ball",
@@ -125,9 +128,11 @@ _PIECES = re.compile(
     + "|".join(sorted(VALUE, key=len, reverse=True))
     + r")(?![^\s,、;；0-9０-９.．%°\-−+:：])"
 )
+_UNITS = frozenset(("s", "ms", "min", "m", "cm", "mm", "°"))
+_LONGEST_FIRST = sorted(VALUE.items(), key=lambda words: -len(words[1]))
 _THING = re.compile(
     rf"(?:(?P<adjective>{'|'.join(_ADJECTIVES)})|(?P<colour>{'|'.join(sorted(COLOURS, key=len, reverse=True))})の?)?"
-    rf"(?P<thing>{'|'.join(sorted(_THINGS, key=len, reverse=True))})\s*(?P<number>\d*)"
+    rf"(?P<thing>{'|'.join(sorted(THING_WORDS, key=len, reverse=True))})\s*(?P<number>\d*)"
 )
 
 
@@ -150,7 +155,7 @@ def standard_thing(text: str) -> str:
     if not match:
         return text
     colour = _ADJECTIVES.get(match["adjective"] or "") or COLOURS.get(match["colour"] or "", "")
-    words = f"{colour} {_THINGS[match['thing']]} {match['number']}".strip()
+    words = f"{colour} {THING_WORDS[match['thing']]} {match['number']}".strip()
     return words[:1].upper() + words[1:]
 
 
@@ -163,6 +168,38 @@ def standard_value(text: str) -> str:
     return " ".join(_PIECES.sub(lambda match: f" {VALUE[match[0]]} ", text).split()) if _PIECES.search(text) else text
 
 
+def japanese_value(text: str) -> str:
+    """Return a Value of the scene in Japanese words.
+
+    >>> japanese_value("at 1, 0.2, 0.4 size 10 cm"), japanese_value("Left hand for 2 s")
+    ('位置 1, 0.2, 0.4 大きさ 10 センチ', '左手 長さ 2 秒')
+    """
+    for own, meant in _LONGEST_FIRST:
+        unit = meant in _UNITS
+        text = re.sub(rf"(?<=\d) ?{meant}(?!\w)" if unit else rf"(?<!\w){meant}(?!\w)", f" {own}", text)
+    return " ".join(text.split())
+
+
+def japanese_thing(text: str) -> str:
+    """Return the name of a thing of the scene in Japanese, with its number; that of a person stays as it is.
+
+    >>> japanese_thing("Red ball 2"), japanese_thing("Mia")
+    ('赤いボール2', 'Mia')
+    """
+    name = text.rstrip("0123456789 ")
+    own = japanese(THINGS, [name])[0]
+    return text if own == name else f"{own}{text[len(name) :].strip()}"
+
+
+def words_for(words: Mapping[str, str], *standards: str) -> list[str]:
+    """Return all Japanese words that mean one of some standard ones.
+
+    >>> words_for(VERBS, "appears", "disappears")
+    ['現れる', '出てくる', '消える']
+    """
+    return [own for own, meant in words.items() if meant in standards]
+
+
 def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
     """Return the entries of a drop-down's list in Japanese, by the list's title.
 
@@ -171,7 +208,7 @@ def offered(title: str, names: Iterable[str]) -> tuple[str, ...]:
     >>> offered("Mode", ["Head"]), offered("Connectors", ["map"]), offered("All devices", ["Red ball"])
     (('頭',), ('map',), ('赤いボール', 'Red ball'))
     """
-    tables = {"All devices": DEVICES, "Thing": THINGS, "Does": VERBS}
+    tables = {"All devices": DEVICES, "Thing": THINGS, "Does": VERBS, "Name": MOVES}
     own = japanese(tables.get(title) or CHOICES.get(key(title), {}), names)
     return tuple(dict.fromkeys((*own, *names))) if title == "All devices" else own
 

@@ -1,0 +1,110 @@
+"""LINT018: texts in letters that the voice of their language does not read: `こんにちは` in English."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from rrp_sheets.checks.lints.context import LintContext
+from rrp_sheets.checks.speech_texts import SpeechTexts
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
+from rrp_sheets.graph import Step, Stream
+from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import Address
+from rrp_sheets.texts import N_
+
+JAPANESE, ENGLISH = "ja", "en"
+_CHINESE = ("cmn", "zh", "yue", "hak")
+_KANA = re.compile("[\u3041-\u3096\u30a1-\u30fa\uff66-\uff9d]")
+_HAN = re.compile("[\u3400-\u9fff]")
+_LATIN = re.compile("[A-Za-z\u00c0-\u024f]{2,}")
+_SEVERAL = 3  # Latin words: one or two may be a name
+_UNKNOWN = re.compile("‹[^‹›|]*›")  # what is not known before the run
+_LONGEST = 60  # letters of a text that are shown
+_MOST = 20  # rows of one stream that are told
+_LETTERS = {JAPANESE: N_("Japanese letters"), ENGLISH: N_("Latin letters")}
+
+
+def lint_spoken_language(context: LintContext) -> None:
+    """Report streams that say texts of another language than theirs, each at the first row that does so."""
+    speech = SpeechTexts(context.graph, context.compiled.formulas, context.compiled.facts)
+    said: dict[str, list[tuple[Step, list[str]]]] = {}
+    for step in context.steps():
+        stream = context.graph.streams[step.output]
+        if step.connector.is_sink and stream.device is not None and "language" in stream.settings:
+            fixed = [str(stream.settings["text"] or "")] if "text" in stream.settings else None
+            said.setdefault(stream.id, []).append((step, speech.texts_of(step) if fixed is None else fixed))
+    for name, rows in said.items():
+        _tell(context.graph.streams[name], rows, speech, context)
+
+
+def language_of_text(text: str, voice: str) -> str:
+    """Return the code of the language in which a text should be said instead of the voice's; empty for none.
+
+    >>> language_of_text("赤いボールです", "en"), language_of_text("Well done, my friend", "ja")
+    ('ja', 'en')
+    >>> language_of_text("NAO", "ja"), language_of_text("你好", "cmn"), language_of_text("赤は red です", "ja")
+    ('', '', '')
+    """
+    text, base = _UNKNOWN.sub(" ", text), voice.partition("-")[0]
+    if base == JAPANESE:
+        strange = len(_LATIN.findall(text)) >= _SEVERAL and not _is_japanese(text)
+        return ENGLISH if strange else ""
+    return JAPANESE if _KANA.search(text) or (_HAN.search(text) and base not in _CHINESE) else ""
+
+
+def _is_japanese(text: str) -> bool:
+    return bool(_KANA.search(text) or _HAN.search(text))
+
+
+def _tell(
+    stream: Stream, said: Sequence[tuple[Step, list[str]]], speech: SpeechTexts, context: LintContext
+) -> None:  # fmt: skip
+    voice = str(stream.settings["language"])
+    each = ((step, next((text for text in texts if language_of_text(text, voice)), "")) for step, texts in said)
+    wrong = [(step, text) for step, text in each if text]
+    if not wrong:
+        return
+    other = language_of_text(wrong[0][1], voice)
+    mixed = any(language_of_text(text, other) for _, texts in said for text in texts)
+    languages = context.robot.languages
+    spoken = N_(languages.get(voice, voice), msgctxt="value")
+    remedy = N_("Set the Language of “{stream}” to {code} in the sheet Devices, or write the text in {spoken}.",
+                stream=stream.name, code=other, spoken=spoken)  # fmt: skip
+    if mixed:
+        remedy = N_("Let another stream, with the Language {code} in the sheet Devices, say it, or write the text in "
+                    "{spoken}.", code=other, spoken=spoken)  # fmt: skip
+    edits = [] if mixed else _edits(stream, other, context)
+    title = N_("Let “{stream}” speak {language}", stream=stream.name,
+               language=N_(languages.get(other, other), msgctxt="value"))  # fmt: skip
+    for step, whole in wrong[: _MOST if mixed else 1]:
+        text = _UNKNOWN.sub(" ", whole).strip()
+        text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
+        place = _text_cell(stream, context) or speech.cell_of(step, whole)
+        context.report.add(
+            "LINT018", place, fixes=[Fix("other-language", title, tuple(edits))] if edits else [], text=text,
+            letters=_LETTERS[other], stream=stream.name, spoken=spoken, remedy=remedy,
+        )  # fmt: skip
+
+
+def _text_cell(stream: Stream, context: LintContext) -> Address | None:
+    devices = (d for d in context.workbook.devices if key(d.stream.text) == key(stream.name))
+    return next((cell.address for d in devices if (cell := d.settings.get("text"))), None)
+
+
+def _edits(stream: Stream, language: str, context: LintContext) -> list[FixEdit]:
+    """Return the edits that write the language beside a stream in the sheet Devices; none without such a sheet."""
+    book = context.workbook
+    sheet = book.device_sheet
+    rows = [d.stream.address for d in book.devices if key(d.stream.text) == key(stream.name)]
+    if sheet is None or stream.device is None or any(at.sheet != sheet.address.sheet for at in rows):
+        return []
+    name, column, edits = sheet.address.sheet, sheet.columns.get("language", 0), list[FixEdit]()
+    if not column:
+        column = sheet.free
+        header = "言語" if book.language == JAPANESE else "Language"
+        edits.append(Put(Address(name, sheet.address.row, column), header))
+    if rows:
+        return [*edits, Put(Address(name, rows[0].row, column), language)]
+    cells = {sheet.columns["stream"]: stream.name, sheet.columns["device"]: stream.device.name, column: language}
+    return [*edits, Insert(name, sheet.last + 1, tuple(sorted(cells.items())))]
