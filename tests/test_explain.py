@@ -89,7 +89,7 @@ def test_conditions(wording, formula, words):
         ("howFar", "“how far”"),
         ("howFar(ball)", "“how far” from “Ball”"),
         ("distance * 2", "“Distance” × 2"),
-        ("ROWS(Parts) + 1", "the number of rows in “Parts” + 1"),
+        ("ROWS(Parts) + 1", "one more than the number of rows in “Parts”"),
         ("INDEX(Parts; distance)", "the row of “Parts” with the number “Distance”"),
         ("INDEX(Parts[Say]; it)", "the value “Say” in the row of “Parts” with this number"),
         ("XLOOKUP(ball.colour; Parts[Name]; Parts)", "the row of “Parts” whose “Name” is the colour of “Ball”"),

@@ -124,7 +124,10 @@ def test_a_stop_that_does_nothing_says_why_on_every_page(page: Any) -> None:
     for answer, words in (
         (lambda route: route.abort(), AWAY),
         (lambda route: route.fulfill(status=409, json={"message": "No run is in progress."}), "No run is in progress."),
-        (lambda route: route.fulfill(status=403, body=FAULT), "The program refused this (403). Reload the page."),
+        (
+            lambda route: route.fulfill(status=403, body=FAULT),
+            "The program did not take your last action (error 403). Reload the page, then try again.",
+        ),
         (
             lambda route: route.fulfill(body="{", content_type="application/json"),
             "The answer could not be shown. Reload the page.",
@@ -204,7 +207,10 @@ def test_keys_stop_also_a_run_that_a_page_outside_the_grid_has_not_heard_of(page
     expect(strip).to_be_hidden()
     for answer, words in (
         (lambda route: route.abort(), AWAY),
-        (lambda route: route.fulfill(status=500, body=FAULT), "The program refused this (500). Reload the page."),
+        (
+            lambda route: route.fulfill(status=500, body=FAULT),
+            "The program did not take your last action (error 500). Reload the page, then try again.",
+        ),
     ):
         page.route("**/run/stop?*", answer)
         press_twice(page)

@@ -331,7 +331,8 @@ class _Resolver:
         elif guess := nearest(name, names):
             remedy = N_("Did you mean {name}[{guess}]?", name=table.name, guess=guess)
         elif names:
-            remedy = N_("Its columns are {names}.", names=", ".join(names))
+            remedy = N_("Its only column is {names}." if len(names) == 1 else "Its columns are {names}.",
+                        names=", ".join(names))  # fmt: skip
         else:
             remedy = N_("None of its columns has a name: write one into its first row.")
         raise FormulaProblem("FORM017", node.slice.col_offset, max(len(name), 1), table=table.name, title=name,

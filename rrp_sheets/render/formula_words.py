@@ -186,6 +186,8 @@ class Wording:
             if any(isinstance(part, ast.BinOp) for part in parts):
                 raise _NotSimple  # brackets do not survive in a sentence
             left, right = map(self._operand, parts)
+            if isinstance(tree.op, ast.Add) and _number_of(tree.right) == 1:
+                return self.texts.get("value.one_more", n=left)
             return self.texts.get("value.sum", left=left, sign=_SIGNS[type(tree.op)], right=right)
         if (number := _number_of(tree)) is not None:
             return _number(number, "")
@@ -289,7 +291,7 @@ class Wording:
             named, name, unit, kind = found
             known = named.content.record is not None and kind != "truth"
             name = name if known else self._quoted(name)
-            entry = _NOUNS[known, named.pronoun]
+            entry = _NOUNS[known or not (named.pronoun or kind == "truth"), named.pronoun]
             return self.texts.get(entry, field=name, input=named.noun), unit, kind
         return self._of_table(tree), "", ""
 

@@ -44,7 +44,11 @@ def enter() -> Answer:
     name, given = clean_name(request.form.get("name", "")), request.form.get("password", "")
     place = inside(request.form.get("next", "/"))
     if not name:
-        return show(LoginPage(N_("Type your name: the others see it beside what you do."), place)), 400
+        return show(
+            LoginPage(
+                N_("Type your name: other people in the same workbook see it at the cell that you work in."), place
+            )
+        ), 400
     address = request.remote_addr or ""
     with settings.lan.password.place() as free:
         wait = settings.throttle.begin(address) if free else 2

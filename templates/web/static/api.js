@@ -108,7 +108,7 @@ function until(milliseconds) {
 /** The message about an action that was not done. */
 export function refusal(status) {
   if (status && status < 400) return t("The answer could not be shown. Reload the page.");
-  return status ? t("The program refused this ({status}). Reload the page.", { status }) : UNREACHED;
+  return status ? t("The program did not take your last action (error {status}). Reload the page, then try again.", { status }) : UNREACHED;
 }
 
 /** The reason why there is nothing to show, and what to do; the server's own words where it has any. */
