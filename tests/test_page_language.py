@@ -100,6 +100,8 @@ def test_words_that_are_suggested_are_in_the_language_of_the_page(client: FlaskC
     checked(client, book("good.md"))
     words = json.loads(in_japanese(client, book("good.md") + "/vocabulary"))
     assert any(JAPANESE.search(word["help"]) for word in words["expects"])
+    fields = [field for record in words["records"].values() for field in record["fields"] if field["help"]]
+    assert fields and all(JAPANESE.search(field["help"]) for field in fields)
     other = json.loads(get(client, book("good.md") + "/vocabulary").text)
     assert [word["text"] for word in other["expects"]] == [word["text"] for word in words["expects"]]
     assert not any(JAPANESE.search(word["help"]) for word in other["expects"])

@@ -41,16 +41,19 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, languag
     named = [s for s in graph.streams.values() if s.name]
     streams = [_stream(s.name, s, analysis) for s in named]
     names = {key(a): _stream(a, s, analysis) for s in named for a in [argument_name(s.name)]}
-    records = {}
+    records, types = {}, dict[str, str]()  # the second by the names of their records
     for device in robot.device_names("sensor"):
         found, name = robot.find(device), argument_name(device)
         if found is not None and found.type.payload is not None:
             records[key(name)] = _record(found.type.payload, found.type.name)
+            types.setdefault(found.type.payload.name, found.type.name)
             names.setdefault(key(name), {"text": name, "help": device_help(found.type)})
     known = contents(graph)
     for s in named:
         if s.id in known and (record := known[s.id].record) is not None:
-            records[key(argument_name(s.name))] = _record(record)
+            own = s.device.type if s.device else None
+            origin = own.name if own and own.payload else types.get(record.name, "")
+            records[key(argument_name(s.name))] = _record(record, origin)
     words = {
         **_fixed(), **cell_words(analysis.workbook, robot), "uses": _uses(analysis),
         "streams": streams, "names": names, "records": records,
