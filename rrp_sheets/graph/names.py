@@ -220,7 +220,10 @@ class Names:
         if setting is not None:
             if row.on:
                 device = declared.found.name
-                self.report.add("DEV008", cell.address, device=device, setting=setting.name, stream=cell.text)
+                fixes = self.devices.declaring_fixes(setting, cell.text, device)
+                self.report.add(
+                    "DEV008", cell.address, fixes=fixes, device=device, setting=setting.name, stream=cell.text
+                )
             return None
         stream_id = key(cell.text)
         address = declared.address or cell.address
