@@ -252,6 +252,17 @@ def test_a_fix_adds_the_row_and_the_column_and_leads_to_the_cell(shelf: Books) -
     becomes(lambda: devices(grid)[1:], [("Say parameter", "Say parameter", {"text": "Hello"})])
 
 
+def test_a_fix_adds_the_column_of_a_setting_and_leads_to_its_cell(shelf: Books) -> None:
+    rows = [["Heard", "Word recognized", ""], ["Gaze", "Touch", ""]]
+    grid = shelf.open({"T": [HEADER, *ROWS], "Devices": [["Stream", "Device", "Notes"], *rows]}, sheet="Devices")
+    grid.checked()
+    grid.go("A2")
+    grid.press("Control+.")
+    becomes(lambda: grid.here, "D2")
+    grid.write("yes, no")
+    becomes(lambda: devices(grid)[0], ("Heard", "Word recognized", {"words": "yes, no"}))
+
+
 @pytest.mark.parametrize(
     ("header", "headers", "added"),
     [
