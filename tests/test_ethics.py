@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -14,10 +15,10 @@ from typed import run
 from rrp_sheets import api
 from rrp_sheets.compare.as_text import say
 from rrp_sheets.render.pack import Pack
-from rrp_sheets.render.texts import texts
 from rrp_sheets.resources import bundled
 from rrp_sheets.robots import load_robot
 from rrp_sheets.services.printing import make
+from rrp_sheets.sim.body import SOLE
 from rrp_sheets.sim.gait import STEP_TIME, STRIDE
 from rrp_sheets.workbook import read
 from rrp_sheets.workbook.schema import FIELDS
@@ -29,6 +30,8 @@ RISKS = (
 DEVICES = "## Devices\n| Stream | Device | Label | Name | Forward | Volume |\n|---|---|---|---|---|---|\n"
 LOOKS = "| Red ball | subscribe | | Head tracker | |\n"
 NOT_KEPT = "| Camera pictures | not kept |"
+ALWAYS = ["tiredness", "privacy", "battery"]
+"""The risks of every robot that does something."""
 
 
 def risks_of(folder: Path, rows: str, *, devices: str = "", protocol: str = NOT_KEPT) -> list[str]:
@@ -47,7 +50,8 @@ def lacks(pack: Pack) -> dict[str, str]:
     [
         (LOOKS, "", ["pinching", "distress"]),
         ("| Red ball | map | 'Hi' | | |\n|  | subscribe | | Say | |\n", "", ["startle", "attachment", "distress"]),
-        ("| Touch | subscribe | | Bell | |\n", "| Bell | Play sound | | | | |\n", ["startle", "attachment", "distress"]),
+        ("| Touch | subscribe | | Bell | |\n", "| Bell | Play sound | | | | |\n",
+         ["startle", "falling", "attachment", "distress", "power", "cleaning"]),
         ("| Red ball | subscribe | | Wave | |\n", "| Wave | Gesture | | Wave | | |\n",
          ["pinching", "attachment", "distress"]),
         ("| Red ball | subscribe | | Go | |\n", "| Go | Walk | | | 0.2 | |\n", ["falling", "walking", "distress"]),
@@ -59,12 +63,36 @@ def lacks(pack: Pack) -> dict[str, str]:
     ],
 )  # fmt: skip
 def test_risks_are_proposed_from_what_rows_do(tmp_path, rows, devices, kinds):
-    assert risks_of(tmp_path, rows, devices=devices) == kinds
+    assert sorted(risks_of(tmp_path, rows, devices=devices)) == sorted([*kinds, *(ALWAYS if kinds else [])])
 
 
 def test_recordings_of_people_are_a_risk_of_their_own(tmp_path):
-    assert "privacy" in risks_of(tmp_path, LOOKS, protocol="")
-    assert "privacy" not in risks_of(tmp_path, LOOKS, protocol=NOT_KEPT)
+    assert "privacy" in risks_of(tmp_path, LOOKS)
+    assert risks_of(tmp_path, "| Red ball | map | redBall.x | Side | |\n", protocol="") == ["privacy"]
+
+
+def test_simulated_robot_harms_no_body(tmp_path):
+    devices = "| Wave | Gesture | | Wave | | |\n"
+    kinds = risks_of(tmp_path, "| Touch | subscribe | | Wave | |\n", devices=devices,
+                     protocol="| Robot in sessions | simulated |")  # fmt: skip
+    assert kinds == ["attachment", "distress", "tiredness", "privacy"]
+
+
+@pytest.mark.parametrize(("zone", "asked"), [("", True), ("Chest", True), ("Head", False)])
+def test_touch_contradicts_a_distance_and_the_chest_is_the_power_button(tmp_path, zone, asked):
+    devices = f"| Wave | Gesture | | Wave | |\n| Hand | Touch | | | {zone} |\n"
+    rest = "## Devices\n| Stream | Device | Label | Name | Zone |\n|---|---|---|---|---|\n" + devices
+    path = workbook(tmp_path, "| Hand | subscribe | | Wave | |\n", rest=rest)
+    found = {risk.kind: str(risk.texts[3]) for risk in api.check(path).study.proposed_risks()}
+    assert "these rows move its arms: Play 2." in found["pinching"] and ("power" in found) == asked
+    (chest,) = [s for s in pack_of(path).stops if s.who == "The chest button"]
+    assert bool(chest.used) == asked and "A real NAO is switched off by it" in chest.how
+
+
+def test_proposals_promise_nothing_that_the_workbook_does_not_say(tmp_path):
+    texts = [str(r.texts[3]) for r in api.check(bundled("workbooks", "touch-and-name.xlsx")).study.proposed_risks()]
+    assert not [text for text in texts if "should" not in text and "State another measure" not in text]
+    assert not [text for text in texts if "100 %" in text]
 
 
 def test_proposals_name_volume_buttons_and_children(tmp_path):
@@ -82,11 +110,12 @@ def test_fix_adds_the_proposed_rows_in_every_format(tmp_path, suffix, language):
     made = workbook(tmp_path, LOOKS, rest=RISKS, protocol=f"| Language | {language} |")
     path = made if suffix == ".md" else api.convert(made, tmp_path / f"book{suffix}")
     (finding,) = [d for d in api.check(path).report if d.code == "PROT012"]
-    assert len(finding.fixes[0].edits) == 3
+    count = 2 + len(ALWAYS)
+    assert len(finding.fixes[0].edits) == count
     fixed = tmp_path / f"fixed{suffix or '.xlsx'}"
     assert run("check", path, "--fix", fixed, "--apply", "PROT012:add-proposed")[0] == 0
     risks = read(fixed).workbook.risks
-    assert risks is not None and len(risks.rows) == 3
+    assert risks is not None and len(risks.rows) == count
     assert all(row.reduces and row.ends and row.whom and row.likely for row in risks.rows)
     assert ("驚" in risks.rows[0].risk.text or "指" in risks.rows[0].risk.text) == (language == "日本語")
     assert not [d for d in api.check(fixed).report if d.code.startswith("PROT01")]
@@ -94,6 +123,7 @@ def test_fix_adds_the_proposed_rows_in_every_format(tmp_path, suffix, language):
 
 def test_rows_in_japanese_and_below_other_headers_count(tmp_path):
     rows = "| リスク | 対策 | 中止の判断 |\n|---|---|---|\n| 腕に指をはさむ | 離れる | 保護者 |\n| 子どもの不安 | そばにいる | 保護者 |\n"
+    rows += "| 疲れ | 休む | 保護者 |\n| 個人情報の漏れ | 暗号化 | 研究者 |\n| 電池 | 外す | 研究者 |\n"
     path = workbook(tmp_path, LOOKS, rest=f"## リスク表\n{rows}", protocol=NOT_KEPT)
     checked = api.check(path)
     assert checked.workbook.risks is not None and checked.study.unnamed_risks() == []
@@ -126,10 +156,8 @@ def test_every_field_is_known_by_its_japanese_name(tmp_path):
     fields = read(path).workbook.protocol.fields
     known = {k for k, field in FIELDS.items() if field.synonyms and not field.closed}
     assert known <= set(fields)
-    shown = texts("ja").entries
-    assert {k: shown[f"pack.field.{k}"] for k in FIELDS if f"pack.field.{k}" in shown} == {
-        k: field.synonyms[0] for k, field in FIELDS.items() if f"pack.field.{k}" in shown
-    }
+    lacking = {field.name for field in pack_of(workbook(tmp_path, LOOKS, "none.md"), language="ja").missing}
+    assert {field.synonyms[0] for field in FIELDS.values() if field.asked == "always" and not field.closed} <= lacking
 
 
 def test_closed_fields_take_japanese_words(tmp_path):
@@ -148,13 +176,16 @@ def test_closed_fields_take_japanese_words(tmp_path):
         ("Ten adults", "| Go | subscribe | | Print | |\n",
          {"Participants are told", "Reason for concealment", "Debriefing"}),
         ("Ten adults", "| Face | subscribe | | Head tracker | |\n", {"Face data"}),
+        ("Ten adults |\n| Robot in sessions | simulated", LOOKS, {"-Robot used"}),
     ],
 )  # fmt: skip
 def test_boards_ask_for_more_when_there_is_more_to_ask(tmp_path, participants, rows, asked):
     rest = DEVICES + "| Go | Operator button | | | | |\n"
     path = workbook(tmp_path, rows, rest=rest, protocol=f"| Participants | {participants} |")
     always = {field.name for field in FIELDS.values() if field.asked == "always"}
-    assert set(api.check(path).study.asked_fields()) - always == asked
+    real = {"Robot used"} - {name.removeprefix("-") for name in asked}
+    more = {name for name in asked if not name.startswith("-")}
+    assert set(api.check(path).study.asked_fields()) - always == more | real
 
 
 @pytest.mark.parametrize("nobody", ["Nobody: a demonstration", "なし（デモ）", "No participants"])
@@ -186,12 +217,12 @@ def test_new_protocol_sheet_has_every_field_and_lacks_none_that_is_asked(tmp_pat
 def test_first_page_lists_what_is_missing_with_its_place(tmp_path):
     path = workbook(tmp_path, LOOKS, protocol="| Participants | Children |\n| Benefits | |")
     pack = pack_of(path)
-    assert lacks(pack)["Benefits"] == "row 4" and lacks(pack)["Assent"] == "new"
-    assert lacks(pack)["3 risks that the rows bring"] == "new sheet Risks"
+    assert lacks(pack)["Benefits"] == "row 4" and lacks(pack)["Assent"] == ""
+    assert lacks(pack)["5 risks that the rows bring"] == "sheet Risks"
     assert [n.text for n in pack.numbers if n.label == "points open"] == [str(len(pack.missing))]
     filled = "".join(f"| {field.name} | Said |\n" for field in FIELDS.values() if field.asked and not field.closed)
     whole = workbook(tmp_path, LOOKS, "whole.md", protocol=filled + "| Robot in sessions | real |\n")
-    assert list(lacks(pack_of(whole))) == ["3 risks that the rows bring"]
+    assert list(lacks(pack_of(whole))) == ["5 risks that the rows bring"]
 
 
 @pytest.mark.slow
@@ -210,12 +241,13 @@ def test_list_of_what_is_missing_and_who_is_met_stand_on_the_first_page(name, la
 @pytest.mark.parametrize(
     ("field", "said", "mode"),
     [
-        ("", "Not stated yet", "SIMULATED ROBOT"),
-        ("simulated", "Participants see it on a screen", "SIMULATED ROBOT"),
+        ("", "Not stated yet", "PRINTED FROM A SIMULATION"),
+        ("", "The approval of a real robot needs a new print.", "PRINTED FROM A SIMULATION"),
+        ("simulated", "Participants see it on a screen", "PRINTED FROM A SIMULATION"),
         (
             "real",
-            "A real NAO in the room. This version of the program runs the simulated robot only.",
-            "REAL ROBOT PLANNED",
+            "A real NAO in the room. With this version of the program nobody can meet it",
+            "PRINTED FROM A SIMULATION, REAL ROBOT PLANNED",
         ),
     ],
 )
@@ -227,9 +259,11 @@ def test_what_participants_meet_is_said_first(tmp_path, field, said, mode):
 def test_proposed_risks_are_marked_as_not_confirmed(tmp_path):
     rest = RISKS + "| Pinching | Child | Unlikely | Distance | The operator |\n"
     pack = pack_of(workbook(tmp_path, LOOKS, rest=rest, protocol=NOT_KEPT))
-    assert [(risk.risk.split()[0], risk.proposed) for risk in pack.risks] == [("Pinching", False), ("Distress:", True)]
-    assert lacks(pack)["1 risk that the rows bring"] == "sheet Risks"
-    assert "nobody has confirmed those yet" in pack.risks_note
+    assert [(risk.risk.split()[0], risk.proposed) for risk in pack.risks] == [
+        ("Pinching", False), ("Distress:", True), ("Tiredness", True), ("A", True), ("Heat", True)
+    ]  # fmt: skip
+    assert lacks(pack)["4 risks that the rows bring"] == "sheet Risks"
+    assert "not yet in this protocol" in pack.risks_note
     none = pack_of(workbook(tmp_path, "| Red ball | map | redBall.x | Side | |\n", "none.md", protocol=NOT_KEPT))
     assert none.risks == () and "proposes none" in none.risks_note
 
@@ -262,7 +296,22 @@ def test_facts_about_the_robot_follow_from_its_model():
     arm = max(efforts[name] for name in ("LShoulderPitch", "LShoulderRoll", "LElbowYaw", "LElbowRoll"))
     assert body["joint_force"] - 2 < arm / 0.03 <= body["joint_force"]
     assert STRIDE / STEP_TIME <= body["walking_speed"] < STRIDE / STEP_TIME + 0.001
-    assert hand < body["reach"] < load_robot().data["robot"]["height"]
+    places = {"LShoulder": (0.0, 0.0, 0.0)}
+    for joint in tree.iter("joint"):
+        offset = [float(x) for x in joint.find("origin").get("xyz").split()]
+        if (parent := joint.find("parent").get("link")) in places:
+            places[joint.find("child").get("link")] = tuple(a + b for a, b in zip(places[parent], offset, strict=True))
+    tips = []
+    for link in tree.iter("link"):
+        for shape in link.findall("visual") if link.get("name") in places else ():
+            at = [float(x) for x in shape.find("origin").get("xyz").split()]
+            mesh = shape.find("geometry/mesh")
+            half = max(float(x) for x in mesh.get("scale").split()) / 2 if mesh is not None else 0.0
+            tips.append(math.hypot(*(a + b for a, b in zip(places[link.get("name")], at, strict=True))) + half)
+    assert len(tips) > 5 and body["reach"] - 0.01 < max(tips) <= body["reach"]
+    legs = ("LHipYawPitch", "LKneePitch", "LAnklePitch", "LShoulderPitch")
+    drops = [abs(float(j.find("origin").get("xyz").split()[2])) for j in tree.iter("joint") if j.get("name") in legs]
+    assert len(drops) == 4 and body["raised"] - 0.01 < sum(drops) + abs(SOLE) + max(tips) <= body["raised"]
 
 
 def test_facts_are_said_in_words_that_people_can_judge(tmp_path):
@@ -274,7 +323,8 @@ def test_facts_are_said_in_words_that_people_can_judge(tmp_path):
     )
     assert found["Walking"] == "At most 10 cm a second: slower than a crawling baby."
     assert "14 N, the weight of 1.4 kg" in found["Force of the arms"]
-    assert "31 cm" in found["Distance"] and "Esc pressed twice" in found["Emergency stop"]
+    assert "26 cm" in found["Distance"] and "with a raised arm 70 cm" in found["Distance"]
+    assert "Esc pressed twice" in found["Stopping"] and "It does not cut the power" in found["Stopping"]
     assert "the hand then moves at most" in found["Fastest movement"]
 
 
@@ -283,7 +333,7 @@ def test_facts_say_what_rows_do_not_move(tmp_path):
     assert quiet["Fastest movement"] == "No row moves a joint." and "Walking" not in quiet
     assert quiet["Force of the arms"] == "No row moves the arms."
     head = facts(pack_of(workbook(tmp_path, LOOKS, "head.md")))
-    assert head["Fastest movement"] == "A joint turns by at most 480° a second."
+    assert head["Fastest movement"] == "A joint turns by at most 474° a second."
 
 
 def test_robot_of_ones_own_without_facts_is_printed_without_them(tmp_path):

@@ -44,6 +44,9 @@ FIELDS = """| Version | 1.0 |
 | Participants | Children of 9 to 12 years |
 | Robot in sessions | real |
 | Face memory | kept |
+| Investigators | Dr Tanaka and Ms Sato |
+| Sessions | Twice, 10 min |
+| Access | Dr Tanaka |
 | Contact | Dr Aiko Tanaka, University Hospital, Department of Rehabilitation, +81 29 000 0000, aiko@example.org, 9 to 5 |
 """
 PROGRAM_WORDS = "stream|row|connector|formula|sensor|actuator|workbook|sheet|event|device|operator|protocol|run|trace"
@@ -87,7 +90,7 @@ def test_reading_grade_is_measured_as_known_texts_have_it():
 
 def test_every_sentence_can_be_read_at_nine_years():
     entries = {n: t for n, t in texts("en").entries.items() if n.startswith("participants.") and t.endswith((".", "?"))}
-    whole = " ".join(text.format_map({"robot": "NAO", "cm": "57"}) for text in entries.values())
+    whole = " ".join(text.format_map({"robot": "NAO", "cm": "57", "text": "us"}) for text in entries.values())
     assert grade(whole) <= 3
     hard = {n: text for n, text in entries.items() if grade(text) > 6}
     assert hard == {}
@@ -96,7 +99,8 @@ def test_every_sentence_can_be_read_at_nine_years():
 @pytest.mark.parametrize("name", WORKBOOKS)
 def test_sheet_of_every_workbook_reads_as_grade_six_at_most(name):
     sheet = sheet_of(bundled("workbooks", f"{name}.xlsx"))
-    lines = [line for p in (sheet.intro, *sheet.parts) for line in p.sentences if "You can also ask" not in line]
+    theirs = ("You can also ask", "We are", "How often", "Who can see")
+    lines = [line for p in (sheet.intro, *sheet.parts) for line in p.sentences if not line.startswith(theirs)]
     assert grade(" ".join(lines)) <= 6
     assert re.findall(rf"\b(?:{PROGRAM_WORDS})s?\b", " ".join(lines), re.IGNORECASE) == []
 
@@ -109,15 +113,23 @@ def test_everything_that_rows_do_is_said(everything):
         "It walks a few steps.", "Its eyes light up.",
     )  # fmt: skip
     assert part(sheet, "What does it see and hear?") == (
-        "It looks for balls.", "It looks for colours.", "It looks for faces.", "It feels when you touch it.",
-        "It feels a bump at its feet.", "It feels when you push the button on its chest.",
-        "It feels how far away you are.", "It listens for some words.",
+        "It looks for balls.", "It looks for colours.", "It looks for faces.", "It notices when you touch it.",
+        "It notices a bump at its feet.", "It notices when you push the button on its chest.",
+        "It notices how far away you are.", "It listens for some words.",
         "It learns your face. It will still know your face next time.",
+        "We can see on a screen what is in front of its eyes.",
     )  # fmt: skip
     assert part(sheet, "What do we keep?") == (
-        "We write down what the robot does, and when.", "We write down which words the robot hears.",
+        "We write down what the robot does, and when.", "We write down where you touch it.",
+        "We write down which words the robot hears.", "We do not keep your voice.",
         "We keep pictures from its camera. You may be in them.", "We keep your face as a list of numbers.",
-        "We keep a film of the robot.", "We use a code, not your name.",
+        "We keep a film of the robot. You are not in it.",
+        "A person may push a button for what you do. We write that down.", "We use a code, not your name.",
+        "Who can see this: Dr Tanaka.",
+    )  # fmt: skip
+    assert part(sheet, "What do you do?") == (
+        "You sit or stand near the robot.", "You can touch it when it asks you.", "You can talk to it.",
+        "Hands off while it moves.", "How often, how long: Twice, 10 min.",
     )  # fmt: skip
     assert part(sheet, "Does it get help?") and "It is in the room with you." in sheet.intro.sentences
     assert "57 cm" in sheet.intro.sentences[-1]
@@ -134,7 +146,8 @@ def test_a_quiet_robot_is_said_to_be_quiet(tmp_path):
     sheet = sheet_of(workbook(tmp_path, "| Touch | map | touch.zone | Zone | |\n"))
     assert part(sheet, "What does it do?") == ("It does not move or talk.",)
     assert part(sheet, "What does it see and hear?") == (
-        "It feels when you touch it.", "It does not look at you.", "It does not listen to you.",
+        "It notices when you touch it.", "It cannot see you.", "We can see on a screen what is in front of its eyes.",
+        "It cannot hear you.",
     )  # fmt: skip
     assert part(sheet, "Does it get help?") == ()
 
@@ -166,7 +179,33 @@ def test_helping_person_is_left_out_only_for_a_reason_that_is_given(tmp_path, re
 
 def test_who_prints_is_told_what_the_sheet_lacks(tmp_path):
     notes = sheet_of(workbook(tmp_path, "| Touch | subscribe | | Print | |\n")).notes
-    assert any("Robot in sessions" in note for note in notes) and any("Contact" in note for note in notes)
+    for field in ("Robot in sessions", "Contact", "Investigators", "Sessions", "Access"):
+        assert any(field in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "status"),
+    [
+        ("| Participants | Adults |", "DRAFT: not all is decided yet"),
+        ("| Participants | Adults |\n| Withdrawal | At any time |", ""),
+        ("| Participants | Children |\n| Withdrawal | At any time |", "DRAFT: not all is decided yet"),
+        ("| Participants | Nobody |", ""),
+    ],
+)
+def test_promises_that_the_protocol_does_not_state_make_a_draft(tmp_path, protocol, status):
+    assert sheet_of(workbook(tmp_path, "| Touch | subscribe | | Print | |\n", protocol=protocol)).status == status
+
+
+@pytest.mark.parametrize(
+    ("participants", "aloud"),
+    [("Children of 4 to 8 years", True), ("5～7歳の子ども", True), ("Children of 9 to 12 years", False),
+     ("Adults of 6 years of training", False), ("Children", False)],
+)  # fmt: skip
+def test_page_is_read_to_small_children(tmp_path, participants, aloud):
+    sheet = sheet_of(
+        workbook(tmp_path, "| Touch | subscribe | | Print | |\n", protocol=f"| Participants | {participants} |")
+    )
+    assert bool(sheet.aloud) == aloud and sheet.study == "T"
 
 
 # ---- one page
@@ -207,7 +246,7 @@ def test_long_and_hostile_contacts_keep_it_on_one_page(tmp_path):
     path = workbook(tmp_path, EVERYTHING, rest=ITS_DEVICES, protocol=FIELDS.replace("Dr Aiko Tanaka", contact))
     printed = make_for_participants(path, paper="letter", today=DAY)
     assert measured(printed.data)[0] == 1
-    assert any("too long for the sheet" in note for note in printed.notes)
+    assert any("too long for the page" in note for note in printed.notes)
 
 
 def test_it_is_accessible_and_shows_the_robot(everything):

@@ -35,7 +35,7 @@ def test_changes_since_the_approved_version_on_letter_paper(tmp_path, monkeypatc
     pdf = read_pdf((tmp_path / "now.pdf").read_bytes())
     assert [round(float(x)) for x in pdf.pages[0].mediabox[2:]] == [612, 792]
     pages = texts_of(pdf)
-    assert "3 differences change the behaviour. See section 10." in pages[0]
+    assert "3 differences change the behaviour. See section 8." in pages[0]
     text = " ".join(pages)
     assert "Compared row by row with approved.md, version 1.0" in text
     assert re.search(r"changed Play row 3 formula: near < 1 formula: near < 2", text)

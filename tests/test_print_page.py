@@ -112,7 +112,7 @@ def test_page_shows_the_sheet_for_participants(client: Any) -> None:
     assert "NAOに会おう" in protocol(client, "complex-tracking.xlsx", reader="participants", language="ja")
     assert "DRAFT" in protocol(client, "wrong.md", reader="participants")
     hostile = protocol(client, "hostile.md", reader="participants")
-    assert "<script>alert" not in hostile and "fill in the field Contact" in hostile
+    assert "<script>alert" not in hostile and "The page lacks the field Contact" in hostile
     page = get(client, f"{book('long.md')}/print?reader=participants").text
     assert '<option value="participants" selected>participants (one page)' in page
     assert '<option value="board" selected>' in get(client, f"{book('long.md')}/print?reader=everybody").text
@@ -120,10 +120,10 @@ def test_page_shows_the_sheet_for_participants(client: Any) -> None:
 
 def test_pdf_for_participants_has_a_name_of_its_own(client: Any) -> None:
     choice = "reader=participants&paper=letter"
-    ready = get(client, f"{book('complex-tracking.xlsx')}/print/ready?{choice}")
+    ready = get(client, f"{book('long.md')}/print/ready?{choice}")
     assert any("Contact" in note for note in ready.json["notes"])
-    answer = get(client, f"{book('complex-tracking.xlsx')}/print/protocol.pdf?{choice}")
-    assert LETTER in answer.data and "complex-tracking-participants.pdf" in answer.headers["Content-Disposition"]
+    answer = get(client, f"{book('long.md')}/print/protocol.pdf?{choice}")
+    assert LETTER in answer.data and "long-participants.pdf" in answer.headers["Content-Disposition"]
 
 
 def test_a_workbook_with_mistakes_is_a_draft(client: Any) -> None:

@@ -54,7 +54,7 @@ def test_its_own_tests_hold(name: str) -> None:
 # ---- changed as a therapist changes them
 
 CHANGES = [
-    ("touch-and-name", "| Chest | tummy |", "| Left foot | left foot | And my left foot? | Look down. | Look down |\n| Chest | tummy |"),
+    ("touch-and-name", "| Left foot | left foot |", "| Right hand | right hand | And my right hand? | It is here. | Wave |\n| Left foot | left foot |"),
     ("touch-and-name", '["Yes!"; "Well done!"; "Super!"; "You found it!"]', "[„Ja!“; „Gut gemacht!“; „Prima!“]"),
     ("touch-and-name", "| Start | OperatorButton | Start |", "| Start | OperatorButton |  |"),
     ("sing-and-dance", "| Now all together, clap your hands! | Clap | magenta |\n", ""),

@@ -11,11 +11,11 @@ from rrp_sheets.checks.facts import BLANK, Fact
 from rrp_sheets.checks.protocol import RunPlan, kept_kinds
 from rrp_sheets.diagnostics import Report
 from rrp_sheets.diagnostics.report import Fix, Insert
-from rrp_sheets.graph import Graph, Stream, StreamKind
+from rrp_sheets.graph import Graph, Step, Stream, StreamKind
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Workbook
 from rrp_sheets.robots import Robot
-from rrp_sheets.texts import N_, listed, translate
+from rrp_sheets.texts import N_, listed, sentences, translate
 from rrp_sheets.workbook.schema import FIELDS
 
 SIMULATED, REAL = FIELDS["robotinsessions"].words
@@ -26,8 +26,6 @@ _CHILDREN = re.compile(
     r"|子ども|子供|こども|児童|幼児|小学生|中学生|未成年|園児|児",
     re.IGNORECASE,
 )
-_PRIVATE = frozenset({"words", "camera", "faces"})
-"""The kinds of kept data that tell of a person."""
 _BOTH_ARMS = frozenset(f"{side} arm" for side in ("left", "right"))
 Texts = tuple[str, str, str, str, str]
 """Risk, for whom, how likely, what reduces it, who ends the session when."""
@@ -46,9 +44,11 @@ _NAMES = {
     "startle": N_("being startled"), "pinching": N_("pinching and knocks"), "falling": N_("a fall of the robot"),
     "walking": N_("a collision while it walks"), "lights": N_("flashing lights"),
     "attachment": N_("attachment to the robot"), "deception": N_("deception about who decides"),
-    "distress": N_("distress or fear"),
-    "privacy": N_("a loss of privacy"),
+    "distress": N_("distress or fear"), "tiredness": N_("tiredness"), "privacy": N_("a loss of privacy"),
+    "power": N_("the power button on its chest"), "battery": N_("battery and cables"), "cleaning": N_("infection"),
 }  # fmt: skip
+_BODILY = frozenset({"pinching", "falling", "walking", "power", "battery", "cleaning"})
+"""The risks that only a robot in the room brings."""
 # How people name each risk: beginnings of English words, and Japanese words.
 _NAMED = {
     kind: re.compile(pattern)
@@ -61,7 +61,11 @@ _NAMED = {
         "attachment": r"\b(?:attach|fond|bond|miss the robot|sad)|愛着|別れ|寂し|さびし",
         "deception": r"\b(?:decei|decept|trick|believ|conceal|hidden|wizard)|欺|だま|隠|思い込",
         "distress": r"\b(?:distress|fear|afraid|anxi|upset|stress|frustrat|overload|overwhelm|cry)|不安|恐|怖|苦痛|泣",
+        "tiredness": r"\b(?:tired|fatigue|exhaust|bored|too long)|疲|飽き",
         "privacy": r"\b(?:privacy|private|confiden|leak|recording|personal data|identif)|個人情報|プライバシー|漏|秘密",
+        "power": r"\b(?:chest|power|switch(?:ed|es)? off)|胸|電源",
+        "battery": r"\b(?:batter|charg|cable|cord|electric)|電池|バッテリー|充電|ケーブル|コード",
+        "cleaning": r"\b(?:clean|hygien|infect|germ|disinfect)|清掃|消毒|衛生|感染",
     }.items()
 }
 
@@ -89,10 +93,14 @@ class Study:
     @cached_property
     def driven(self) -> list[Stream]:
         """The actuator streams that active rows drive, each once; not those that rows only stop."""
+        return [self.graph.streams[i] for i in dict.fromkeys(s.output for s in self._starting)]
+
+    @cached_property
+    def _starting(self) -> list[Step]:
+        """The active rows that let an actuator do something: a blank only stops it."""
         steps = [s for b in self.graph.behaviours for s in b.steps if s.active and s.connector.is_sink]
-        starting = [s for s in steps if s.ref not in self.facts or self.facts[s.ref].known.kind != BLANK]
-        found = dict.fromkeys(s.output for s in starting if s.output in self.graph.streams)
-        return [self.graph.streams[i] for i in found if self.graph.streams[i].device is not None]
+        known = [s for s in steps if s.output in self.graph.streams and self.graph.streams[s.output].device]
+        return [s for s in known if s.ref not in self.facts or self.facts[s.ref].known.kind != BLANK]
 
     @cached_property
     def sensed(self) -> list[Stream]:
@@ -104,13 +112,12 @@ class Study:
     @cached_property
     def parts(self) -> set[str]:
         """The parts of the robot that rows drive, such as `voice` and `left arm`."""
-        used = set[str]()
-        for stream in self.driven:
-            if stream.device is not None:
-                used |= stream.device.type.resources_for(stream.settings)
-            if stream.settings.get("gestures") is True:  # small gestures go with what it says
-                used |= _BOTH_ARMS
-        return used
+        return set[str]().union(*map(_parts_of, self.driven))
+
+    @property
+    def is_touched(self) -> bool:
+        """True if rows read touches of the robot."""
+        return any(s.device and s.device.type.name in ("Touch", "Bumper", "ChestButton") for s in self.sensed)
 
     @property
     def buttons(self) -> list[str]:
@@ -134,7 +141,7 @@ class Study:
             return []
         conditions = {
             "always": True, "children": self.has_children, "operator": bool(self.buttons),
-            "faces": self.looks_for_faces,
+            "faces": self.looks_for_faces, "real": self.meets != SIMULATED,
         }  # fmt: skip
         return [field.name for field in FIELDS.values() if conditions.get(field.asked)]
 
@@ -144,12 +151,8 @@ class Study:
 
     def proposed_risks(self) -> list[ProposedRisk]:
         """Return the risks that the rows bring, as they are proposed for the sheet Risks."""
-        makers = {
-            "startle": self._startle, "pinching": self._pinching, "falling": self._falling, "walking": self._walking,
-            "lights": self._lights, "attachment": self._attachment, "deception": self._deception,
-            "distress": self._distress, "privacy": self._privacy,
-        }  # fmt: skip
-        found = {kind: make() for kind, make in makers.items()}
+        found = {kind: getattr(self, f"_{kind}")() for kind in _NAMES
+                 if not (kind in _BODILY and self.meets == SIMULATED)}  # fmt: skip
         return [ProposedRisk(kind, _NAMES[kind], texts) for kind, texts in found.items() if texts is not None]
 
     def unnamed_risks(self) -> list[ProposedRisk]:
@@ -169,38 +172,49 @@ class Study:
             return None
         volumes = [v for s in voices if isinstance(v := s.settings.get("volume"), (int, float))]
         volume = max(volumes, default=100)
+        least = N_("The volume is {volume:g} % at most.", volume=volume) if volume < 100 else ""
         return (
             N_("Startled by the robot's voice or by a sound"), self._whom,
             N_("Possible, most of all at the first sentence or sound"),
-            N_("The volume is {volume:g} % at most. Set the loudspeaker before the session, and let the voice be heard "
-               "once, quietly, before it begins.", volume=volume),
+            sentences(least, N_("The loudspeaker should be set before the session, and the voice heard once, quietly, "
+                                "before it begins.")),
             N_("The operator presses Stop when somebody covers the ears, cries or wants to leave."),
         )  # fmt: skip
 
     def _pinching(self) -> Texts | None:
         if not self.parts & {*_BOTH_ARMS, "head"}:
             return None
-        touched = any(s.device and s.device.type.name in ("Touch", "Bumper", "ChestButton") for s in self.sensed)
         likely = (
-            N_("Possible: people touch the robot, and it moves then") if touched
+            N_("Possible: people touch the robot, and it moves then") if self.is_touched
             else N_("Unlikely at a distance, possible when somebody touches the robot while it moves")
         )  # fmt: skip
+        moving = dict[str, list[str]]()
+        for step in self._starting:
+            if _parts_of(self.graph.streams[step.output]) & _BOTH_ARMS:
+                moving.setdefault(step.ref.rpartition("!")[0], []).append(str(step.number))
+        rows = "; ".join(f"{behaviour} {', '.join(numbers)}" for behaviour, numbers in moving.items())
+        reduces = (
+            N_("The robot asks to be touched, and these rows move its arms: {rows}. So nobody can stay out of the "
+               "reach of its arms. State another measure.", rows=rows) if self.is_touched and moving
+            else N_("Everybody should stay out of the reach of its arms while it moves.")
+        )  # fmt: skip
         return (
-            N_("Fingers pinched between moving parts, or a knock from an arm or the head"), self._whom, likely,
-            N_("Everybody stays out of the reach of its arms while it moves. The settings Speed and Tempo make "
-               "movements slower."),
+            N_("Fingers pinched between moving parts, or a knock from an arm or the head"), self._whom, likely, reduces,
             N_("The person beside the participant says “stop”, and the operator presses Stop, when a hand is near a "
                "moving part."),
         )  # fmt: skip
 
     def _falling(self) -> Texts | None:
-        if "legs" not in self.parts:
+        if "legs" not in self.parts and not self.is_touched:
             return None
+        likely = (
+            N_("Possible: people touch the robot, and a push can tip it over") if self.is_touched
+            else N_("Unlikely while it sits, possible when it stands, changes its posture or walks")
+        )  # fmt: skip
         return (
-            N_("The robot falls on somebody, or off the table"), N_("Everybody near the robot"),
-            N_("Unlikely while it sits, possible when it stands, changes its posture or walks"),
-            N_("The robot is on the floor, or on a wide and level surface. A person is within reach to catch it. "
-               "Rehearsals in the simulator do not show whether a real robot keeps its balance."),
+            N_("The robot falls on somebody, or off the table"), N_("Everybody near the robot"), likely,
+            N_("The robot should be on the floor, or on a wide and level surface, with a person within reach to catch "
+               "it. Rehearsals in the simulator do not show whether a real robot keeps its balance."),
             N_("The person beside the robot ends the session after a fall, before anybody lifts the robot."),
         )  # fmt: skip
 
@@ -210,8 +224,8 @@ class Study:
         return (
             N_("The robot walks into somebody, or somebody trips over it"), N_("Everybody near the robot"),
             N_("Possible"),
-            N_("The area in which it walks is marked and kept free. The simulated robot stops before a thing in its "
-               "way; this is tried with the real one before the study."),
+            N_("The area in which it walks should be marked and kept free. The simulated robot stops before a thing in "
+               "its way; whether the real one does should be tried before the study."),
             N_("The operator presses Stop when somebody enters the marked area."),
         )  # fmt: skip
 
@@ -221,7 +235,7 @@ class Study:
         return (
             N_("Discomfort or a seizure from flashing eye lights"), N_("People with photosensitive epilepsy"),
             N_("Unlikely while the lights change less than 3 times a second"),
-            N_("People are asked about epilepsy before the session. The lights do not flash."),
+            N_("People should be asked about epilepsy before the session, and the lights should not flash."),
             N_("The operator presses Stop when somebody turns away from the lights or feels unwell."),
         )  # fmt: skip
 
@@ -231,8 +245,8 @@ class Study:
         return (
             N_("Attachment to the robot, and sadness when it is gone"), self._whom,
             N_("Possible after several sessions"),
-            N_("Everybody learns at the start that the robot is a machine and how many sessions there are. The last "
-               "session ends with a goodbye."),
+            N_("Everybody should learn at the start that the robot is a machine and how many sessions there are. The "
+               "last session should end with a goodbye."),
             N_("The accompanying person ends the session when the participant cannot let go of the robot."),
         )  # fmt: skip
 
@@ -244,40 +258,94 @@ class Study:
             N_("Deception: people may believe that the robot decides what a person does with the buttons {buttons}",
                buttons=buttons),
             self._whom, N_("Likely, unless they are told"),
-            N_("People are told before the session that a person controls parts of it, or they are told afterwards and "
-               "can have their data deleted."),
+            N_("People should be told before the session that a person controls parts of it. If they are told only "
+               "afterwards, they should be able to have their data deleted."),
             N_("The investigator ends the session and tells the truth when somebody feels tricked."),
         )  # fmt: skip
 
     def _distress(self) -> Texts | None:
         if not self.driven:
             return None
+        likely = N_("Possible, most of all in the first minutes")
         if self.has_children:
             return (
-                N_("Distress of the child: fear of the robot, too much at once, or frustration"), self._whom,
-                N_("Possible, most of all in the first minutes"),
-                N_("A person whom the child knows sits beside it. The robot is shown at rest before it moves. "
-                   "Sessions are short, with breaks."),
+                N_("Distress of the child: fear of the robot, too much at once, or frustration"), self._whom, likely,
+                N_("A person whom the child knows should sit beside it. The robot should be shown at rest before it "
+                   "moves."),
                 N_("The accompanying person or the operator ends the session at the first sign of dissent, without "
                    "asking for a reason."),
             )  # fmt: skip
         return (
-            N_("Distress: fear of the robot, or frustration"), self._whom,
-            N_("Possible, most of all in the first minutes"),
-            N_("The robot is shown at rest before it moves. Everybody knows how to stop it."),
+            N_("Distress: fear of the robot, or frustration"), self._whom, likely,
+            N_("The robot should be shown at rest before it moves. Everybody should know how to stop it."),
             N_("The operator ends the session when the participant asks for it or looks distressed."),
         )  # fmt: skip
 
-    def _privacy(self) -> Texts | None:
-        if not _PRIVATE.intersection(kept_kinds(self.robot, self.graph, self.run)):
+    def _tiredness(self) -> Texts | None:
+        if not self.driven:
             return None
         return (
-            N_("A loss of privacy: somebody sees or hears recordings who should not"), N_("Everybody who is recorded"),
-            N_("Unlikely"),
-            N_("Recordings have codes instead of names. The disk is encrypted, few people have access, and the "
-               "recordings are deleted on the planned day."),
-            N_("The investigator stops recording, and tells the board, when recordings are lost or seen by others."),
+            N_("Tiredness or boredom"), self._whom, N_("Possible, most of all near the end of a session"),
+            N_("Sessions should be short and have breaks, and nobody should be urged to go on."),
+            N_("The operator ends the session when the participant no longer looks or answers."),
         )  # fmt: skip
+
+    def _privacy(self) -> Texts | None:
+        private = {"words", "camera", "faces"} & {*kept_kinds(self.robot, self.graph, self.run)}
+        if not self.driven and not private:
+            return None
+        return (
+            N_("A loss of privacy: somebody sees recordings who should not, and finds out whose they are"),
+            N_("Everybody who is recorded, the operator too"), N_("Unlikely"),
+            N_("Recordings have codes instead of names. The disk should be encrypted, few people should have access, "
+               "and the recordings should be deleted on a planned day."),
+            N_("The investigator ends the session, and tells the board, when recordings are lost or seen by others."),
+        )  # fmt: skip
+
+    def _power(self) -> Texts | None:
+        if not any(map(touches_chest, self.sensed)):
+            return None
+        return (
+            N_("Somebody switches the robot off by the button on its chest, and it sinks down or falls"),
+            N_("Everybody near the robot"), N_("Possible: rows read touches of the chest"),
+            N_("The chest button of a NAO is its power button too: two presses make its joints limp, a long press "
+               "switches it off (see its manual). Rows should ask for a touch at another place."),
+            N_("The person beside the robot holds it when a hand stays on its chest, and the operator presses Stop."),
+        )  # fmt: skip
+
+    def _battery(self) -> Texts | None:
+        if not self.driven:
+            return None
+        return (
+            N_("Heat or fire of the battery, hot motors, or a fall over the cable of the charger"),
+            N_("Everybody near the robot"),
+            N_("Unlikely: this program knows nothing about battery, charger and motors"),
+            N_("The robot should run without its charger, and be charged elsewhere, as its manual says. It should rest "
+               "when its joints are warm."),
+            N_("The operator ends the session when the robot is hot, smells or warns of its battery."),
+        )  # fmt: skip
+
+    def _cleaning(self) -> Texts | None:
+        if not self.is_touched:
+            return None
+        return (
+            N_("Infection, as one participant after another touches the robot"), self._whom, N_("Possible"),
+            N_("The robot should be cleaned after each participant, as its manual says, and hands should be washed."),
+            N_("The investigator calls the session off when somebody is ill."),
+        )  # fmt: skip
+
+
+def _parts_of(stream: Stream) -> frozenset[str]:
+    """Return the parts of the robot that an actuator stream uses."""
+    used = stream.device.type.resources_for(stream.settings) if stream.device else frozenset[str]()
+    return used | _BOTH_ARMS if stream.settings.get("gestures") is True else used  # they go with what it says
+
+
+def touches_chest(stream: Stream) -> bool:
+    """Return whether a sensor stream gives touches of the chest, alone or among others."""
+    zone = str(stream.settings.get("zone") or "chest").casefold()
+    shows = stream.device.type.shows if stream.device else ()
+    return "touch chest" in shows or ("touch {zone}" in shows and zone == "chest")
 
 
 def check_ethics(study: Study, report: Report) -> None:

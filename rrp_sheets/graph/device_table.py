@@ -137,23 +137,18 @@ class DeviceTable:
         for k, setting in found.type.settings.items():
             blank = k not in cells or not cells[k]
             if setting.required and blank and values.get(k) in (None, ""):
-                cell_address = cells[k].address if k in cells else stream.address
-                fixes = () if k in cells else self._column_fixes(setting, stream.text, found.name)
-                self.report.add(
-                    "DEV003", cell_address, fixes=fixes, device=found.name, setting=setting.name, help=setting.help
-                )
+                at = cells[k].address if k in cells else stream.address
+                fixes = () if k in cells else self.setting_fixes(setting, stream.text, found.name)
+                self.report.add("DEV003", at, fixes=fixes, device=found.name, setting=setting.name, help=setting.help)
         return values
 
-    def _column_fixes(self, setting: Setting, stream: str, device: str) -> list[Fix]:
+    def setting_fixes(self, setting: Setting, stream: str, device: str) -> list[Fix]:
+        """Return the fix that makes place in the sheet Devices for a setting to be filled in, if there is one."""
+        header = setting_header(setting.name, self._workbook.language)
         edits, cell = setting_edits(self._workbook, stream, device, setting.name)
-        title = N_("Add the column {header}", header=setting_header(setting.name, self._workbook.language))
-        return [Fix("add-column", title, edits, fill=cell)] if edits else []
-
-    def declaring_fixes(self, setting: Setting, stream: str, device: str) -> list[Fix]:
-        """Return the fix that adds a device, which needs a setting, to the sheet Devices; none without such a sheet."""
-        edits, cell = setting_edits(self._workbook, stream, device, setting.name)
-        title = N_("Add “{stream}” to the sheet Devices", stream=stream)
-        return [Fix("declare", title, edits, fill=cell)] if edits else []
+        if any(isinstance(edit, Insert) for edit in edits):
+            return [Fix("declare", N_("Add “{stream}” to the sheet Devices", stream=stream), edits, fill=cell)]
+        return [Fix("add-column", N_("Add the column {header}", header=header), edits, fill=cell)] if edits else []
 
     def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
@@ -228,24 +223,20 @@ def setting_edits(
 ) -> tuple[tuple[FixEdit, ...], Address | None]:
     """Return the edits that make place in the sheet Devices for a setting of a stream, and write a text there.
 
-    They add the column and the row, if these are missing. The address is that of the cell. There are no edits without
-    such a sheet, or if the stream is in another one.
+    They add the column and the row if these are missing. The address is the cell's; without such a sheet there is none.
     """
     sheet = workbook.device_sheet
     rows = [d.stream.address for d in workbook.devices if key(d.stream.text) == key(stream)]
     if sheet is None or any(at.sheet != sheet.address.sheet for at in rows):
         return (), None
-    name, column, edits = sheet.address.sheet, sheet.columns.get(key(setting), 0), list[FixEdit]()
-    if not column:
-        column = sheet.free
-        edits.append(Put(Address(name, sheet.address.row, column), setting_header(setting, workbook.language)))
-    cell = Address(name, rows[0].row if rows else sheet.last + 1, column)
-    if not rows:
-        cells = {sheet.columns["stream"]: stream, sheet.columns["device"]: device, column: text}
-        edits.append(Insert(name, cell.row, tuple((c, t) for c, t in sorted(cells.items()) if t)))
-    elif text:
-        edits.append(Put(cell, text))
-    return tuple(edits), cell
+    name, edits = sheet.address.sheet, list[FixEdit]()
+    cell = Address(name, rows[0].row if rows else sheet.last + 1, sheet.columns.get(key(setting), sheet.free))
+    if key(setting) not in sheet.columns:
+        edits.append(Put(Address(name, sheet.address.row, cell.column), setting_header(setting, workbook.language)))
+    if rows:
+        return (*edits, Put(cell, text)) if text else tuple(edits), cell
+    cells = sorted({sheet.columns["stream"]: stream, sheet.columns["device"]: device, cell.column: text}.items())
+    return (*edits, Insert(name, cell.row, tuple((column, text) for column, text in cells if text))), cell
 
 
 def _standard(setting: str, cell: Cell) -> Cell:

@@ -238,11 +238,11 @@ def _missing_columns(analysis: Analysis, columns: Sequence[str] | None, language
         for k, setting in known.type.settings.items() if known else ():
             if k not in (columns or ()):
                 found.setdefault(k, (setting, []))[1].append(device.stream.text)
+    ordered = ((setting_header(s.name, language), s, streams) for s, streams in found.values())
     return [
-        {"text": setting_header(setting.name, language), "name": setting.name, "help": described(setting),
-         "streams": listed(streams)}
-        for setting, streams in sorted(found.values(), key=lambda one: not one[0].required)
-    ]  # fmt: skip
+        {"text": header, "name": s.name, "help": described(s), "streams": listed(streams)}
+        for header, s, streams in sorted(ordered, key=lambda one: not one[1].required)
+    ]
 
 
 _NAMED = {"zone": "{choice} touch", "gesture": "{choice}", "posture": "{choice}"}

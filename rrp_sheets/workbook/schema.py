@@ -318,7 +318,7 @@ class ProtocolField:
         synonyms: other accepted names, Japanese ones.
         also: other spellings of the choices of a closed field, each with the choice.
         asked: when an ethics board asks for it: `always`, or of studies with `children`, an `operator` who drives the
-            robot by hand, or `faces` that it looks for; empty when it does not.
+            robot by hand, `faces` that it looks for, or a `real` robot; empty when it does not.
     """
 
     name: str
@@ -373,62 +373,91 @@ _FIELDS = (
     ProtocolField("Contact", prompt=N_("Whom participants can ask: name, telephone or e-mail."), synonyms=("連絡先",),
                   asked="always"),
     # the study
-    ProtocolField("Investigators", prompt=N_("The researchers, each with role and institution."),
-                  synonyms=("研究者",), asked="always"),
-    ProtocolField("Training", prompt=N_("The training of everybody who runs sessions: research ethics, child "
-                                        "protection, this robot."), synonyms=("研修",), asked="always"),
+    ProtocolField("Research question", prompt=N_("What is known, what you ask or expect, and why with a robot."),
+                  synonyms=("研究の問い",), asked="always"),
+    ProtocolField("Investigators", prompt=N_("The researchers, each with role and institution, and who supervises "
+                                             "students."), synonyms=("研究者",), asked="always"),
+    ProtocolField("Training", prompt=N_("The training and clearance of everybody who runs sessions: research ethics, "
+                                        "child protection, first aid, this robot."),
+                  synonyms=("研修",), asked="always"),
     ProtocolField("Place", prompt=N_("Where sessions take place."), synonyms=("実施場所",), asked="always"),
     ProtocolField("Period", prompt=N_("When the study begins and ends."), synonyms=("実施期間",), asked="always"),
-    ProtocolField("Design", prompt=N_("How you compare, what you measure, and how you analyse it."),
+    ProtocolField("Design", prompt=N_("What you compare, and in which order each participant has what."),
                   synonyms=("研究デザイン",), asked="always"),
-    ProtocolField("Sessions", prompt=N_("How many sessions each participant has, how long each is, and breaks."),
+    ProtocolField("Measures", prompt=N_("What you measure, which measure counts most, and how you analyse it."),
+                  synonyms=("評価項目と分析",), asked="always"),
+    ProtocolField("Sessions", prompt=N_("How many sessions each participant has, how far apart, how long each usually "
+                                        "is, and breaks."),
                   synonyms=("回数と時間",), asked="always"),
     ProtocolField("Present", prompt=N_("Who is in the room, and who can reach the robot and the Stop button."),
                   synonyms=("立ち会う人",), asked="always"),
     ProtocolField("Distance kept", prompt=N_("How far participants stay from the robot, and how this is kept."),
                   synonyms=("ロボットとの距離",), asked="always"),
-    ProtocolField("Funding", prompt=N_("Who pays for the study, and whether anybody has another interest in it."),
-                  synonyms=("資金と利益相反",), asked="always"),
+    ProtocolField("Robot used", prompt=N_("Which robot: version, serial number, last check. Whether it stands or sits, "
+                                          "on a table or the floor, and where battery, charger and cables are."),
+                  synonyms=("使用するロボット",), asked="real"),
+    ProtocolField("Ending the study", prompt=N_("Who ends one person's part or the whole study, and for which "
+                                                "reasons."),
+                  synonyms=("研究の中止",), asked="always"),
+    ProtocolField("Funding and conflicts of interest", prompt=N_("Who pays for the study, and who has another interest "
+                  "in it, such as the maker of the robot."), synonyms=("資金と利益相反", "Funding"), asked="always"),
     ProtocolField("Insurance", prompt=N_("Which insurance covers participants."), synonyms=("保険",), asked="always"),
+    ProtocolField("Other permissions", prompt=N_("Who else has to agree: the school, the clinic, another board."),
+                  synonyms=("その他の許可",), asked="always"),
+    ProtocolField("Attachments", prompt=N_("What belongs to this protocol: information sheets, consent forms, "
+                                           "questionnaires."), synonyms=("添付書類",), asked="always"),
     # participants
     ProtocolField("Participants", prompt=N_("Who takes part: age, diagnosis, where they come from. Nobody: write "
                                             "Nobody."),
                   synonyms=("参加者",), asked="always"),
     ProtocolField("Number of participants", prompt=N_("How many people take part, and why so many."),
                   synonyms=("参加人数",), asked="always"),
+    ProtocolField("Why these participants", prompt=N_("Why children or people with a diagnosis are needed, and how "
+                  "they are protected."), synonyms=("この参加者を選ぶ理由",), asked="always"),
     ProtocolField("Inclusion and exclusion", prompt=N_("Who can take part and who cannot, such as people with "
                                                        "epilepsy."),
                   synonyms=("選択基準と除外基準",), asked="always"),
-    ProtocolField("Recruitment", prompt=N_("How and by whom people are asked, and why they can refuse freely."),
+    ProtocolField("Recruitment", prompt=N_("How and by whom people are asked, and why they can refuse freely, even "
+                                            "their therapist or teacher."),
                   synonyms=("募集方法",), asked="always"),
     ProtocolField("Compensation", prompt=N_("What participants get: money, travel costs, a present, or nothing."),
                   synonyms=("謝礼",), asked="always"),
-    ProtocolField("Benefits", prompt=N_("What participants and others gain; write None if there is no direct benefit."),
+    ProtocolField("Benefits", prompt=N_("What participants and others gain, and whether it is a treatment; write None "
+                                         "if there is no direct benefit."),
                   synonyms=("期待される利益",), asked="always"),
     ProtocolField("Adverse events", prompt=N_("What you do when something goes wrong, and whom you tell."),
                   synonyms=("有害事象への対応",), asked="always"),
     ProtocolField("Incidental findings", prompt=N_("What you do when you notice something about a person's health or "
-                  "safety that you did not look for."), synonyms=("偶発的所見",), asked="always"),
+                  "safety that you did not look for, or when a child tells of harm."),
+                  synonyms=("偶発的所見",), asked="always"),
     ProtocolField("Feedback", prompt=N_("Whether and how participants learn the results."), synonyms=("結果の報告",),
                   asked="always"),
     # data
     ProtocolField("Data kept", prompt=N_("What is stored about a session."), synonyms=("保存するデータ",),
                   asked="always"),
-    ProtocolField("Retention", prompt=N_("How long data are kept, and who deletes them."), synonyms=("保存期間",),
-                  asked="always"),
+    ProtocolField("Other data", prompt=N_("What is stored outside this program: questionnaires, notes, video, health "
+                                          "data such as a diagnosis."), synonyms=("その他のデータ",), asked="always"),
+    ProtocolField("Retention", prompt=N_("How many months or years data are kept, and who deletes them."),
+                  synonyms=("保存期間",), asked="always"),
     ProtocolField("Lawful basis", prompt=N_("Why you may process personal data: consent, or another basis of your "
                                             "law."),
                   synonyms=("法的根拠",), asked="always"),
+    ProtocolField("Responsible for the data", prompt=N_("Who is responsible by law, who is the data protection "
+                  "officer, which rights people have, and whether there is an impact assessment."),
+                  synonyms=("データの責任者",), asked="always"),
     ProtocolField("Face data", prompt=N_("The lawful basis for recognising faces, and how long faces are kept."),
                   synonyms=("顔データ",), asked="faces"),
-    ProtocolField("Access", prompt=N_("Who can see the data, and who has the list of names and codes."),
+    ProtocolField("Access", prompt=N_("Who can see the data, and who keeps the list of names and codes, and where."),
                   synonyms=("アクセスできる人",), asked="always"),
-    ProtocolField("Encryption", prompt=N_("Where the data are stored, and how they are encrypted and backed up."),
+    ProtocolField("Encryption", prompt=N_("Where the data and their backups are stored, and how they are encrypted, "
+                                           "also in the network."),
                   synonyms=("暗号化",), asked="always"),
     ProtocolField("Sharing", prompt=N_("Who gets the data outside the team, and what is published."),
                   synonyms=("共有と公表",), asked="always"),
     # consent
-    ProtocolField("Consent", prompt=N_("Who agrees to taking part, and how: on paper, when, by whom it is explained."),
+    ProtocolField("Consent", prompt=N_("Who agrees, and how: participants, parents, and the operator, whose actions "
+                                        "are saved too. What they read before, in which language, and how long they "
+                                        "can think."),
                   synonyms=("同意",), asked="always"),
     ProtocolField("Assent", prompt=N_("How each child is asked, in words that it understands."),
                   synonyms=("子どもへの説明と同意",), asked="children"),
@@ -585,7 +614,7 @@ def _near_misses(sheet: str, row: int, cells: Mapping[int, RawCell]) -> list[Nea
         if not sure and not all(_has(c, keys, _COMMON) for c in kind.required if c is not wanted):
             continue
         free = [h for h in headers.values() if key(h) not in kind.spellings]
-        spellings = (wanted.name, *(s for s in wanted.synonyms if s not in _COMMON))
+        spellings = (wanted.name, wanted.name.partition(" (")[0], *(s for s in wanted.synonyms if s not in _COMMON))
         meant = next((n for s in spellings if (n := nearest(s, free))), None)
         certain = kind.any_name or named
         if meant or certain:

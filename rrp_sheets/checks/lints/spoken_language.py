@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from rrp_sheets.checks.lints.context import LintContext
+from rrp_sheets.checks.lints.context import LintContext, row_key
 from rrp_sheets.checks.speech_texts import SpeechTexts
 from rrp_sheets.diagnostics.report import Fix
 from rrp_sheets.graph import Step, Stream
@@ -29,9 +29,13 @@ _LETTERS = {JAPANESE: N_("Japanese letters"), ENGLISH: N_("Latin letters")}
 def lint_spoken_language(context: LintContext) -> None:
     """Report streams that say texts of another language than theirs, each at the first row that does so."""
     speech = SpeechTexts(context.graph, context.compiled.formulas, context.compiled.facts)
+    wrong = {row_key(d.address) for d in context.report if d.address}
+    unclear = {key(d.stream.text) for d in context.workbook.devices if row_key(d.stream.address) in wrong}
     said: dict[str, list[tuple[Step, list[str]]]] = {}
     for step in context.steps():
         stream = context.graph.streams[step.output]
+        if key(stream.name) in unclear:
+            continue  # its language may be what is wrong
         if step.connector.is_sink and stream.device is not None and "language" in stream.settings:
             fixed = [str(stream.settings["text"] or "")] if "text" in stream.settings else None
             said.setdefault(stream.id, []).append((step, speech.texts_of(step) if fixed is None else fixed))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 
 from rrp_sheets.graph import Stream
@@ -17,6 +18,7 @@ from rrp_sheets.robots.trajectory import Planner
 from rrp_sheets.texts import capital
 
 MOST_TEXTS = 60  # of one row
+_CHOICE = re.compile("‹[^›]*›")
 _FREE = frozenset({"memory", "all"})
 _LEGS, _VOICE = "legs", "voice"
 Lines = dict[tuple[tuple[str, ...], str], list[Driver]]
@@ -68,6 +70,11 @@ def _voice(source: Source, stream: Stream) -> str:
 def _talks_with_its_arms(stream: Stream) -> bool:
     """Return whether small gestures accompany the speech of an actuator stream."""
     return speaks(stream) and stream.settings.get("gestures") is True
+
+
+def count_texts(said: Iterable[Said]) -> int:
+    """Return how many different texts there can be; of `‹a | b›` each possibility counts."""
+    return sum(math.prod(choice.count("|") + 1 for choice in _CHOICE.findall(text)) for text in all_texts(said))
 
 
 def all_texts(said: Iterable[Said]) -> list[str]:
@@ -134,7 +141,8 @@ def cautions(source: Source) -> tuple[Labelled, ...]:
     standing = [d for d in source.drivers if _LEGS in parts_of(source, [d]) and not d.stops]
     legs = dict.fromkeys(clean(d.stream.name) for d in standing)
     walks = get("caution.walks", list=source.quoted(walking)) if walking else get("caution.walks_not")
-    falls = get("caution.falls", list=source.quoted(legs)) if legs else get("caution.falls_not")
+    still = "caution.falls_touched" if source.checked.study.is_touched else "caution.falls_not"
+    falls = get("caution.falls", list=source.quoted(legs)) if legs else get(still)
     return (Labelled(get("caution.walking"), walks), Labelled(get("caution.falling"), falls))
 
 
@@ -182,7 +190,12 @@ def top_speed(source: Source, drivers: Sequence[Driver]) -> str:
         return ""
     share = 1.0 if _gestures(source, drivers) else _share(stream)
     entry = "acts.share" if share < 1 else "acts.speed"
-    return source.get(entry, degrees=round(math.degrees(fastest)), percent=round(share * 100))
+    return source.get(entry, degrees=show_speed(fastest), percent=round(share * 100))
+
+
+def show_speed(velocity: float) -> int:
+    """Return a speed (rad/s) in degrees a second, rounded up: it is the most that there can be."""
+    return math.ceil(math.degrees(velocity) - 1e-6)
 
 
 def top_velocity(source: Source, drivers: Sequence[Driver]) -> float:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from rrp_sheets.checks.ethics import SIMULATED
 from rrp_sheets.render.pack import acts
 from rrp_sheets.render.pack.model import Labelled
 from rrp_sheets.render.pack.source import Source
@@ -37,7 +38,8 @@ def note(source: Source) -> str:
     facts = _facts(source)
     if not facts:
         return source.get("body.unknown", robot=clean(source.checked.robot.title))
-    return source.get("body.sources", sources=clean(str(facts["sources"])))
+    not_met = [source.get("body.not_met")] if source.checked.study.meets == SIMULATED else []
+    return source.words.sentences([*not_met, source.get("body.sources", sources=clean(str(facts["sources"])))])
 
 
 def _facts(source: Source) -> Mapping[str, Any]:
@@ -69,7 +71,7 @@ def _movement(source: Source, facts: Mapping[str, Any]) -> str:
     if not fastest:
         return source.get("body.still")
     arms = [v for s, v in speeds.items() if _ARMS & set(acts.parts_of(source, groups[s]))]
-    degrees = _round(math.degrees(fastest))
+    degrees = acts.show_speed(fastest)
     hand = max(arms, default=0.0) * float(facts["reach"])
     if not hand:
         return source.get("body.turns", degrees=degrees)
@@ -77,8 +79,10 @@ def _movement(source: Source, facts: Mapping[str, Any]) -> str:
 
 
 def _distance(source: Source, facts: Mapping[str, Any]) -> str:
-    height = round(float(source.checked.robot.data["robot"]["height"]) * 100)
-    return source.get("body.keeps", reach=math.ceil(float(facts["reach"]) * 100), height=height)
+    height, reach = float(source.checked.robot.data["robot"]["height"]), float(facts["reach"])
+    raised = float(facts.get("raised", height + reach))
+    cm = {"reach": math.ceil(reach * 100), "height": round(height * 100), "raised": math.ceil(raised * 100)}
+    return source.get("body.keeps", **cm)
 
 
 def _like(source: Source, what: str, steps: tuple[tuple[float, str], ...], amount: float) -> str:

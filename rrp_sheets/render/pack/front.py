@@ -6,13 +6,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rrp_sheets.checks.protocol import kept_kinds, names_of
 from rrp_sheets.render.pack import acts as doing
 from rrp_sheets.render.pack import people, study
 from rrp_sheets.render.pack.model import Labelled, Said, TestSheetResult
-from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.pack.source import Driver, Source
 from rrp_sheets.render.sentences import device_says
 from rrp_sheets.render.style import clean
-from rrp_sheets.texts import capital
+from rrp_sheets.texts import capital, translate
 
 MOST_OCCASIONS = 8
 _OPEN = re.compile("‹[^|›]*›")  # what only the run decides; of several possibilities all are printed
@@ -46,20 +47,32 @@ def facts(source: Source, this: Print) -> tuple[Labelled, ...]:
 
 
 def summary(source: Source, said: Sequence[Said]) -> str:
-    """Describe the robot's behaviour in three sentences."""
+    """Describe the robot's behaviour in a few sentences."""
     get, limit, streams = source.get, source.checked.run.time_limit_us, source.checked.graph.streams
     occasions = [device_says(streams[s], source.words) for s in source.sensors if not source.is_button(s)]
-    occasions = list(dict.fromkeys(occasions + ([source.presses()] if source.buttons else [])))
-    texts = doing.all_texts(said)
+    occasions += [source.presses()] if source.buttons else []
+    if any(step.connector.passes and step.connector.passes.later for _, step in source.active):
+        occasions.append(get("summary.clock"))
+    occasions = list(dict.fromkeys(occasions))
+    texts = doing.count_texts(said)
     moving = [d for d in source.drivers if not d.stops and not doing.speaks(d.stream)]
-    can = [source.count("summary.says", len(texts))] if texts else []
-    can = list(dict.fromkeys(can + [source.rows.does(d.step) for d in moving]))
+    can = [source.count("summary.says", texts)] if texts else []
+    can = list(dict.fromkeys(can + [_plainly(source, d) for d in moving]))
     sentences = (
         get("summary.senses", list=_shortened(source, occasions)) if occasions else get("summary.senses_nothing"),
         get("summary.acts", list=_shortened(source, can)) if can else get("summary.acts_nothing"),
+        get("summary.by_hand"),
         get("summary.ends_limit", limit=source.words.duration(limit)) if limit else get("summary.ends"),
     )
     return source.words.sentences(sentences)
+
+
+def _plainly(source: Source, driver: Driver) -> str:
+    """Return what a row does, without the technical name of a joint."""
+    if not driver.stream.settings.get("joint"):
+        return source.rows.does(driver.step)
+    parts = [source.get(f"part.{part}") for part in doing.parts_of(source, [driver])]
+    return source.get("summary.moves", parts=source.words.listed(parts))
 
 
 def _shortened(source: Source, things: Sequence[str]) -> str:
@@ -72,32 +85,37 @@ def _shortened(source: Source, things: Sequence[str]) -> str:
 def glance(source: Source, said: Sequence[Said]) -> tuple[Labelled, ...]:
     """Return the six boxes of the first page."""
     get, run, streams = source.get, source.checked.run, source.checked.graph.streams
-    through = list(dict.fromkeys(get(f"channel.{source.channel(streams[s])}") for s in source.sensors))
-    senses = "senses_some" if through else "senses_nothing"
-    keeps = ["keeps_pictures" if people.keeps_pictures(source) else "keeps_events"]
+    sensors = [s for s in source.sensors if not source.is_button(s)]
+    through = list(dict.fromkeys(get(f"channel.{source.channel(streams[s])}") for s in sensors))
+    senses = ("both" if source.buttons else "some") if through else "buttons" if source.buttons else "nothing"
+    kinds = translate(names_of(kept_kinds(source.checked.robot, source.checked.graph, run)), source.words.language)
+    keeps = ["keeps_kinds"]
     if people.remembers_faces(source):
         keeps.append("keeps_faces" if run.keeps_faces else "forgets_faces")
-    texts = doing.all_texts(said)
-    is_open = any(_OPEN.search(text) for text in texts)
-    says = "nothing" if not texts else "open" if is_open else _one_or_some(texts)
-    parts = [get(f"part.{p}") for p in doing.moving_parts(source)]
-    moves = "nothing" if not parts else "walks" if doing.walkers(source) else "parts"
+    texts = doing.count_texts(said)
+    is_open = any(_OPEN.search(text) for text in doing.all_texts(said))
+    says = "nothing" if not texts else "open" if is_open else "one" if texts == 1 else "some"
+    moving = doing.moving_parts(source)
+    parts = [get(f"part.{p}") for p in moving]
+    moves = ["moves_nothing" if not parts else "moves_walks" if doing.walkers(source) else "moves_parts"]
+    moves += ["moves_hands"] if {"left arm", "right arm"} & set(moving) else []
+    moves += ["moves_end"] if "legs" not in moving else []
     labels = [source.label(s) for s in source.buttons]
-    hand = _one_or_some(labels) if labels else "nothing"
+    hand = "nothing" if not labels else "one" if len(labels) == 1 else "some"
     limit = source.words.duration(run.time_limit_us) if run.time_limit_us else ""
+
+    def boxed(*entries: str, **values: object) -> str:
+        return source.words.sentences([get(f"glance.{entry}", **values) for entry in entries])
+
     boxes = {
-        "senses": get(f"glance.{senses}", List=capital(source.words.listed(through))),
-        "keeps": source.words.sentences([get(f"glance.{entry}") for entry in keeps]),
-        "says": get(f"glance.says_{says}", n=len(texts)),
-        "moves": get(f"glance.moves_{moves}", Parts=capital(source.words.listed(parts))),
+        "senses": boxed(f"senses_{senses}", "senses_live", List=capital(source.words.listed(through))),
+        "keeps": boxed(*keeps, List=capital(kinds)),
+        "says": get(f"glance.says_{says}", n=texts),
+        "moves": boxed(*moves, Parts=capital(source.words.listed(parts))),
         "hand": get(f"glance.hand_{hand}", n=len(labels), list=source.quoted(labels)),
         "stops": get("glance.stops_limit" if limit else "glance.stops_only", limit=limit),
     }
     return tuple(Labelled(get(f"glance.{name}"), text) for name, text in boxes.items())
-
-
-def _one_or_some(things: Sequence[str]) -> str:
-    return "one" if len(things) == 1 else "some"
 
 
 def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResult]) -> tuple[Labelled, ...]:
@@ -107,13 +125,15 @@ def numbers(source: Source, said: Sequence[Said], tests: Sequence[TestSheetResul
     drives = {d.stream.id for d in source.drivers}
     passed = sum(t.passed for t in tests)
     counted = {
-        "behaviours": len(source.checked.graph.behaviours), "rows": len(rows), "sensors": len(source.sensors),
-        "actuators": len(drives), "says": len(doing.all_texts(said)),
+        "behaviours": len(source.checked.graph.behaviours), "rows": len(rows),
+        "sensors": len(source.sensors) - len(source.buttons), "actuators": len(drives),
+        "says": doing.count_texts(said),
     }  # fmt: skip
-    lines = [Labelled(get(f"number.{name}"), f"{n:,}") for name, n in counted.items()]
+    lines = [Labelled(source.count(f"number.{name}", n), f"{n:,}") for name, n in counted.items()]
     result = get("number.tests_of", passed=passed, n=len(tests)) if tests else get("no_tests")
     lines.append(Labelled(get("number.tests"), result))
-    return (*lines, Labelled(get("number.open"), f"{len(source.findings) + len(study.missing(source)):,}"))
+    still_open = len(source.findings) + len(study.missing(source))
+    return (*lines, Labelled(source.count("number.open", still_open), f"{still_open:,}"))
 
 
 def title_of(source: Source, name: str) -> str:

@@ -98,7 +98,7 @@ def _finding(source: Source, flag: int, found: Diagnostic) -> model.OpenFinding:
 
 def sheets(source: Source) -> tuple[Sheet, ...]:
     """Return the tables that have rows."""
-    made = [_devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source)]
+    made = [_run(source), _devices(source), _helpers(source), *_tables(source), _gestures(source), _scene(source)]
     return tuple(sheet for sheet in made if sheet.rows)
 
 
@@ -117,6 +117,11 @@ def _own_sheet(
     """Return a table whose title and columns (with their relative widths) are entries of the program's texts."""
     heads = [source.get(f"c.{name}") for name in columns]
     return _sheet(source, source.get(f"material.{title}"), heads, rows, list(columns.values()), mono, note)
+
+
+def _run(source: Source) -> Sheet:
+    rows = [(study.field_label(source, n), text) for n in study.RUN if (text := clean(source.protocol(n)))]
+    return _own_sheet(source, "run", {"name": 1, "value": 3}, rows)
 
 
 def _devices(source: Source) -> Sheet:

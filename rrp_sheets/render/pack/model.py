@@ -87,11 +87,12 @@ class Rival:
 
 @dataclass(frozen=True)
 class Hand:
-    """Button of the operator: the rows that take it in, and what they can lead to."""
+    """Button of the operator: the rows that take it in, and the actuators that it starts and ends."""
 
     name: str
     used: tuple[Ref, ...]
-    leads_to: str
+    starts: str
+    ends: str
 
 
 @dataclass(frozen=True)

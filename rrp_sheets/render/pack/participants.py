@@ -13,6 +13,7 @@ from rrp_sheets.render.pack import acts, people
 from rrp_sheets.render.pack.front import Print
 from rrp_sheets.render.pack.make import Paper
 from rrp_sheets.render.pack.source import Source
+from rrp_sheets.render.pack.study import field_label
 from rrp_sheets.render.sentences import Rows
 from rrp_sheets.render.style import clean, shortened, typeset
 from rrp_sheets.render.texts import texts
@@ -20,7 +21,9 @@ from rrp_sheets.resources import bundled
 from rrp_sheets.texts import N_
 from rrp_sheets.workbook import Reading
 
-LONGEST_CONTACT = 120  # columns: two lines
+LONGEST = 120  # columns of a field: two lines
+MOST_READ_ALOUD = 8  # years: younger children do not read it by themselves
+_AGES = re.compile(r"(\d{1,2})(?:\s*(?:to|and|or|から|[-–〜～])\s*\d{1,2})?\s*(?:years|歳)", re.IGNORECASE)
 _NOTHING = re.compile(r"\s*(?:nothing|none|no\b|なし|ありません|隠しません|何も)", re.IGNORECASE)
 _SENSORS = {
     "RedBall": "balls", "GreenBall": "balls", "BlueBall": "balls", "Ball": "balls", "Blob": "colours",
@@ -44,12 +47,16 @@ class ParticipantSheet:
 
     Attributes:
         intro: who the robot is; stands beside its `picture`, an SVG text or empty.
-        status: that it is a draft, or empty.
+        study: the title of the study; `mark`: where a participant writes.
+        aloud: that it is read to a child, or empty; `status`: that it is a draft, or empty.
         foot: version and day.
     """
 
     language: str
     title: str
+    study: str
+    aloud: str
+    mark: str
     intro: SheetPart
     picture: str
     alt: str
@@ -67,13 +74,17 @@ def make_sheet(
     source = Source(reading, checked, words, Rows(checked.graph, checked.workbook, words))
     writer = _Writer(source)
     robot = clean(checked.robot.title)
-    status = words.get("participants.draft") if draft or checked.report.errors else ""
+    is_draft = "draft" if draft or checked.report.errors else "draft_open" if writer.is_open() else ""
+    ages = [int(age) for age in _AGES.findall(source.protocol("Participants"))]
+    aloud = writer.study.has_children and min(ages, default=99) <= MOST_READ_ALOUD
     version = clean(source.protocol("Version"))
     foot = words.get("participants.foot" if version else "participants.foot_day", version=version, day=this.day)
     return ParticipantSheet(
-        language=words.language, title=writer.say("title", robot=robot), intro=writer.intro(robot),
-        picture=_picture(checked), alt=writer.say("alt", robot=robot), parts=writer.parts(), status=status,
-        foot=shortened(foot, 60), notes=tuple(writer.notes),
+        language=words.language, title=writer.say("title", robot=robot),
+        study=shortened(clean(source.protocol("Title")), 60), aloud=writer.say("aloud") if aloud else "",
+        mark=writer.say("mark"), intro=writer.intro(robot), picture=_picture(checked),
+        alt=writer.say("alt", robot=robot), parts=writer.parts(),
+        status=writer.say(is_draft) if is_draft else "", foot=shortened(foot, 60), notes=tuple(writer.notes),
     )  # fmt: skip
 
 
@@ -103,12 +114,30 @@ class _Writer:
     def say(self, entry: str, /, **values: object) -> str:
         return self.source.words.get(f"participants.{entry}", **values)
 
-    def _part(self, name: str, entries: Iterable[str]) -> SheetPart:
-        return SheetPart(self.say(name), tuple(self.say(f"{name}_{entry}") for entry in dict.fromkeys(entries)))
+    def _part(self, name: str, entries: Iterable[str], *more: str) -> SheetPart:
+        said = (self.say(f"{name}_{entry}") for entry in dict.fromkeys(entries))
+        return SheetPart(self.say(name), (*said, *filter(None, more)))
+
+    def _stated(self, field: str, entry: str) -> str:
+        """Return the sentence with a field of the Protocol sheet; a field that is blank or too long gives a note."""
+        text, name = " ".join(self.source.protocol(field).split()), field_label(self.source, field)
+        if not text and not self.study.is_demonstration:
+            self.notes.append(N_("The page lacks the field {name}: fill it in.", name=name))
+        elif (short := shortened(clean(text), LONGEST)) != text:
+            self.notes.append(
+                N_("The field {name} is too long for the page, which shows: {text}", name=name, text=short)
+            )
+        return self.say(entry, text=shortened(clean(text), LONGEST).rstrip(".。")) if text else ""
+
+    def is_open(self) -> bool:
+        """Return whether it promises what the Protocol sheet does not state yet: how one says no, and stops."""
+        return bool({"Assent", "Dissent", "Withdrawal"} & {*self.study.missing_fields()})
 
     def intro(self, robot: str) -> SheetPart:
         """Say who the robot is, and where."""
         lines = [self.say("who_is", robot=robot), self.say("who_machine")]
+        if not self.study.is_demonstration:
+            lines += [self.say("who_research"), *filter(None, [self._stated("Investigators", "who_we")])]
         height = self.source.checked.robot.data["robot"].get("height")
         if self.study.meets == SIMULATED:
             lines.append(self.say("who_screen"))
@@ -124,8 +153,10 @@ class _Writer:
         """Return the parts below the picture, in pairs beside one another."""
         made = [
             self._part("does", self._does()), self._part("senses", self._senses()),
-            self._part("stop", ("how", "at_once")), self._part("choice", ("no", "later", "why")),
-            self._part("keeps", self._keeps()),
+            self._part("you", self._you(), self._stated("Sessions", "you_sessions")),
+            self._part("stop", ("how", "at_once", *([] if self.study.meets == SIMULATED else ["crouch"]))),
+            self._part("choice", ("no", "later", "why")),
+            self._part("keeps", self._keeps(), self._stated("Access", "keeps_who")),
         ]  # fmt: skip
         if self.study.buttons:
             if _hidden(self.source):
@@ -159,26 +190,32 @@ class _Writer:
             found.append("learns_kept" if self.source.checked.run.keeps_faces else "learns_run")
         if "camera" not in channels:
             found.append("not_camera")
+        if self.study.meets != SIMULATED:
+            found.append("live")
         if "microphone" not in channels:
             found.append("not_microphone")
         return found
 
     def _keeps(self) -> list[str]:
         kinds = kept_kinds(self.source.checked.robot, self.source.checked.graph, self.source.checked.run)
-        entries = [kind for kind in ("events", "words", "camera", "faces") if kind in kinds]
-        film = [] if "film" not in kinds else ["film_screen"] if self.study.meets == SIMULATED else ["film"]
-        return [*entries, *film, "code"]
+        holds = {
+            "touch": self.study.is_touched, "words": "words" in kinds, "no_voice": "words" in kinds,
+            "camera": "camera" in kinds, "faces": "faces" in kinds, "film": "film" in kinds,
+            "buttons": bool(self.study.buttons) and not _hidden(self.source),
+        }  # fmt: skip
+        return ["events", *(entry for entry, true in holds.items() if true), "code"]
+
+    def _you(self) -> list[str]:
+        touched, simulated = self.study.is_touched, self.study.meets == SIMULATED
+        holds = {
+            "screen": simulated, "near": not simulated, "touch": touched and not simulated,
+            "talk": "microphone" in people.channels(self.source),
+            "hands": not simulated and bool(acts.moving_parts(self.source)),
+        }  # fmt: skip
+        return [entry for entry, true in holds.items() if true]
 
     def _questions(self) -> SheetPart:
-        contact = " ".join(self.source.protocol("Contact").split())
-        if not contact:
-            self.notes.append(N_("The sheet names nobody to ask: fill in the field Contact."))
-        elif (short := shortened(clean(contact), LONGEST_CONTACT)) != contact:
-            self.notes.append(N_("The field Contact is too long for the sheet, which shows: {text}", text=short))
-        lines = [self.say("ask_us")]
-        if contact:
-            lines.append(self.say("ask_contact", contact=shortened(clean(contact), LONGEST_CONTACT)))
-        return SheetPart(self.say("ask"), tuple(lines))
+        return self._part("ask", ["us"], self._stated("Contact", "ask_contact"))
 
 
 def _hidden(source: Source) -> bool:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from rrp_sheets.checks.ethics import touches_chest
 from rrp_sheets.checks.protocol import FIELD, kept_kinds, names_of, unnamed
-from rrp_sheets.graph import StreamKind
 from rrp_sheets.render.pack.model import Hand, Labelled, Ref, Sensed, Stopping
 from rrp_sheets.render.pack.source import Source, driver_refs
 from rrp_sheets.render.pack.study import CONSENT, DATA, OPERATOR, elsewhere, stated
@@ -13,25 +13,14 @@ from rrp_sheets.texts import capital, translate
 
 
 def hand(source: Source) -> tuple[Hand, ...]:
-    """Return a line for every button of the operator that rows take in."""
-    return tuple(
-        Hand(source.label(stream), source.sensors[stream], _leads_to(source, stream)) for stream in source.buttons
-    )
-
-
-def _leads_to(source: Source, stream: str) -> str:
-    """Return the actuators that a value can reach, not counting what follows when one of them has ended."""
-    reached, acts = {stream}, dict[str, None]()
-    for behaviour in source.checked.graph.behaviours:
-        for step in sorted(behaviour.steps, key=lambda s: s.rank):
-            if not step.active or reached.isdisjoint(step.inputs):
-                continue
-            found = source.checked.graph.streams[step.output]
-            if found.kind is StreamKind.ACTUATOR:
-                acts[clean(found.name)] = None
-            else:
-                reached.add(step.output)
-    return source.quoted(acts) if acts else source.get("hand.leads_to_nothing")
+    """Return a line for every button of the operator that rows take in; what follows an action's end is left out."""
+    lines = []
+    for button in source.buttons:
+        reached = [d for d in source.drivers if source.follows(d.step.ref, button)]
+        names = [[clean(d.stream.name) for d in reached if d.stops is stops] for stops in (False, True)]
+        does = (source.quoted(dict.fromkeys(part)) if part else source.get("nothing") for part in names)
+        lines.append(Hand(source.label(button), source.sensors[button], *does))
+    return tuple(lines)
 
 
 def always(source: Source) -> tuple[str, ...]:
@@ -51,12 +40,9 @@ def stops(source: Source) -> tuple[Stopping, ...]:
     ends = [d for d in source.drivers if "all" in (d.stream.device.type.resources if d.stream.device else ())]
     if ends:
         lines.append(Stopping(get("stop.row"), get("stop.row_how"), driver_refs(ends)))
-    chest: list[Ref] = []
-    for stream, used in source.sensors.items():
-        zone = str(source.checked.graph.streams[stream].settings.get("zone") or "").casefold()
-        if zone == "chest" or source.shows(stream, "touch chest"):
-            chest += used
-    lines.append(Stopping(get("stop.chest"), get("stop.chest_how" if chest else "stop.chest_none"), tuple(chest)))
+    touched = [used for s, used in source.sensors.items() if touches_chest(source.checked.graph.streams[s])]
+    chest = [ref for used in touched for ref in used]
+    lines.append(Stopping(get("stop.chest"), get("stop.chest_how" if chest else "stop.chest_none"), merged(chest)))
     lines.append(Stopping(get("stop.failure"), get("stop.failure_how")))
     return tuple(lines)
 
@@ -68,7 +54,7 @@ def consent(source: Source) -> tuple[Labelled, ...]:
     """Return consent, withdrawal and deletion: the authors' statements, and what the program does."""
     get = source.get
     lines = list(stated(source, CONSENT))
-    lines.append(Labelled(get("consent.withdrawal"), get("consent.withdrawal_text")))
+    lines += [Labelled(get(f"consent.{entry}"), get(f"consent.{entry}_text")) for entry in ("page", "withdrawal")]
     lines.append(Labelled(get("consent.deletion"), get("consent.deletion_text")))
     if remembers_faces(source) and source.checked.run.keeps_faces:
         lines.append(Labelled(get("consent.deletion"), get("consent.deletion_faces")))
@@ -100,7 +86,7 @@ def sensed(source: Source) -> tuple[Sensed, ...]:
             notices = device_says(streams[stream], source.words)
             lines.append(Sensed(name, through, notices, _values(source, stream), used))
     if source.buttons:
-        names = source.words.listed([clean(streams[s].name) for s in source.buttons])
+        names = source.words.listed([source.label(s) for s in source.buttons])
         used = merged([ref for stream in source.buttons for ref in source.sensors[stream]])
         through, values = source.get("channel.operator"), _values(source, source.buttons[0])
         lines.append(Sensed(names, through, source.presses(), values, used))
@@ -157,10 +143,11 @@ def kept(source: Source) -> tuple[Labelled, ...]:
     else:
         faces = "run" if remembers else "seen" if sees else "none"
     kinds = kept_kinds(source.checked.robot, source.checked.graph, source.checked.run)
+    shown = (f"pictures_{pictures}", "pictures_live", "film")
     lines = [
         Labelled(get("kept.program"), get("kept.all", list=capital(translate(names_of(kinds), source.words.language)))),
         Labelled(get("kept.trace"), get("kept.trace_text")),
-        Labelled(get("kept.pictures"), source.words.sentences([get(f"kept.pictures_{p}") for p in (pictures, "live")])),
+        Labelled(get("kept.pictures"), source.words.sentences([get(f"kept.{entry}") for entry in shown])),
         Labelled(get("kept.sound"), get(f"kept.sound_{sound}")),
         Labelled(get("kept.faces"), get(f"kept.faces_{faces}")),
     ]

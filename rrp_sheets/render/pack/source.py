@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from rrp_sheets.checks import Checked
+from rrp_sheets.checks.dataflow import Paths
 from rrp_sheets.checks.facts import BLANK
 from rrp_sheets.checks.protocol import channel
 from rrp_sheets.checks.speech_texts import SpeechTexts
@@ -119,6 +120,26 @@ class Source:
     def buttons(self) -> list[str]:
         """Ids of the operator's button streams that rows take in."""
         return [s for s in self.sensors if self.is_button(s)]
+
+    @cached_property
+    def _paths(self) -> Paths:
+        """Routes from sensors to rows, with the conditions on the way."""
+        return Paths(self.checked.graph, self.checked.formulas, self.checked.facts)
+
+    @cached_property
+    def _rows(self) -> dict[str, Step]:
+        return {step.ref: step for _, step in self.active}
+
+    def follows(self, place: str, sensor: str) -> bool:
+        """Return whether a stream, or a row by its ref, can get a value of a sensor without the end of an action.
+
+        Where there are too many routes it counts as one that can.
+        """
+        routes = self._paths.of.get(place, ())
+        if routes is None or any(route.origin == sensor for route in routes):
+            return True
+        waiting = [self._rows[r.origin.removeprefix("clock ")] for r in routes if r.origin.startswith("clock ")]
+        return any(self.follows(step.inputs[0], sensor) for step in waiting)
 
     def label(self, stream: str) -> str:
         """Return the label of a button, by default the name of its stream."""

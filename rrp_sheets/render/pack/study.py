@@ -13,21 +13,26 @@ from rrp_sheets.texts import translate
 from rrp_sheets.workbook.schema import FIELDS, PROTOCOL, RISKS
 
 STUDY = (
-    "Participants", "Number of participants", "Inclusion and exclusion", "Recruitment", "Compensation", "Sessions",
-    "Place", "Period", "Present", "Distance kept", "Design", "Feedback", "Investigators", "Training", "Funding",
-    "Insurance",
+    "Research question", "Design", "Measures", "Participants", "Why these participants", "Number of participants",
+    "Inclusion and exclusion", "Recruitment", "Compensation", "Sessions", "Place", "Period", "Present", "Distance kept",
+    "Robot used", "Ending the study", "Feedback", "Investigators", "Training", "Other permissions",
+    "Funding and conflicts of interest", "Insurance", "Attachments",
 )  # fmt: skip
 BENEFITS = ("Benefits", "Adverse events", "Incidental findings")
-DATA = ("Data kept", "Retention", "Lawful basis", "Face data", "Access", "Encryption", "Sharing")
+DATA = (
+    "Data kept", "Other data", "Retention", "Lawful basis", "Responsible for the data", "Face data", "Access",
+    "Encryption", "Sharing",
+)  # fmt: skip
 CONSENT = ("Consent", "Assent", "Dissent", "Withdrawal", "Deletion", "Complaints")
 OPERATOR = ("Participants are told", "Reason for concealment", "Debriefing")
 FRONT = ("Title", "Authors", "Version", "Ethics reference", "Contact", "Purpose", "What happens", "Robot in sessions")
+RUN = ("Run", "Engine", "Frame rate", "Seed")
 MOST_RISKS = 100
 
 
 def field_label(source: Source, name: str) -> str:
     """Return what a field of the Protocol sheet is called in the pack's language."""
-    return source.get(f"field.{key(name)}")
+    return FIELDS[key(name)].called(source.words.language)
 
 
 def stated(source: Source, names: Iterable[str], *, marked: bool = True) -> tuple[Labelled, ...]:
@@ -62,7 +67,7 @@ def missing(source: Source) -> tuple[MissingField, ...]:
     found = []
     for name in study.missing_fields():
         cell = cells.get(key(name))
-        where = get("missing.row_is", row=cell.address.row) if cell is not None else get("missing.new")
+        where = get("missing.row_is", row=cell.address.row) if cell is not None else ""
         found.append(MissingField(field_label(source, name), where))
     if not study.is_demonstration and (left := len(study.unnamed_risks())):
         own = study.workbook.risks
@@ -113,4 +118,4 @@ def elsewhere() -> set[str]:
     """Return the keys of the fields that stand at a place of their own in the pack."""
     names = (*FRONT, *STUDY, *BENEFITS, *DATA, *CONSENT, *OPERATOR)
     run = ("Time limit", "Robot", "Language", "Face memory", "Camera pictures")
-    return {key(name) for name in (*names, *run)} & FIELDS.keys()
+    return {key(name) for name in (*names, *run, *RUN)} & FIELDS.keys()

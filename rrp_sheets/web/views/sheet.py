@@ -410,13 +410,11 @@ def _change_rows(document: Document, author: str, action: str, given: Asked) -> 
 
 def _add_column(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
     """Add the column of a setting to the sheet Devices; the cursor goes there, in the row that the page names."""
-    known = {key(s.name): s.name for d in session.analysis().robot.devices.values() for s in d.settings.values()}
+    name, known = text_of(given, "setting"), session.analysis().robot.devices.values()
     grid = document.grids.get(document.current(text_of(given, "sheet")))
-    name = known.get(key(text_of(given, "setting")))
-    if grid is None or grid.kind != "devices" or name is None:
+    if grid is None or grid.kind != "devices" or not any(key(name) in device.settings for device in known):
         raise BadRequest
-    steps = _new_columns(document, _setting_columns(grid), [name])
-    if not steps:
+    if not (steps := _new_columns(document, _setting_columns(grid), [name])):
         raise Refused(N_("The sheet has this column already."), N_("Reload the page."))
     return replace(document.together(author, steps), cursor=(text_of(given, "row"), steps[0].column))
 
@@ -428,20 +426,17 @@ def _setting_columns(grid: Grid) -> dict[str, int]:
 
 def _new_columns(document: Document, columns: dict[str, int], settings: Sequence[str]) -> list[PutHeader]:
     """Return the edits that add columns of settings to the sheet Devices, and note these columns among the others."""
-    book, steps = document.reading.workbook, list[PutHeader]()
-    for name in settings:
-        if book.device_sheet is not None and key(name) not in columns:
-            columns[key(name)] = book.device_sheet.free + len(steps)
-            header = setting_header(name, book.language)
-            steps.append(PutHeader(book.device_sheet.address.sheet, columns[key(name)], header, ""))
-    return steps
+    book, new = document.reading.workbook, [s for s in dict.fromkeys(settings) if key(s) not in columns]
+    if (sheet := book.device_sheet) is None:
+        return []
+    columns.update((key(name), sheet.free + n) for n, name in enumerate(new))
+    return [PutHeader(sheet.address.sheet, columns[key(s)], setting_header(s, book.language), "") for s in new]
 
 
 def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutTexts | AddRows | PutHeader]:
     """Return the edits that write devices, which were chosen in another sheet, into the sheet Devices.
 
-    The columns of settings that a device needs are added. A device that it has already, and another setting that it has
-    no column for, are left out.
+    So are columns of settings that they need. A device or a column that it has, and other settings, are left out.
     """
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
         raise BadRequest
@@ -452,8 +447,8 @@ def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutText
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
     free = iter(grid.rows[grid.filled() :])
     names = (japanese.standard(japanese.DEVICES, text_of(one, "device")) for one in given[:_MOST_DEVICES])
-    settings = [(s, d.preset.get(k)) for d in map(robot.find, names) if d for k, s in d.type.settings.items()]
-    needed = [s.name for s, preset in settings if s.required and preset in (None, "")]
+    settings = (s for d in map(robot.find, names) if d for k, s in d.type.settings.items() if k not in d.preset)
+    needed = [s.name for s in settings if s.required]
     steps: list[PutTexts | AddRows | PutHeader] = [*_new_columns(document, columns, needed)]
     for one in given[:_MOST_DEVICES]:
         settings = one.get("settings", {})
@@ -630,12 +625,9 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     steps = list(_steps(document.grids, fix.edits))
     if not steps:
         raise Refused(_OLD, _LOOK)
-    changed = document.together(author, steps)
-    if fix.fill is None:
-        return changed
-    grid = document.grids[fix.fill.sheet]
-    row = grid.row_at(fix.fill.row - grid.first)
-    return replace(changed, cursor=(row, fix.fill.column)) if row else changed
+    changed, at = document.together(author, steps), fix.fill
+    row = document.grids[at.sheet].row_at(at.row - document.grids[at.sheet].first) if at else None
+    return replace(changed, cursor=(row, at.column)) if at and row else changed
 
 
 def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows | PutHeader]:
