@@ -21,14 +21,15 @@ from rrp_sheets.model.workbook import Address
 from rrp_sheets.resources import bundled
 
 COLUMNS = "| On | Input streams | Connector | Formula | Output stream |\n|---|---|---|---|---|\n"
+JAPANESE = "| 有効 | 入力 | コネクター | 式 | 出力 |\n|---|---|---|---|---|\n"
 PRINT = "\n| | X | subscribe | | Print |"
 DEVICES = "## Devices\n| Stream | Device | Joint |\n|---|---|---|\n"
 
 
-def fixed(text: str, tmp_path, *apply: str, suffix: str = ".md", more: str = ""):
+def fixed(text: str, tmp_path, *apply: str, suffix: str = ".md", more: str = "", header: str = COLUMNS):
     """The changes and what the check of the corrected copy says; the original is as it was."""
     source = tmp_path / "source.md"
-    source.write_text(rows(text, more, header=COLUMNS), encoding="utf-8")
+    source.write_text(rows(text, more, header=header), encoding="utf-8")
     before = sha256(source.read_bytes()).hexdigest()
     chosen = dict(a.split(":") for a in apply)
     changes, checked = api.fix(source, tmp_path / f"out{suffix}", chosen)
@@ -100,6 +101,39 @@ def test_the_language_of_a_voice_is_written_beside_its_stream(devices, changed, 
     assert found == [] and {str(c.place): c.new for c in changes} == changed
     lines = (tmp_path / f"out{suffix}").read_text(encoding="utf-8").splitlines() if suffix == ".md" else []
     assert all(line.count("|") == above.count("|") for above, line in pairwise(lines) if line.startswith("|---"))
+
+
+LACKING = [
+    # the sheet Devices, the row's output, the code with its fix, what is written, what the check says then
+    ("| Stream | Device |\n|---|---|\n| Ask | Say parameter |", "Ask", "DEV003:add-column",
+     {"Devices!C1": "Text"}, [("DEV003", "C2")]),
+    ("| Stream | Device | Notes |\n|---|---|---|\n| Ask | Say parameter | often |\n| Nod | Set joint position | |", "Ask",
+     "DEV003:add-column", {"Devices!D1": "Text", "Devices!E1": "Joint"}, [("DEV003", "D2"), ("DEV003", "E3")]),
+    ("| ストリーム | デバイス | メモ |\n|---|---|---|\n| Ask | Say parameter | |", "Ask", "DEV003:add-column",
+     {"Devices!D1": "せりふ"}, [("DEV003", "D2")]),
+    ("| Stream | Device |\n|---|---|\n| Tick | Timer |", "Say parameter", "DEV008:declare",
+     {"Devices!C1": "Text", "Devices row 3": "Say parameter | Say parameter"}, [("DEV003", "C3")]),
+    ("| Stream | Device | Text |\n|---|---|---|\n| Tick | Timer | |", "Say parameter", "DEV008:declare",
+     {"Devices row 3": "Say parameter | Say parameter"}, [("DEV003", "C3")]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", [".md", ".xlsx"])
+@pytest.mark.parametrize(("devices", "output", "chosen", "written", "then"), LACKING)
+def test_the_column_of_a_setting_that_is_needed_is_added(devices, output, chosen, written, then, suffix, tmp_path):
+    text, more = f"| | Red ball | sample | 10 s | Now |\n| | Now | subscribe | | {output} |", f"## Devices\n{devices}\n"
+    code, header = chosen.partition(":")[0], COLUMNS if devices.isascii() else JAPANESE
+    assert {code for code, _ in fixed(text, tmp_path, more=more, header=header)[1]} == {code}
+    changes, found = fixed(text, tmp_path, chosen, suffix=suffix, more=more, header=header)
+    assert {str(c.place): c.new for c in changes} == written and found == then
+
+
+def test_no_column_is_added_where_there_is_one_or_no_sheet():
+    text = "| | Red ball | sample | 10 s | Now |\n| | Now | subscribe | | Say parameter |"
+    (bare,) = check(rows(text, "", header=COLUMNS)).report
+    devices = "## Devices\n| Stream | Device | Text |\n|---|---|---|\n| Say parameter | Say parameter | |\n"
+    (blank,) = check(rows(text, devices, header=COLUMNS)).report
+    assert (bare.code, bare.fixes, blank.code, blank.fixes) == ("DEV008", (), "DEV003", ())
 
 
 def test_texts_of_two_languages_are_left_to_the_user(tmp_path):

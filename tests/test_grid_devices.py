@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import openpyxl
 import pytest
 from chromium import becomes, eventually
 from effort import Recorder
@@ -218,3 +219,95 @@ def test_a_click_into_the_line_above_the_sheet_opens_the_cell(grid: Shared) -> N
     grid.page.keyboard.type(" + 1")
     grid.press("Enter")
     grid.expect("D2", "redBall.distance + 1")
+
+
+def columns(grid: Shared, sheet: str = "Devices") -> list[str]:
+    """The headers of the sheet Devices, as the file has them."""
+    grid.saved()
+    return [str(cell.value) for cell in openpyxl.load_workbook(grid.path)[sheet][1] if cell.value]
+
+
+def test_a_chosen_device_brings_the_column_of_the_setting_that_it_needs(grid: Shared) -> None:
+    grid.go("B4")
+    grid.page.keyboard.type("word")
+    take(grid, "Word recognized")
+    grid.press("Enter")
+    grid.status("Added to Devices: Word recognized. Press Ctrl+Z to undo.")
+    becomes(lambda: columns(grid), [*DEVICES, "Words"])
+    assert devices(grid)[1:] == [("Word recognized", "Word recognized", {})]
+    grid.go("A2")
+    grid.press("Control+z")
+    becomes(lambda: (grid.text("B4"), columns(grid), len(devices(grid))), ("", DEVICES, 1))
+
+
+def test_a_fix_adds_the_row_and_the_column_and_leads_to_the_cell(shelf: Books) -> None:
+    rows = [["", "Start", "subscribe", "", "Say parameter", ""]]
+    grid = shelf.open({"T": [HEADER, *rows], "Devices": SHEETS["Devices"]}, sheet="T")
+    grid.checked()
+    grid.go("E2")
+    grid.press("Control+.")
+    grid.page.wait_for_url("**/sheet/Devices#*")
+    becomes(lambda: grid.here, "F3")
+    grid.write("Hello")
+    becomes(lambda: devices(grid)[1:], [("Say parameter", "Say parameter", {"text": "Hello"})])
+
+
+def test_a_fix_adds_the_column_of_a_setting_and_leads_to_its_cell(shelf: Books) -> None:
+    rows = [["Heard", "Word recognized", ""], ["Gaze", "Touch", ""]]
+    grid = shelf.open({"T": [HEADER, *ROWS], "Devices": [["Stream", "Device", "Notes"], *rows]}, sheet="Devices")
+    grid.checked()
+    grid.go("A2")
+    grid.press("Control+.")
+    becomes(lambda: grid.here, "D2")
+    grid.write("yes, no")
+    becomes(lambda: devices(grid)[0], ("Heard", "Word recognized", {"words": "yes, no"}))
+
+
+@pytest.mark.parametrize(
+    ("header", "headers", "added"),
+    [
+        (HEADER, ["Stream", "Device", "Notes"], "Every"),
+        (["入力ストリーム", "コネクター", "式", "出力ストリーム"], ["ストリーム", "デバイス", "メモ"], "間隔"),
+    ],
+)
+def test_a_column_is_added_from_the_menu_of_a_header(
+    shelf: Books, header: list[str], headers: list[str], added: str
+) -> None:
+    grid = shelf.open({"T": [header], "Devices": [headers, ["Tick", "Timer", ""]]}, sheet="Devices")
+    grid.checked()
+    grid.go("B2")
+    grid.page.locator("thead th[data-letter=C]").click(button="right")
+    grid.page.get_by_role("menuitem", name="Add a column …").click()
+    offered = grid.page.locator("dialog .choice")
+    expect(offered).to_have_count(1)
+    expect(offered).to_contain_text(re.compile(f"{added}.*Tick.*Blank means 1 s", re.DOTALL))
+    assert grid.faults() == []
+    offered.click()
+    becomes(lambda: columns(grid), [*headers, added])
+    becomes(lambda: grid.here, "D2")  # once the page has loaded again
+    grid.write("3 s")
+    becomes(lambda: devices(grid), [("Tick", "Timer", {"every": "3 s"})])
+    grid.go("A2")
+    grid.press("Control+z", "Control+z")
+    becomes(lambda: columns(grid), headers)
+
+
+@pytest.mark.parametrize(
+    ("sheet", "told"), [("Devices", "choose “Add a column …”"), ("T", "headers of this sheet are fixed.")]
+)
+def test_a_header_that_is_fixed_says_so_and_takes_no_text(grid: Shared, shelf: Books, sheet: str, told: str) -> None:
+    grid = shelf.open(path=grid.path, sheet=sheet)
+    grid.checked()
+    grid.go("A2")
+    before = grid.text("A2")
+    header = grid.page.locator("thead th[data-letter=B]")
+    header.locator(".title").dblclick()
+    grid.status(told)
+    assert grid.page.evaluate("String(getSelection())") == ""
+    header.locator(".title").click()
+    grid.page.keyboard.type("Hello")
+    grid.page.keyboard.press("Delete")
+    expect(grid.page.locator(".editor")).to_have_count(0)
+    assert grid.text("A2") == before
+    grid.page.keyboard.press("ArrowDown")
+    becomes(lambda: grid.here, "B2")

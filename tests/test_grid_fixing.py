@@ -111,3 +111,13 @@ def test_a_fix_adds_a_column_to_the_devices_and_an_undo_takes_it_away(document: 
     with pytest.raises(Refused, match="header of this column"):
         fix = replace(fix, edits=(Put(Address("T", 1, 5), "Notes"),))
         make_fix(document, look_with(fix), "Aya", {**ASKED, "fix": "language"})
+
+
+def test_a_fix_leads_to_the_cell_that_is_to_be_filled_in(document: Document) -> None:
+    sheet, fill = "Devices", Address("Devices", 3, 3)
+    edits = (Put(Address(sheet, 1, 3), "Text"), Insert(sheet, 3, ((1, "Ask"), (2, "Say parameter"))))
+    changed = make_fix(document, look_with(Fix("declare", "", edits, fill=fill)), "Aya", ASKED)
+    assert changed.sheet == sheet and changed.heads == ((3, "Text"),)
+    assert changed.cursor == (document.grids[sheet].rows[1], 3)
+    back = document.undo("Aya")
+    assert back is not None and [c.heads for c in (back, *back.then)] == [(), ((3, ""),)]

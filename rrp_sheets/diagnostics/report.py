@@ -85,6 +85,7 @@ class Fix:
     title: str  # what it does, in the user's words
     edits: tuple[FixEdit, ...]  # one after the other; each counts rows as the one before left them
     safe: bool = False  # whether it is surely what was meant, so that it needs no decision
+    fill: Address | None = None  # the cell, as the edits leave it, that the user fills in then
 
 
 _MISSPELT = {"FORM003": "typed", "FORM007": "field", "SHEET002": "header", "CONN008": "text"}

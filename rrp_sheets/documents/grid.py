@@ -60,7 +60,8 @@ class Changed:
         grown: blank rows at the end, so that there is always room below the last filled row.
         cells: the cells that have other texts now, as row and column; empty where whole rows came or went.
         about: what `cells` have anew: texts, `comments`, or `looks`.
-        heads: columns with another header, and that.
+        heads: columns with another header, and that; a blank one where the column is gone.
+        cursor: the cell that is to be filled in next, as row and column.
         then: what was changed after that, when one edit does several things.
         change: what became of the sheet itself.
     """
@@ -74,6 +75,7 @@ class Changed:
     cells: tuple[tuple[str, int], ...] = ()
     about: str = "texts"
     heads: tuple[tuple[int, str], ...] = ()
+    cursor: tuple[str, int] | None = None
     then: tuple[Changed, ...] = ()
     change: SheetChange | None = None
 
@@ -561,7 +563,8 @@ def put_header(store: Store, author: str, grid: Grid, step: PutHeader) -> tuple[
     if comes_or_goes:
         new = (GridColumn(step.column, step.text),) if step.text else ()
         grid.columns = (*(c for c in grid.columns if c.number != step.column), *new)
-        return Changed(grid.name, change=SheetChange("reshaped", grid.name, grid.kind)), back
+        change = SheetChange("reshaped", grid.name, grid.kind)
+        return Changed(grid.name, heads=((step.column, step.text),), change=change), back
     grid.columns = tuple(replace(c, header=step.text) if c.number == step.column else c for c in grid.columns)
     return Changed(grid.name, heads=((step.column, step.text),)), back
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import Fix, Put, meant, surely
+from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put, meant, surely
 from rrp_sheets.model import japanese
 from rrp_sheets.model.durations import meant_duration, parse_duration
 from rrp_sheets.model.names import Proposals, is_reserved, key, nearest
@@ -47,6 +47,7 @@ class DeviceTable:
     def __init__(self, workbook: Workbook, robot: Robot, report: Report) -> None:
         self.robot = robot
         self.report = report
+        self._workbook = workbook
         self.declared: dict[str, Declared] = {}
         self._implicit: dict[str, Declared] = {}
         known = workbook.language != "en" and (workbook.language in robot.languages or not robot.languages)
@@ -136,9 +137,18 @@ class DeviceTable:
         for k, setting in found.type.settings.items():
             blank = k not in cells or not cells[k]
             if setting.required and blank and values.get(k) in (None, ""):
-                cell_address = cells[k].address if k in cells else stream.address
-                self.report.add("DEV003", cell_address, device=found.name, setting=setting.name, help=setting.help)
+                at = cells[k].address if k in cells else stream.address
+                fixes = () if k in cells else self.setting_fixes(setting, stream.text, found.name)
+                self.report.add("DEV003", at, fixes=fixes, device=found.name, setting=setting.name, help=setting.help)
         return values
+
+    def setting_fixes(self, setting: Setting, stream: str, device: str) -> list[Fix]:
+        """Return the fix that makes place in the sheet Devices for a setting to be filled in, if there is one."""
+        header = setting_header(setting.name, self._workbook.language)
+        edits, cell = setting_edits(self._workbook, stream, device, setting.name)
+        if any(isinstance(edit, Insert) for edit in edits):
+            return [Fix("declare", N_("Add “{stream}” to the sheet Devices", stream=stream), edits, fill=cell)]
+        return [Fix("add-column", N_("Add the column {header}", header=header), edits, fill=cell)] if edits else []
 
     def _unknown_setting(self, found: FoundDevice, k: str, cell: Cell, device: Cell) -> None:
         names = [s.name for s in found.type.settings.values()]
@@ -197,6 +207,36 @@ class DeviceTable:
         """Return the names to propose: declared streams first, then the robot's devices."""
         mine = [d.name for d in self.declared.values() if d.found.type.kind == kind]
         return mine + self.robot.device_names(kind)
+
+
+def setting_header(setting: str, language: str) -> str:
+    """Return the header of a setting's column in a workbook of a language.
+
+    >>> setting_header("Words", "en"), setting_header("Words", "ja")
+    ('Words', '言葉')
+    """
+    return japanese.japanese(japanese.SETTINGS, [setting])[0] if language == "ja" else setting
+
+
+def setting_edits(
+    workbook: Workbook, stream: str, device: str, setting: str, text: str = ""
+) -> tuple[tuple[FixEdit, ...], Address | None]:
+    """Return the edits that make place in the sheet Devices for a setting of a stream, and write a text there.
+
+    They add the column and the row if these are missing. The address is the cell's; without such a sheet there is none.
+    """
+    sheet = workbook.device_sheet
+    rows = [d.stream.address for d in workbook.devices if key(d.stream.text) == key(stream)]
+    if sheet is None or any(at.sheet != sheet.address.sheet for at in rows):
+        return (), None
+    name, edits = sheet.address.sheet, list[FixEdit]()
+    cell = Address(name, rows[0].row if rows else sheet.last + 1, sheet.columns.get(key(setting), sheet.free))
+    if key(setting) not in sheet.columns:
+        edits.append(Put(Address(name, sheet.address.row, cell.column), setting_header(setting, workbook.language)))
+    if rows:
+        return (*edits, Put(cell, text)) if text else tuple(edits), cell
+    cells = sorted({sheet.columns["stream"]: stream, sheet.columns["device"]: device, cell.column: text}.items())
+    return (*edits, Insert(name, cell.row, tuple((column, text) for column, text in cells if text))), cell
 
 
 def _standard(setting: str, cell: Cell) -> Cell:

@@ -219,8 +219,9 @@ class Names:
         setting = self.devices.needs_declaring(declared)
         if setting is not None:
             if row.on:
-                device = declared.found.name
-                self.report.add("DEV008", cell.address, device=device, setting=setting.name, stream=cell.text)
+                name, device = setting.name, declared.found.name
+                fixes = self.devices.setting_fixes(setting, cell.text, device)
+                self.report.add("DEV008", cell.address, fixes=fixes, device=device, setting=name, stream=cell.text)
             return None
         stream_id = key(cell.text)
         address = declared.address or cell.address

@@ -26,6 +26,8 @@ def all_devices() -> Iterator[Block]:
             'sheet. For one with its fields and settings: `rrp-sheets help "Red ball"`.'
         )
     )
+    yield paragraph(N_("On the Devices sheet each setting has a column, with the setting's name as its header. To add "
+                       "one in the grid, right-click a header and choose “Add a column …”."))  # fmt: skip
     for kind, title in (("sensor", N_("Sensors")), ("actuator", N_("Actuators"))):
         yield heading(title)
         found = (d for d in robot.devices.values() if d.kind == kind)

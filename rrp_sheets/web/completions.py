@@ -12,6 +12,7 @@ from typing import Any
 from rrp_sheets.connectors import Parameter, connectors
 from rrp_sheets.formulas.functions import library
 from rrp_sheets.graph import Stream, StreamKind
+from rrp_sheets.graph.device_table import setting_header
 from rrp_sheets.help.devices import described, device_help
 from rrp_sheets.help.functions import examples, first_line, usage
 from rrp_sheets.help.scene_page import TIMES, scene_message, scene_value
@@ -23,7 +24,7 @@ from rrp_sheets.model.workbook import Helper, Workbook
 from rrp_sheets.render.formula_words import contents
 from rrp_sheets.robots import FoundDevice, Joint, Robot, Setting, robot_names
 from rrp_sheets.scene.scene_words import COLOURS, KINDS, kind_of
-from rrp_sheets.texts import N_, LazyMessage, sentences, translate
+from rrp_sheets.texts import N_, LazyMessage, listed, sentences, translate
 from rrp_sheets.web.analysis import Analysis
 from rrp_sheets.workbook.schema import FIELDS
 
@@ -59,6 +60,7 @@ def vocabulary(analysis: Analysis, columns: Sequence[str] | None = None, languag
         "streams": streams, "names": names, "records": records,
         "sensors": _devices(analysis, firsts, "sensor", columns),
         "actuators": _devices(analysis, firsts, "actuator", columns), "choices": _chosen(analysis, columns),
+        "columns": _missing_columns(analysis, columns, language),
         "dones": [
             {"text": f"{s.name} done", "kind": "done", "help": N_("when a command of {name} has ended", name=s.name)}
             for s in named if s.kind is StreamKind.ACTUATOR
@@ -228,6 +230,21 @@ def _devices(
             | ({"used": True} if key(n) in used else {} if columns is None else {"adds": {"device": n, "settings": {}}})
             for n in offered
         ),
+    ]
+
+
+def _missing_columns(analysis: Analysis, columns: Sequence[str] | None, language: str) -> list[dict[str, str]]:
+    """Return the settings that devices of the sheet Devices take and have no column for, required ones first."""
+    found: dict[str, tuple[Setting, list[str]]] = {}
+    for device in analysis.workbook.devices if columns is not None else ():
+        known = analysis.robot.find(device.device.text)
+        for k, setting in known.type.settings.items() if known else ():
+            if k not in (columns or ()):
+                found.setdefault(k, (setting, []))[1].append(device.stream.text)
+    ordered = ((setting_header(s.name, language), s, streams) for s, streams in found.values())
+    return [
+        {"text": header, "name": s.name, "help": described(s), "streams": listed(streams)}
+        for header, s, streams in sorted(ordered, key=lambda one: not one[1].required)
     ]
 
 

@@ -25,6 +25,7 @@ from rrp_sheets.documents.sheet_edits import language_of_sheets
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
+from rrp_sheets.model.workbook import column_letters
 from rrp_sheets.page_texts import Versions, json_in
 from rrp_sheets.runs.check_worker import CheckWorker
 from rrp_sheets.texts import LANGUAGES, N_
@@ -513,6 +514,9 @@ class WorkbookSession(Broadcaster):
             entry = self._now(changed.sheet)
             if changed.heads:
                 entry["heads"] = [list(head) for head in changed.heads]
+            if changed.cursor and renderer.grid.has(changed.cursor[0]):
+                row, column = changed.cursor
+                entry["cursor"] = [row, f"{column_letters(column)}{renderer.grid.number(row)}"]
             if changed.touched:
                 made = renderer.html(changed.touched, self.languages)
                 entry["replace"] = [{"id": row, "html": html} for row, html in made.items()]

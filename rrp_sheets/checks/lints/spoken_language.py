@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 from rrp_sheets.checks.lints.context import LintContext, row_key
 from rrp_sheets.checks.speech_texts import SpeechTexts
-from rrp_sheets.diagnostics.report import Fix, FixEdit, Insert, Put
+from rrp_sheets.diagnostics.report import Fix
 from rrp_sheets.graph import Step, Stream
+from rrp_sheets.graph.device_table import setting_edits
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import Address
 from rrp_sheets.texts import N_
@@ -78,15 +79,17 @@ def _tell(
     if mixed:
         remedy = N_("Let another stream, with the Language {code} in the sheet Devices, say it, or write the text in "
                     "{spoken}.", code=other, spoken=spoken)  # fmt: skip
-    edits = [] if mixed else _edits(stream, other, context)
+    named = stream.device.name if stream.device else ""
+    edits, _ = setting_edits(context.workbook, stream.name, named, "Language", other)
     title = N_("Let “{stream}” speak {language}", stream=stream.name,
                language=N_(languages.get(other, other), msgctxt="value"))  # fmt: skip
+    fixes = [Fix("other-language", title, edits)] if edits and not mixed else []
     for step, whole in wrong[: _MOST if mixed else 1]:
         text = _UNKNOWN.sub(" ", whole).strip()
         text = text if len(text) <= _LONGEST else f"{text[:_LONGEST]}…"
         place = _text_cell(stream, context) or speech.cell_of(step, whole)
         context.report.add(
-            "LINT018", place, fixes=[Fix("other-language", title, tuple(edits))] if edits else [], text=text,
+            "LINT018", place, fixes=fixes, text=text,
             letters=_LETTERS[other], stream=stream.name, spoken=spoken, remedy=remedy,
         )  # fmt: skip
 
@@ -94,21 +97,3 @@ def _tell(
 def _text_cell(stream: Stream, context: LintContext) -> Address | None:
     devices = (d for d in context.workbook.devices if key(d.stream.text) == key(stream.name))
     return next((cell.address for d in devices if (cell := d.settings.get("text"))), None)
-
-
-def _edits(stream: Stream, language: str, context: LintContext) -> list[FixEdit]:
-    """Return the edits that write the language beside a stream in the sheet Devices; none without such a sheet."""
-    book = context.workbook
-    sheet = book.device_sheet
-    rows = [d.stream.address for d in book.devices if key(d.stream.text) == key(stream.name)]
-    if sheet is None or stream.device is None or any(at.sheet != sheet.address.sheet for at in rows):
-        return []
-    name, column, edits = sheet.address.sheet, sheet.columns.get("language", 0), list[FixEdit]()
-    if not column:
-        column = sheet.free
-        header = "言語" if book.language == JAPANESE else "Language"
-        edits.append(Put(Address(name, sheet.address.row, column), header))
-    if rows:
-        return [*edits, Put(Address(name, rows[0].row, column), language)]
-    cells = {sheet.columns["stream"]: stream.name, sheet.columns["device"]: stream.device.name, column: language}
-    return [*edits, Insert(name, sheet.last + 1, tuple(sorted(cells.items())))]

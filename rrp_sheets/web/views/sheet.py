@@ -24,12 +24,14 @@ from rrp_sheets.documents.document import write_block_reason
 from rrp_sheets.documents.grid import AddRows, Grid, GridColumn, PutHeader, PutTexts, SheetMissing
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.graph import BehaviourGraph
+from rrp_sheets.graph.device_table import setting_header
 from rrp_sheets.model import japanese
 from rrp_sheets.model.names import key
 from rrp_sheets.model.workbook import FALSE_WORDS, column_letters
 from rrp_sheets.render.diagram import draw_diagram
 from rrp_sheets.render.sentences import BehaviourText, explain
 from rrp_sheets.render.svg import frame, text
+from rrp_sheets.robots import Robot
 from rrp_sheets.scene.scene_words import KINDS, verbs_of
 from rrp_sheets.texts import N_, sentences, translate
 from rrp_sheets.web import completions
@@ -75,7 +77,7 @@ MOST_NEW_ROWS = 5_000
 _MOST_DEVICES = 20  # that one edit adds to the sheet Devices
 _ACTIONS = (
     "cells", "insert", "delete", "move", "rename", "replace", "undo", "redo", "lock", "unlock", "stand", "part",
-    "fix", "test", "comment", "look",
+    "fix", "test", "comment", "look", "column",
 )  # fmt: skip
 _ROW_ID = re.compile(r"w[0-9a-f]{4,32}-[0-9]{1,9}", re.ASCII)
 _OWN_ROW = re.compile(r"r[0-9]{1,7}", re.ASCII)  # of a sheet of the user's own, by its number
@@ -365,6 +367,8 @@ def _make(session: WorkbookSession, author: str, action: str, given: Asked, docu
             return _comment(document, author, text_of(given, "sheet"), given)
         case "look":
             return _set_looks(document, author, text_of(given, "sheet"), given)
+        case "column":
+            return _add_column(session, document, author, given)
     return _change_rows(document, author, action, given)
 
 
@@ -377,7 +381,7 @@ def _set_cells(session: WorkbookSession, document: Document, author: str, given:
         return _rename(session, document, author, sheet, texts[0])
     if given.get("carried"):
         return document.paste(author, sheet, texts, _carried(given["carried"]))
-    if added := _added_devices(document, given.get("devices", [])):
+    if added := _added_devices(session.analysis().robot, document, given.get("devices", [])):
         return document.together(author, [PutTexts(document.current(sheet), tuple(texts)), *added])
     return document.set_cells(author, sheet, texts)
 
@@ -404,21 +408,48 @@ def _change_rows(document: Document, author: str, action: str, given: Asked) -> 
     return document.delete(author, sheet, rows) if action == "delete" else document.move(author, sheet, rows, before)
 
 
-def _added_devices(document: Document, given: Any) -> list[PutTexts | AddRows]:
+def _add_column(session: WorkbookSession, document: Document, author: str, given: Asked) -> Changed:
+    """Add the column of a setting to the sheet Devices; the cursor goes there, in the row that the page names."""
+    name, known = text_of(given, "setting"), session.analysis().robot.devices.values()
+    grid = document.grids.get(document.current(text_of(given, "sheet")))
+    if grid is None or grid.kind != "devices" or not any(key(name) in device.settings for device in known):
+        raise BadRequest
+    if not (steps := _new_columns(document, _setting_columns(grid), [name])):
+        raise Refused(N_("The sheet has this column already."), N_("Reload the page."))
+    return replace(document.together(author, steps), cursor=(text_of(given, "row"), steps[0].column))
+
+
+def _setting_columns(grid: Grid) -> dict[str, int]:
+    """Return the numbers of the columns of a sheet Devices by the keys of their English names."""
+    return {key(c.name or japanese.standard(japanese.SETTINGS, c.header)): c.number for c in grid.columns}
+
+
+def _new_columns(document: Document, columns: dict[str, int], settings: Sequence[str]) -> list[PutHeader]:
+    """Return the edits that add columns of settings to the sheet Devices, and note these columns among the others."""
+    book, new = document.reading.workbook, [s for s in dict.fromkeys(settings) if key(s) not in columns]
+    if (sheet := book.device_sheet) is None:
+        return []
+    columns.update((key(name), sheet.free + n) for n, name in enumerate(new))
+    return [PutHeader(sheet.address.sheet, columns[key(s)], setting_header(s, book.language), "") for s in new]
+
+
+def _added_devices(robot: Robot, document: Document, given: Any) -> list[PutTexts | AddRows | PutHeader]:
     """Return the edits that write devices, which were chosen in another sheet, into the sheet Devices.
 
-    A device that it has already, and a setting that it has no column for, are left out.
+    So are columns of settings that they need. A device or a column that it has, and other settings, are left out.
     """
     if not isinstance(given, list) or not all(isinstance(one, dict) for one in given[:_MOST_DEVICES]):
         raise BadRequest
     grid = next((grid for grid in document.grids.values() if grid.kind == "devices"), None)
-    headers = {c.number: c.name or japanese.standard(japanese.SETTINGS, c.header) for c in grid.columns} if grid else {}
-    columns = {key(header): number for number, header in headers.items()}
+    columns = _setting_columns(grid) if grid else {}
     if grid is None or not {"stream", "device"} <= set(columns):
         return []
     have = {key(grid.text(row, columns["stream"])) for row in grid.rows}
     free = iter(grid.rows[grid.filled() :])
-    steps: list[PutTexts | AddRows] = []
+    names = (japanese.standard(japanese.DEVICES, text_of(one, "device")) for one in given[:_MOST_DEVICES])
+    settings = (s for d in map(robot.find, names) if d for k, s in d.type.settings.items() if k not in d.preset)
+    needed = [s.name for s in settings if s.required]
+    steps: list[PutTexts | AddRows | PutHeader] = [*_new_columns(document, columns, needed)]
     for one in given[:_MOST_DEVICES]:
         settings = one.get("settings", {})
         if not isinstance(settings, dict) or not all(isinstance(text, str) for text in settings.values()):
@@ -594,7 +625,9 @@ def make_fix(document: Document, analysis: Analysis, author: str, asked: dict[st
     steps = list(_steps(document.grids, fix.edits))
     if not steps:
         raise Refused(_OLD, _LOOK)
-    return document.together(author, steps)
+    changed, at = document.together(author, steps), fix.fill
+    row = document.grids[at.sheet].row_at(at.row - document.grids[at.sheet].first) if at else None
+    return replace(changed, cursor=(row, at.column)) if at and row else changed
 
 
 def _steps(grids: Mapping[str, Grid], edits: Sequence[FixEdit]) -> Iterator[PutTexts | AddRows | PutHeader]:

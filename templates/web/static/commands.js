@@ -63,6 +63,7 @@ export const COMMANDS = [
   { name: "renameName", label: t("Rename everywhere …"), when: ({ renaming, selection }) => renaming.names(selection.cell).length > 0,
     run: ({ renaming, selection }) => renaming.ask(renaming.names(selection.cell)) },
   { name: "renameColumn", label: t("Rename column …"), when: ({ table }) => table.kind === "table", run: ({ renaming }) => renaming.askColumn() },
+  { name: "addColumn", label: t("Add a column …"), when: ({ table }) => table.kind === "devices", run: ({ headers }) => headers.add() },
   { name: "comment", label: t("Comment …"), told: "Shift + F2", help: "shows the comments of the cell, to read, write and answer",
     at: "cell", keys: ["Shift+F2"], run: ({ threads }) => threads.open() },
   { name: "comments", label: t("All comments"), run: ({ threads }) => threads.list() },
@@ -103,6 +104,7 @@ export const COMMANDS = [
     at: "cell", keys: ["Ctrl+Alt+l"], when: ({ filter }) => filter.active, run: ({ filter }) => filter.apply() },
   { name: "showAll", label: t("Show all rows"), when: ({ filter }) => filter.active, run: ({ filter }) => filter.showAll() },
   { name: "onlyProblems", run: ({ filter }) => filter.onlyProblems() },
+  { told: "right click on a header", help: "everything that you can do with the column; in the sheet Devices: adds a column for a setting" }, // selection.js
   { name: "rows", told: "Menu key", help: "everything that you can do with rows", run: ({ menu }, button) => menu.below(button) }, // the key is the browser's own
 
   { section: "Sheets", name: "renameSheet", label: t("Rename"), told: "F2, Delete at a tab",
@@ -132,8 +134,9 @@ export const COMMANDS = [
 const COPYING = ["cut", "copy", "paste", "clear", ""];
 const ROWS = ["", "insertAbove", "insertBelow", "duplicateRows", "moveUp", "moveDown", "deleteRows"];
 const MENUS = {
-  cell: [...COPYING, "renameName", "renameColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
-  rows: [...COPYING, "fillDown", ...ROWS],
+  cell: [...COPYING, "renameName", "renameColumn", "addColumn", "comment", "comments", "", "bold", "fillColour", "wrap", "", "fillDown", "fillRight", ...ROWS, "", "fitColumn", "filter", "filterAgain", "showAll"],
+  rows: [...COPYING, "fillDown", ...ROWS, "addColumn"],
+  head: ["renameColumn", "addColumn", "fitColumn", "filter", "filterAgain", "showAll"],
   tab: ["renameSheet", "duplicateSheet", "moveSheetLeft", "moveSheetRight", "deleteSheet"],
 };
 

@@ -7,7 +7,7 @@ import { t, tn } from "../texts.js";
 import { open } from "./dialog.js";
 import { Order } from "./pending.js";
 
-const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "comment", "look", "undo", "redo", "fix"]);
+const EDITS = new Set(["cells", "insert", "delete", "move", "rename", "replace", "comment", "look", "undo", "redo", "fix", "column"]);
 const OWN = new Set(["cells", "insert", "delete", "move", "comment", "look"]); // edits of this sheet alone, whatever its name is by now
 
 export class Server {
@@ -323,6 +323,7 @@ class Unsent {
     return {
       insert: t("Insert rows: {n}", { n: rows }), delete: t("Delete rows: {n}", { n: rows }), move: t("Move rows: {n}", { n: rows }),
       comment: t("Change of a comment"), look: t("Format of cells"), undo: t("Undo"), redo: t("Redo"), fix: t("Fix: {title}", { title: sent.title }),
+      column: t("Add the column {header}", { header: sent.title }),
     }[action] ?? action;
   }
 }

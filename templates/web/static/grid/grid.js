@@ -6,6 +6,7 @@ import { Clipboard } from "./clipboard.js";
 import { Editor, key } from "./editor.js";
 import { Drafts, Server } from "./edits.js";
 import { Filter } from "./filter.js";
+import { Headers } from "./headers.js";
 import { Held } from "./pending.js";
 import { conflict, lost } from "./people.js";
 import { comments, Mending, spoken as aboutComment, Unfinished } from "./problems.js";
@@ -73,6 +74,8 @@ export class Grid {
     this.statusBar = new StatusBar(this);
     this.looks = new Looks(this);
     this.threads = new Threads(this);
+    this.headers = new Headers(this);
+    this.landing = ""; // where the cursor goes when the page is loaded again, as in its address
     this.bar.querySelector("code").addEventListener("click", () => this.selection.cell && !this.editor.isOpen && this.editor.open(this.selection.cell));
     scroll.addEventListener("keydown", (event) => press("row", event, this) && event.stopPropagation(), true);
     scroll.addEventListener("keydown", (event) => this.key(event));
@@ -340,7 +343,20 @@ export class Grid {
       this.say(others.length
         ? t("Done: {title} (also in {sheets}). Press Ctrl+Z to undo.", { title, sheets: listed(others) })
         : t("Done: {title}. Press Ctrl+Z to undo.", { title }));
+      this.lead(answer.rows);
     });
+  }
+
+  /** Go to the cell that is to be filled in after an edit, if it names one: of another sheet, or of a column that comes when the page
+   *  is loaded again. */
+  lead(changes) {
+    const found = changes.find(({ cursor }) => cursor);
+    if (!found) return;
+    const [row, address] = found.cursor;
+    const cell = found.sheet === this.server.sheet && this.table.named(address);
+    if (cell) this.selection.go(cell.parentElement, this.table.column(cell));
+    else if (found.sheet === this.server.sheet) this.landing = `#${row}~${address}`;
+    else if (!document.getElementById("session")) location.assign(`${this.server.url}/sheet/${encodeURIComponent(found.sheet)}#${row}~${address}`);
   }
 }
 
@@ -358,7 +374,11 @@ function retrace(grid, entries, isRedo) {
 
 function describe(grid, { cells, about, heads, insert, remove, move }) {
   const { table, selection } = grid;
-  if (heads?.length) return t("the column is “{text}” again", { text: heads[0][1] });
+  if (heads?.length) {
+    const [column, text] = heads[0];
+    if (!text) return t("the column is removed");
+    return table.placeOf(column) < 0 ? t("the column “{text}” is back", { text }) : t("the column is “{text}” again", { text });
+  }
   if (cells?.length) {
     if (cells[0][0] === HEADER) return t("comments of {cell}", { cell: table.address(table.headers[table.placeOf(cells[0][1])]) });
     const places = cells.map(([row, column]) => [table.row(row), table.placeOf(column)]);

@@ -45,7 +45,7 @@ function renewed(grid, listen) {
       return false;
     }
     const { row, cell } = grid.selection;
-    if (cell) history.replaceState(history.state, "", `#${row.id}~${grid.table.address(cell)}`);
+    if (cell) history.replaceState(history.state, "", grid.landing || `#${row.id}~${grid.table.address(cell)}`);
     location.reload();
     return true;
   }

@@ -82,7 +82,7 @@ export function menu(grid) {
       close();
       item[1]();
     }, item[2]]);
-    box = menuOf(name === "cell" ? t("Cells and rows") : t("Rows"), entries);
+    box = menuOf({ cell: t("Cells and rows"), rows: t("Rows"), head: t("Column") }[name], entries);
     box.addEventListener("keydown", (event) => walk(event, [...box.querySelectorAll("button")], close));
     document.querySelector("main").append(box);
     button?.setAttribute("aria-expanded", "true");

@@ -17,7 +17,6 @@ export class Renaming {
     this.changing = []; // places, as the server gives them, whose cells are outlined
     this.looks = 0; // how often it was asked what would change
     grid.table.grid.addEventListener("rrp:rows", () => this.changing.length && this.mark(this.changing));
-    this.heads();
   }
 
   /** True for a cell that gives a name: the output of a row that does not act, a stream of Devices, a helper. */
@@ -94,31 +93,6 @@ export class Renaming {
     const tabs = [...document.querySelectorAll("#tabs a[data-sheet]")].filter((tab) => others.has(tab.dataset.sheet));
     for (const one of document.querySelectorAll(".will-change")) one.classList.remove("will-change");
     for (const one of [...cells, ...tabs]) one?.classList.add("will-change");
-  }
-
-  /** Let the headers of a table be renamed: by F2, Enter or a double click. */
-  heads() {
-    const { table, selection } = this.grid;
-    if (table.kind !== "table") return;
-    const focus = (k) => {
-      for (const [i, head] of table.headers.entries()) head.tabIndex = i === k ? 0 : -1;
-      table.headers[k].focus();
-    };
-    for (const [k, head] of table.headers.entries()) {
-      head.tabIndex = k ? -1 : 0;
-      head.addEventListener("dblclick", (event) => event.target.closest(".widen") || this.askColumn(k));
-      head.addEventListener("click", (event) => event.target.closest(".widen") || focus(k));
-      head.addEventListener("keydown", (event) => {
-        if (event.target !== head) return;
-        const to = { ArrowLeft: k - 1, ArrowRight: k + 1 }[event.key];
-        if (event.key === "F2" || event.key === "Enter") this.askColumn(k);
-        else if (event.key === "ArrowDown") selection.go(table.rows[0], k);
-        else if (table.headers[to]) focus(to);
-        else return;
-        event.preventDefault();
-        event.stopPropagation();
-      });
-    }
   }
 
   /** Ask for another name of a column of this table. */

@@ -440,6 +440,13 @@ export function pointer(grid) {
 
   scroll.addEventListener("contextmenu", (event) => {
     const row = event.target.closest("tr[id]");
+    const k = table.headers.indexOf(event.target.closest("[role=columnheader]"));
+    if (k >= 0 && selection.row && !grid.editor.isOpen) {
+      event.preventDefault();
+      selection.go(selection.row, k);
+      grid.menu.open(event.clientX, event.clientY, "head");
+      return;
+    }
     if (!row || grid.editor.isOpen) return;
     event.preventDefault();
     const header = event.target.closest("[role=rowheader]");
