@@ -3,7 +3,7 @@
 import { act, ask, canBeStopped, isNamed, NO_RUN, ownName, panel, settings, shownName, stop, takesActions } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
-import { clock, now } from "./time.js";
+import { clock, EXACT, now } from "./time.js";
 
 const words = {
   none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), ended: t("Run ended"),
@@ -78,7 +78,7 @@ export function bar(root) {
     show(); // the list of the problems has come: where the first one is
   });
   setInterval(() => {
-    if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
+    if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? EXACT : 1));
   }, 100);
 
   function acting() {
@@ -91,7 +91,7 @@ export function bar(root) {
     put(phase, unknown ? t("Not known") : words[state.phase]);
     phase.classList.toggle("is-warning", unknown);
     watch.hidden = state.phase === "none" || unknown;
-    put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
+    put(watch, clock(now(), state.phase === "paused" ? EXACT : 1));
     buttons.stop.disabled = !canBeStopped(state.phase);
     buttons.pause.disabled = !acting() || lost;
     lookback.hidden = state.phase !== "ended" || !state.folder; // it takes the place of Pause
