@@ -83,7 +83,7 @@ def test_a_run_shows_its_record_and_what_was_said(client: FlaskClient, run: str)
         'data-mode="pilot"', "P-07", "nao, frame engine, 30 Hz", "the same as in the folder now", "赤いボールです",
         f'src="/runs/{run}/file/say-001.wav"', f'src="/runs/{run}/file/strip.png"', f"/runs/{run}/file/film.gif",
         f"/runs/{run}/file/diagram.svg", f"/runs/{run}/file/run.xlsx?take=1", f"/runs/{run}/trace.csv",
-        'data-at="3.03',
+        'data-at="3.03', '/help/recordings.html#Columns-of-the-tables"',
     ):  # fmt: skip
         assert expected in text
     assert not re.search(r"<style|\sstyle=|\son\w+=|javascript:", text)

@@ -164,16 +164,21 @@ def page_of(topic: str, language: str) -> Iterator[Block]:
     from rrp_sheets.help.connectors import all_connectors
     from rrp_sheets.help.devices import all_devices
     from rrp_sheets.help.functions import all_functions
+    from rrp_sheets.help.recording_columns import explained
     from rrp_sheets.help.scene_page import scene
 
-    made = {"connectors": all_connectors, "functions": all_functions, "devices": all_devices, "codes": all_codes}
-    if topic in made:
-        yield from made[topic]()
+    lists = {"connectors": all_connectors, "functions": all_functions, "devices": all_devices, "codes": all_codes}
+    if topic in lists:
+        yield from lists[topic]()
     elif topic == "scene":
         yield from scene(language)
     else:
-        kinds = {kind.name: _columns(kind, language) for kind in SHEETS.values()} if topic == "sheets" else {}
-        yield from from_file(topic or "overview", language, **kinds)
+        made = {}
+        if topic == "sheets":
+            made = {kind.name: _columns(kind, language) for kind in SHEETS.values()}
+        elif topic == "recordings":
+            made = {"columns": "\n".join(f"| {' | '.join(line)} |" for line in explained(language))}
+        yield from from_file(topic or "overview", language, **made)
     if topic in EXAMPLES:
         yield titled(FOR_EXAMPLE, workbook(topic, EXAMPLES[topic], language))
 
