@@ -24,13 +24,16 @@ from recorded import END, EVENT, HEADER, HOSTILE, write_run
 from rrp_sheets import api, help
 from rrp_sheets.cli.main import group
 from rrp_sheets.errors import SheetsError, UnreadableFile
-from rrp_sheets.model.run_files import ORPHANED, Stamp
+from rrp_sheets.graph import StreamKind
+from rrp_sheets.help.recording_columns import KINDS
+from rrp_sheets.help.site import page
+from rrp_sheets.model.run_files import ACTIONS, ORPHANED, RecordedFailure, Stamp
 from rrp_sheets.recording import exporting
 from rrp_sheets.recording.deleting import search_code
 from rrp_sheets.recording.exporting import ExportKind
 from rrp_sheets.recording.folder import stamp_pictures
 from rrp_sheets.recording.metadata import stamp_of
-from rrp_sheets.recording.table import properties_of
+from rrp_sheets.recording.table import SENT, properties_of
 from rrp_sheets.render.svg import frame
 from rrp_sheets.resources import bundled
 from rrp_sheets.services import bundles
@@ -100,15 +103,35 @@ def test_a_study_is_one_long_table(session: Path, tmp_path: Path) -> None:
     assert rows[-1]["value"] == "1.5" and rows[-1]["distance_m"] == ""
     api.export([session, other], tmp_path / "study.xlsx")
     book = openpyxl.load_workbook(tmp_path / "study.xlsx", read_only=True)
-    assert book.sheetnames == ["runs", "About these runs", "Streams"]
+    assert book.sheetnames == ["runs", "About these runs", "Streams", "Columns"]
     about = list(book["About these runs"].iter_rows(values_only=True))
     assert about[0][:3] == ("run", "workbook", "workbook_sha256") and [r[0] for r in about[1:]] == ["2026-a", "2026-b"]
+
+
+@pytest.mark.parametrize("language", ["en", "ja"])
+def test_an_xlsx_and_the_help_explain_every_column_and_kind(session: Path, tmp_path: Path, language: str) -> None:
+    other = write_run(tmp_path, "2026-b", HEADER | {"language": language}, sensed(0.5, 2), EVENT, END)
+    for name, traces in (("one", [other]), ("two", [other, session])):
+        api.export(traces, tmp_path / f"{name}.xlsx")
+        book = openpyxl.load_workbook(tmp_path / f"{name}.xlsx", read_only=True)
+        header, *lines = book.worksheets[0].iter_rows(values_only=True)
+        (_, unit, meaning), *told = book["Columns"].iter_rows(values_only=True)
+        assert (unit, meaning) == (("Unit", "Meaning") if language == "en" else ("単位", "意味"))
+        assert [line[0] for line in told][: len(header)] == list(header) and all(line[2] for line in told)
+        kinds = {f"kind: {line[header.index('kind')]}" for line in lines}
+        assert kinds <= {line[0] for line in told} and ("distance_m", "m") in {line[:2] for line in told}
+        answer = CliRunner().invoke(group, ["help", "recordings", "--language", language]).output
+        shown = re.sub(r"\s", "", answer)
+        assert "Columns-of-the-tables" in {section.anchor for section in page("recordings.html", language).headings}
+        fixed = [line for line in told if line[0] not in ("x_rad", "distance_m", "colour")]
+        assert all(re.sub(r"\s", "", line[2]) in shown for line in fixed)
+    assert {kind.value for kind in StreamKind} | ACTIONS | {SENT, RecordedFailure.kind} <= KINDS.keys()
 
 
 def test_an_xlsx_has_numbers_and_a_sheet_about_the_run(session: Path, tmp_path: Path) -> None:
     api.export([session], tmp_path / "run.xlsx")
     book = openpyxl.load_workbook(tmp_path / "run.xlsx")
-    assert book.sheetnames == ["run", "About this run", "Streams"]
+    assert book.sheetnames == ["run", "About this run", "Streams", "Columns"]
     sheet = book["run"]
     assert sheet.cell(2, 1).value == 0 and sheet.cell(5, 10).value == 1.03 and sheet.freeze_panes == "A2"
     about = {a: b for a, b in book["About this run"].iter_rows(values_only=True)}  # noqa: C416

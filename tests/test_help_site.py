@@ -166,6 +166,7 @@ def test_written_pages_take_nothing_from_elsewhere_and_need_no_script(written: P
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"https?:(?!//www\.w3\.org/2000/svg)|style=|onclick", text), path
         assert ("<script" in text) == (path.name == "search.html"), path
+        assert "<code>rrp-sheets help" not in text, path  # a link instead
 
 
 @pytest.mark.slow
@@ -284,6 +285,15 @@ def test_a_link_of_the_panel_leads_to_the_page(tmp_path: Path, asked: str, addre
         answer = get(client, f"/help{asked}", **headers)
         assert answer.status_code == 302 and answer.headers["Location"].endswith(address)
     assert get(client, f"/help{asked}", Sec_Fetch_Dest="empty").status_code == 200
+
+
+@pytest.mark.parametrize("words", ["Gesture done", "gesture DONE"])
+def test_a_done_stream_is_found_and_linked(tmp_path: Path, words: str) -> None:
+    client = visit(tmp_path)
+    found = get(client, f"/help?q={words}", Sec_Fetch_Dest="empty").text
+    assert "Results for" in found and "Gesture done (stream)" in found
+    link = re.escape('href="devices.html#Say-done" data-help="Gesture done">Gesture done</a>')
+    assert re.search(link, get(client, "/help/devices.html").text)
 
 
 def test_an_example_becomes_a_workbook(tmp_path: Path) -> None:

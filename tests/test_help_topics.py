@@ -143,6 +143,9 @@ QUERIES = {
         ("error", "codes"), ("only once", "once"), ("if", "filter|IF"), ("calculate", "map|formulas"),
         ("Excel", "sheets"), ("install", "systems"), ("stopping", "End run"), ("nodding", "Gesture"),
         ("raise the arm", "Gesture|Set joint position"), ("switch off", "Behaviour"),
+        ("Gesture done", "Gesture done"), ("say done", "Say done"), ("Head tracker done", "Head tracker done"),
+        ("wait 5 seconds", "Wait"), ("wait 5 seconds", "timeout"), ("ask a question", "Say"),
+        ("answer", "Word recognized"), ("how long", "protocol|recordings"), ("add a column", "keys|sheets"),
     ],
     "ja": [
         ("うなずく", "Gesture"), ("うなずいて", "Gesture"), ("手を振る", "Gesture"), ("おじぎ", "Gesture"), ("話す", "Say"), ("言う", "Say"),
@@ -156,7 +159,8 @@ QUERIES = {
         ("マイク", "Word recognized"), ("聞く", "Word recognized"), ("音楽", "Play sound"), ("歩く", "Walk"), ("座る", "Posture"),
         ("見る", "Tracker|Head tracker"), ("ボタン", "Operator button"), ("同意", "ethics"), ("テスト", "tests"), ("エラー", "codes"),
         ("計算", "map|formulas"), ("条件", "filter"), ("優先度", "priority"), ("ダンス", "Gesture"), ("拍手", "Gesture"),
-        ("用語", "glossary"),
+        ("用語", "glossary"), ("Gesture done", "Gesture done"), ("5秒待つ", "Wait"), ("5秒待つ", "timeout"), ("質問する", "Say"),
+        ("長さ", "protocol|recordings"), ("列を追加", "keys|sheets"),
     ],
 }  # fmt: skip
 """What people type, by language, and the pages (one of them) that must be among the first three."""

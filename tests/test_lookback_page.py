@@ -13,6 +13,7 @@ from chromium import becomes, eventually, some, until, violations
 from playwright.sync_api import expect
 from test_lookback import BOOK, events, go, rows_of_the_trace
 
+from rrp_sheets.recording.metadata import EXACT, clock
 from rrp_sheets.recording.timeline import value_text
 from rrp_sheets.resources import bundled
 from rrp_sheets.workbook.files import make_workbook
@@ -142,7 +143,9 @@ def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any
     first = min(e["t"] for e in events(folder / "runs" / "one") if "error" in e)
     page.locator("#time").press("Home")
     page.keyboard.press(".")
-    expect(page.locator("#now")).to_have_text(f"0:{int(first * 10 + 1e-6) / 10:04.1f}")
+    expect(page.locator("#now")).to_have_text(f"0:{int(first * 10 + 0.5) / 10:04.1f}")
+    listed = page.locator("#moments time").all_inner_texts()
+    assert clock(first, EXACT) in listed and "0:02.50" in listed
     page.get_by_role("button", name="Mark <img src=x onerror=alert(1)> by Kai").click()
     expect(page.locator("#now")).to_have_text("0:02.5")
     expect(page.locator("#moments [aria-current]")).to_contain_text("onerror")
@@ -150,6 +153,19 @@ def test_it_plays_and_stops_with_space_and_jumps_from_moment_to_moment(page: Any
     page.keyboard.press(",")
     expect(page.locator("#now")).to_have_text("0:02.0")
     assert page.problems == []
+
+
+@pytest.mark.slow
+def test_a_time_is_rounded_alike_by_the_server_and_in_the_browser(page: Any) -> None:
+    look(page, "one")
+    times = [0, 0.04999, 1.45, 49.433, 49.467, 59.949, 59.96, 59.996, 83.5, 3599.97, 3723, *(n / 30 for n in range(60))]
+    script = """async (times) => {
+        const main = document.querySelector("script[src*='lookback/main.js']").src;
+        const { clock, EXACT } = await import(new URL("../../run/time.js", main));
+        return times.map((t) => [clock(t), clock(t, EXACT)]);
+    }"""
+    assert page.evaluate(script, times) == [[clock(t), clock(t, EXACT)] for t in times]
+    assert clock(49.433) != clock(49.467) and clock(49.467) == "0:49.5"
 
 
 @pytest.mark.slow
@@ -194,7 +210,7 @@ def test_a_run_that_was_recorded_before_has_rows_and_diagram_and_says_what_is_mi
 
 def test_the_record_leads_there_and_what_is_not_there_is_told(page: Any, folder: Path) -> None:
     page.goto("/runs/one")
-    page.get_by_role("link", name="look back at 0:02.5").click()
+    page.get_by_role("link", name="look back at 0:02.50").click()
     expect(page.locator("#now")).to_have_text("0:02.5")
     (folder / "runs" / "bad").mkdir(exist_ok=True)
     (folder / "runs" / "bad" / "trace.jsonl").write_text('{"type":"header","streams":[]}\nbroken\n')

@@ -83,7 +83,7 @@ def test_a_run_shows_its_record_and_what_was_said(client: FlaskClient, run: str)
         'data-mode="pilot"', "P-07", "nao, frame engine, 30 Hz", "the same as in the folder now", "赤いボールです",
         f'src="/runs/{run}/file/say-001.wav"', f'src="/runs/{run}/file/strip.png"', f"/runs/{run}/file/film.gif",
         f"/runs/{run}/file/diagram.svg", f"/runs/{run}/file/run.xlsx?take=1", f"/runs/{run}/trace.csv",
-        'data-at="3.03',
+        'data-at="3.03', '/help/recordings.html#Columns-of-the-tables"',
     ):  # fmt: skip
         assert expected in text
     assert not re.search(r"<style|\sstyle=|\son\w+=|javascript:", text)
@@ -123,8 +123,8 @@ def test_errors_marks_and_edits_are_one_log(tmp_path: Path) -> None:
     write_run(tmp_path, "x", HEADER, *lines, END)
     client = visit(tmp_path)
     text = get(client, "/runs/x").text
-    for expected in ("Kai comes closer", "by Aya", "There is no distance. (200 times, until 0:07.6)", "C5: 20 → 15",
-                     "by Ken", "Red ball (x 0.25)", "by Mia", ">1:15.2<"):  # fmt: skip
+    for expected in ("Kai comes closer", "by Aya", "There is no distance. (200 times, until 0:07.63)", "C5: 20 → 15",
+                     "by Ken", "Red ball (x 0.25)", "by Mia", ">1:15.25<"):  # fmt: skip
         assert expected in text
     assert text.count("There is no distance.") == 1 and "<audio" not in text
 
@@ -157,11 +157,11 @@ def test_a_drag_is_one_line_and_the_diagram_says_what_was_changed_since(tmp_path
     (place / "diagram.svg").write_text("<svg/>")
     text = get(visit(tmp_path), "/runs/x").text
     shown = re.findall(r'class="of-scene".*?class="what">([^<]*?) <', text)
-    assert shown == ["Red ball appears at 0.00 m.", "Red ball is dragged to 61.00 m (until 0:08.0)",
+    assert shown == ["Red ball appears at 0.00 m.", "Red ball is dragged to 61.00 m (until 0:08.00)",
                      "Red ball is placed at 62.00 m.", "Red ball is placed at 63.00 m."]  # fmt: skip
     told = re.search(r'class="as-began">(.*?)</p>', text)
     assert told and "As it was at the start; <a" in told[1] and 'and <a href="#log">2 more</a>.' in told[1]
-    [line] = re.findall(r'<a href="#([^"]*)">row 3 of Tracking was changed at 2:07.8</a>', told[1])
+    [line] = re.findall(r'<a href="#([^"]*)">row 3 of Tracking was changed at 2:07.80</a>', told[1])
     assert re.search(f'<li class="of-edit" id="{line}"><button[^>]*data-at="127.8"', text)
 
 

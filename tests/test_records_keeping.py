@@ -151,8 +151,8 @@ def test_the_list_by_participant(client: FlaskClient) -> None:
 def test_two_runs_side_by_side(client: FlaskClient) -> None:
     text = get(client, "/runs/pair?run=2-b&run=1-a").text
     found = [re.sub(r"<[^>]*>|\s+", " ", row).split() for row in re.findall(r"<tr.*?</tr>", text, re.DOTALL)]
-    assert ["Tracking!Distance", "stream", "40", "30", "0:00.5", "0:01.0"] in found
-    assert ["T!3:", "error", "error", "not", "in", "it", "1", "–", "0:02.0"] in found
+    assert ["Tracking!Distance", "stream", "40", "30", "0:00.50", "0:01.00"] in found
+    assert ["T!3:", "error", "error", "not", "in", "it", "1", "–", "0:02.00"] in found
     assert ["Participant", "P-01", "P-02"] in found and ["Condition", "Control", "Warm"] in found
     assert 'href="/compare?first=run/1-a&amp;second=run/2-b"' in text
     dashed = re.findall(r'<path d="M[^"]*" fill="none"[^>]*stroke-dasharray="4 2.5"', text)

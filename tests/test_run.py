@@ -274,6 +274,15 @@ def test_a_workbook_with_errors_does_not_run(tmp_path):
     assert json.loads(done.stdout.splitlines()[-1])["findings"][0]["code"] == "GRAPH001"
 
 
+def test_a_name_as_the_participants_code_is_warned_of(tmp_path):
+    told = "“Anna Smith” looks like a name. Recordings should have a code, such as P-07."
+    for code in ("Anna Smith", "P-07"):
+        place = tmp_path / code
+        done = rrp("run", BOOK, "--fast", "--for", "0.1s", "--out", place, "--participant", code)
+        assert done.returncode == 0 and (told in done.stderr) == (code == "Anna Smith")
+        assert json.loads((place / "trace.jsonl").read_text().splitlines()[0])["participant"] == code
+
+
 def test_a_run_never_overwrites_another(ran):
     _, out, _ = ran
     before = {p.name: p.read_bytes() for p in out.iterdir()}

@@ -258,7 +258,21 @@ def test_codes_are_asked_for_a_session_or_a_rehearsal_only(browser, url: str) ->
         page.route("**/run/start", lambda route: route.fulfill(json={"message": "Not now."}))
         page.click("#run-dialog [type=submit]")
     sent = asked.value.post_data_json
+    page.unroute("**/run/start")
     assert (sent["mode"], sent.get("participant"), sent["condition"]) == ("simulated", None, "")
+    page.get_by_label("Pilot rehearsal").check()  # a name is used only when Run is pressed again
+    for code in ("Anna Smith", "Bo Smith"):
+        codes.fill(code)
+        page.click("#run-dialog [type=submit]")
+        expect(page.locator("#run-dialog [role=alert]")).to_have_text(
+            f"“{code}” looks like a name. Recordings should have a code, such as P-07. "
+            "Press Run again to use it all the same. "
+        )
+    page.click("#run-dialog [type=submit]")
+    running(page)
+    expect(page.locator("#run-participant")).to_have_text("Participant Bo Smith")
+    page.click("[data-run=stop]")
+    ended(page)
     at.close()
 
 

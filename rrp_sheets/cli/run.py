@@ -18,7 +18,7 @@ from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.model.exchange import DONE, Notice
 from rrp_sheets.model.values import Failure, Record, Value, show
 from rrp_sheets.runs import RunResult, RunStart
-from rrp_sheets.runs.run_data import Commands
+from rrp_sheets.runs.run_data import Commands, name_warning
 from rrp_sheets.texts import N_, plural
 
 
@@ -58,7 +58,7 @@ def run_command(
         seconds=seconds_of(duration, "--for"), fast=fast, out=out, seed=seed, mode=mode, participant=participant,
         condition=condition, operator=operator, camera=not no_camera,
     )  # fmt: skip
-    watch = Watch()
+    watch = Watch(name_warning(participant))
     handle_signals(watch.interrupt, "SIGINT", "SIGTERM", "SIGHUP")  # the last: the terminal was closed
     ended = api.run_apart(file, settings, watch)
     result = ended.result
@@ -88,14 +88,15 @@ _MOST_ERRORS = 3  # of one row are shown in full; the end counts them all
 
 
 class Watch(RunObserver):
-    """Prints a run.
+    """Prints a run, and at its beginning a `doubt` about what was typed.
 
     Attributes:
         interrupted: set by Ctrl-C.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, doubt: str = "") -> None:
         self.interrupted = False
+        self._doubt = doubt
         self._names: dict[str, str] = {}
         self._commands = Commands()
         self._began = time.monotonic()
@@ -126,6 +127,8 @@ class Watch(RunObserver):
         self._until = start.until_us
         speak(start.language)
         print_findings(start.findings, err=True)
+        if self._doubt:
+            self._echo(self._doubt, "yellow", err=True)
         count = len(start.rows)
         rows = N_("{n:,} row" if count == 1 else "{n:,} rows", n=count)
         words = N_("{title}: {rows} for {seconds:g} s. Ctrl-C stops.")

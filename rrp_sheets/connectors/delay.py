@@ -22,7 +22,7 @@ DELAY = Connector(
         '<circle cx="2.2" cy="3" r="1.2"/><path d="M2.2 7.2h6M6.2 5.2l2 2-2 2"/>'
         '<circle cx="10.4" cy="7.2" r="1.2" class="f"/>'
     ),
-    words=("wait", "later", "pause", "待つ", "遅らせる", "後で"),
+    words=("wait", "later", "pause", "seconds", "待つ", "遅らせる", "後で"),
     help="Passes every value on after the period.",
     sentence="{Period} after each {one}, emit {output}.",
     variants={"next": "{Period} after each {one}, continue with {rows}."},

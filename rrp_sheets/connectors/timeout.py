@@ -66,7 +66,7 @@ TIMEOUT = Connector(
     max_inputs=None,
     parameter=Parameter.PERIOD,
     icon=('<circle cx="6" cy="6.8" r="4.3"/><path d="M6 4.2v2.8M4.6 1h2.8M6 1v1.4"/><circle cx="6" cy="8.8" r=".5"/>'),
-    words=("debounce", "silence", "時間切れ", "返事がない"),
+    words=("debounce", "silence", "wait", "seconds", "no answer", "待つ", "時間切れ", "返事がない"),
     help="Passes the first input's value on when the period is over, unless another input has a value first. A newer "
     "value restarts the period.",
     sentence="{Period} after the last {one}, emit {output}.",

@@ -158,7 +158,8 @@ def _named(file: str, language: str) -> Iterator[Section]:
                 assert found is not None
                 yield _section([*one_device(found, language)], language, names[1:])
         if (say := robot.find("Say")) is not None:
-            yield _section([*done_stream(say, language)], language)
+            dones = [f"{f.name} done" for f in robot.names.values() if f.offered and f.type.kind == "actuator"]
+            yield _section([*done_stream(say, language)], language, [name for name in dones if name != "Say done"])
 
 
 def _section(blocks: Sequence[Block], language: str, others: Sequence[str] = ()) -> Section:
@@ -244,7 +245,7 @@ def search_index(language: str) -> str:
             lines = (" ".join(translate(line, language).replace("`", "").split()) for line in _lines(section.blocks))
             found.append({
                 "page": file, "anchor": section.anchor, "title": shown.title, "part": section.title,
-                "text": "\n".join(lines), "words": _words_of(section, file, words),
+                "text": "\n".join(lines), "words": _words_of(section, file, words), "others": section.others,
             })  # fmt: skip
     texts = json.dumps(found, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     small = json.dumps(sorted(SMALL_WORDS))

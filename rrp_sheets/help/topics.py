@@ -28,7 +28,7 @@ WORDS = {
     "helpers": "helper 補助の式 ヘルパー",
     "total": "count score 合計 数える 点数",
     "priority": "priorities 優先度 優先",
-    "protocol": "framerate 計画書 プロトコル",
+    "protocol": "framerate duration long lasts 長さ 計画書 プロトコル",
     "engine": "engines timing エンジン",
     "devices": "device sensor sensors actuator actuators デバイス センサー アクチュエーター",
     "robot": "nao robots ロボット",
@@ -36,13 +36,14 @@ WORDS = {
     "tests": "test testing try テスト 試す 確認",
     "codes": "code error errors warning warnings message messages problem problems エラー 警告 問題",
     "compare": "comparing difference differences diff git explain check 比較 比べる 違い 説明 点検",
-    "sheets": "workbook workbooks sheet file files excel csv column row save ワークブック シート ファイル 列 行 保存",
+    "sheets": "workbook workbooks sheet file files excel csv column row add save "
+              "ワークブック シート ファイル 列 行 追加 保存",
     "serve": "server browser grid password login share together people comment comments start stop run pause rename "
              "version versions パスワード 共有 一緒に コメント 実行 始める 開始 止める 停止 一時停止 版 名前を変える",
-    "keys": "key shortcut shortcuts keyboard undo redo copy paste cut rename find replace insert delete bold "
-            "元に戻す 取り消す やり直す コピー 貼り付け 検索 置換 キー ショートカット 名前を変える 挿入 削除",
-    "recordings": "record records recording film video camera picture pictures look export data save delete replay "
-                  "記録 録画 動画 映像 カメラ 振り返り 振り返る 書き出す 再生 データ 削除",
+    "keys": "key shortcut shortcuts keyboard undo redo copy paste cut rename find replace insert add delete bold "
+            "元に戻す 取り消す やり直す コピー 貼り付け 検索 置換 キー ショートカット 名前を変える 挿入 追加 削除",
+    "recordings": "record records recording long lasts film video camera picture pictures look export data save delete "
+                  "replay 長さ 記録 録画 動画 映像 カメラ 振り返り 振り返る 書き出す 再生 データ 削除",
     "ethics": "paper print board approval consent participant participants 倫理 印刷 審査 同意 参加者",
     "risks": "risk danger safety safe リスク 危険 安全",
     "bundles": "bundle share send zip 共有 送る バンドル",
@@ -164,16 +165,21 @@ def page_of(topic: str, language: str) -> Iterator[Block]:
     from rrp_sheets.help.connectors import all_connectors
     from rrp_sheets.help.devices import all_devices
     from rrp_sheets.help.functions import all_functions
+    from rrp_sheets.help.recording_columns import explained
     from rrp_sheets.help.scene_page import scene
 
-    made = {"connectors": all_connectors, "functions": all_functions, "devices": all_devices, "codes": all_codes}
-    if topic in made:
-        yield from made[topic]()
+    lists = {"connectors": all_connectors, "functions": all_functions, "devices": all_devices, "codes": all_codes}
+    if topic in lists:
+        yield from lists[topic]()
     elif topic == "scene":
         yield from scene(language)
     else:
-        kinds = {kind.name: _columns(kind, language) for kind in SHEETS.values()} if topic == "sheets" else {}
-        yield from from_file(topic or "overview", language, **kinds)
+        made = {}
+        if topic == "sheets":
+            made = {kind.name: _columns(kind, language) for kind in SHEETS.values()}
+        elif topic == "recordings":
+            made = {"columns": "\n".join(f"| {' | '.join(line)} |" for line in explained(language))}
+        yield from from_file(topic or "overview", language, **made)
     if topic in EXAMPLES:
         yield titled(FOR_EXAMPLE, workbook(topic, EXAMPLES[topic], language))
 
@@ -220,8 +226,9 @@ def _unknown(name: str, guess: str | None) -> SheetsError:
 
 @dataclass(frozen=True, slots=True)
 class HelpEntry:
-    """Something there is help on; `what` is topic, connector, function, sensor, actuator, error, warning or info.
+    """Something there is help on.
 
+    `what` is topic, connector, function, sensor, actuator, stream, error, warning or info.
     `words` are plain ones, in all languages, by which people look for it.
     """
 
@@ -271,10 +278,21 @@ def plain_words(device: DeviceType, robot: Robot) -> tuple[str, ...]:
 def known(term: str) -> str:
     """The name that a term of a help text stands for, or an empty text.
 
-    >>> known("CLAMP(value; low; high)"), known("Red ball"), known("whatever")
-    ('CLAMP', 'Red ball', '')
+    >>> known("CLAMP(value; low; high)"), known("Red ball"), known("say done"), known("whatever")
+    ('CLAMP', 'Red ball', 'Say done', '')
     """
-    return _by_key().get(key(term.partition("(")[0]), "")
+    name = term.partition("(")[0]
+    return next((entry.name for entry in _done_entries(name)), _by_key().get(key(name), ""))
+
+
+def _done_entries(name: str) -> Iterator[HelpEntry]:
+    """Yield the entry of a done stream, if a name is that of one; they are not among `all_names`."""
+    from rrp_sheets.graph.device_table import done_of
+
+    found = load_robot().find(done_of(name))
+    if found is not None and found.type.kind == "actuator":
+        line = N_("The stream that gives a value at the end of every command of {name}.", name=found.name)
+        yield HelpEntry(f"{found.name} done", "stream", line)
 
 
 @lru_cache(maxsize=1)
@@ -304,7 +322,7 @@ def search(text: str, language: str = "en", most: int = 20) -> list[HelpEntry]:
     >>> search("clam")[0].name, search("赤い", "ja")[0].name, search("nodding")[0].name
     ('CLAMP', 'Red ball', 'Gesture')
     """
-    return _ranked(text, language, all_names(), whole=True)[:most]
+    return [*_done_entries(text), *_ranked(text, language, all_names(), whole=True)][:most]
 
 
 def near(text: str, language: str = "en", most: int = 8) -> list[HelpEntry]:

@@ -27,6 +27,8 @@ from rrp_sheets.texts import N_, known_language, os_reason
 T = TypeVar("T")
 UNNAMED = "Somebody"
 """In requests and recordings, who has given no name on the page."""
+EXACT = 2
+"""Digits of the seconds in lists of events, so that one can read how long after another an event came."""
 STILL_WRITTEN = 15.0  # s: a trace without an end that was written so recently belongs to a run that goes on
 
 
@@ -223,14 +225,16 @@ def length(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02}:{whole % 60:02} h"
 
 
-def clock(seconds: float) -> str:
-    """Format a moment of a run.
+def clock(seconds: float, digits: int = 1) -> str:
+    """Format a moment of a run, rounded to tenths or more digits. time.js of the pages does the same.
 
-    >>> clock(3.0333), clock(83.5)
-    ('0:03.0', '1:23.5')
+    >>> clock(49.467), clock(49.467, EXACT), clock(59.96), clock(3723)
+    ('0:49.5', '0:49.47', '1:00.0', '1:02:03.0')
     """
-    tenths = round(seconds * 10)
-    return f"{tenths // 600}:{tenths % 600 // 10:02}.{tenths % 10}"
+    parts = 10**digits
+    whole, rest = divmod(int(seconds * parts + 0.5), parts)
+    minutes = f"{whole // 60}" if whole < 3600 else f"{whole // 3600}:{whole // 60 % 60:02}"
+    return f"{minutes}:{whole % 60:02}.{rest:0{digits}}"
 
 
 def who(name: str) -> str:

@@ -24,6 +24,7 @@ from typing import Any
 
 from rrp_sheets.diagnostics.report import UnreadableWorkbook
 from rrp_sheets.errors import SheetsError
+from rrp_sheets.help.recording_columns import COLUMNS, FIELD, explained
 from rrp_sheets.model.names import key
 from rrp_sheets.model.run_files import PROGRAM, RecordedAction, RecordedEvent, RecordedNotice, RecordedValue, Stamp
 from rrp_sheets.recording.metadata import stamp_of
@@ -61,12 +62,13 @@ def write_csv(traces: Sequence[Path], target: Path) -> None:
 
 
 def write_xlsx(traces: Sequence[Path], target: Path) -> None:
-    """Write the events of runs as .xlsx, with a sheet about the runs and one about their streams.
+    """Write the events of runs as .xlsx, with sheets about the runs, their streams and the columns.
 
     It raises UnreadableFile when one of them is no trace.
     """
     table = tidy_table(traces)
-    more, properties = [about_runs(table.stamps), _streams(table)], properties_of(table.stamps)
+    more = [about_runs(table.stamps), _streams(table), _column_meanings(table)]
+    properties = properties_of(table.stamps)
     name = "run" if len(traces) == 1 else "runs"
     write_table(target, name, table.header, table.rows, table.widths, more, properties, table.count)
 
@@ -88,6 +90,17 @@ def _streams(table: Tidy) -> MoreSheet:
     rows = [[stamp.run, *stream] for stamp, streams in runs for stream in streams]
     first = 1 if len(table.stamps) == 1 else 0  # of one run, its name is left out
     return MoreSheet("Streams", header[first:], [row[first:] for row in rows], widths[first:])
+
+
+def _column_meanings(table: Tidy) -> MoreSheet:
+    """Make the sheet that explains the columns, in the language of the first run's workbook."""
+    language = table.stamps[0].language
+    known = {name: (name, unit, meaning) for name, unit, meaning in explained(language)}
+    kinds = [line for name, line in known.items() if name not in COLUMNS]
+    field = translate(FIELD, language)
+    lines = [known.get(name) or (name, table.units.get(name, ""), field) for name in table.header]
+    heads = [translate(text, language) for text in (N_("Column"), N_("Unit"), N_("Meaning"))]
+    return MoreSheet("Columns", heads, [*lines, *kinds], (24, 10, 120))
 
 
 def properties_of(stamps: Sequence[Stamp]) -> dict[str, str]:
@@ -207,6 +220,7 @@ class Tidy:
     stamps: list[Stamp]  # one for each run
     streams: list[list[list[str]]]  # of each run: name, kind, device, and units per field, `distance: m`
     count: int  # of the rows
+    units: Mapping[str, str]  # of the columns that are fields
 
 
 def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
@@ -231,7 +245,8 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
     apart = list(TELL_APART) if len(traces) > 1 else []
     behind = [name for name in Stamp.columns() if name not in apart and (stamped or name in ("ended", "complete"))]
     fixed = [*apart, *_FIRST, *([_BY] if people else [])]
-    columns, headers = _columns(looks, [*fixed, *Stamp.columns(), _BY])
+    columns, units = _columns(looks, [*fixed, *Stamp.columns(), _BY])
+    headers = list(units)
     header = [*fixed, *headers, *behind]
     widths = [*[18.0] * len(apart), *_WIDTHS, *[12.0] * (people + len(headers) + len(behind))]
 
@@ -242,11 +257,12 @@ def tidy_table(traces: Sequence[Path], *, stamped: bool = False) -> Tidy:
             for row in _rows(look, columns, headers, people):
                 yield [*before, *row, *after]
 
-    return Tidy(header, rows(), widths, stamps, [look.streams for look in looks], sum(look.count for look in looks))
+    streams, count = [look.streams for look in looks], sum(look.count for look in looks)
+    return Tidy(header, rows(), widths, stamps, streams, count, units)
 
 
-def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, int], list[str]]:
-    """Return the column of each field, and the columns' names.
+def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, int], dict[str, str]]:
+    """Return the column of each field, and the columns' names with their units.
 
     Fields that differ only in their spelling (`Zone`, `zone`) share a column, unless one record has both.
     """
@@ -266,18 +282,16 @@ def _columns(looks: Sequence[_Look], taken: Sequence[str]) -> tuple[dict[str, in
         found[place][1].update(units)
         columns[name] = place
     fixed = {name.casefold() for name in taken}
-    used = set(fixed)
-    headers: list[str] = []
+    headers: dict[str, str] = {}
     for stem, units in found:
         known = units - {""}  # what rows make has no unit of its own
         name = snake_case(f"{stem} {next(iter(known))}") if len(known) == 1 else stem
         if name in fixed:
             name = f"field_{name}"
         number, first = 2, name
-        while name in used:
+        while name in headers or name in fixed:
             name, number = f"{first}_{number}", number + 1
-        used.add(name)
-        headers.append(name)
+        headers[name] = next(iter(known)) if len(known) == 1 else ""
     return columns, headers
 
 

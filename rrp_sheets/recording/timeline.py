@@ -351,16 +351,3 @@ def unit_of(example: str) -> str:
     """
     found = _UNIT.match(example)
     return found[1] if found else ""
-
-
-def clock(us: int) -> str:
-    """Format a time on the run's clock.
-
-    >>> clock(42_340_000), clock(3_723_000_000)
-    ('0:42.3', '1:02:03.0')
-    """
-    tenths = us // 100_000
-    minutes, rest = divmod(tenths, 600)
-    hours, minutes = divmod(minutes, 60)
-    seconds = f"{rest / 10:04.1f}"
-    return f"{hours}:{minutes:02}:{seconds}" if hours else f"{minutes}:{seconds}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +12,7 @@ from rrp_sheets.diagnostics import Diagnostic
 from rrp_sheets.engine.run_events import RunEvent
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.values import Record, Value
+from rrp_sheets.texts import N_
 
 _TOLD = {"by": "ended_by", "stopped_by": "stopped_by", "why": "why", "remedy": "remedy"}  # by their names in a trace
 
@@ -44,6 +46,19 @@ class RunSettings:
     camera: bool = True
     everything: bool = False
     home: Path | None = None
+
+
+def name_warning(participant: str) -> str:
+    """Return a warning if a participant's code looks like a name, else an empty text.
+
+    >>> [bool(name_warning(code)) for code in ("Anna Smith", "Anna", "花子", "P-07", "Anna 2", "anna", "A", "")]
+    [True, True, True, False, False, False, False, False]
+    """
+    words = unicodedata.normalize("NFKC", participant).split()
+    letters = bool(words) and all(word.strip(".").isalpha() for word in words)
+    if not letters or (len(words) == 1 and (len(words[0]) == 1 or words[0][0].islower())):
+        return ""
+    return N_("“{code}” looks like a name. Recordings should have a code, such as P-07.", code=participant)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from functools import partial
 from typing import Any
 
 from rrp_sheets.errors import RunBroken, SheetsError
-from rrp_sheets.recording.metadata import UNNAMED, who
-from rrp_sheets.recording.timeline import clock, unit_of
+from rrp_sheets.recording.metadata import UNNAMED, clock, who
+from rrp_sheets.recording.timeline import unit_of
 from rrp_sheets.runs.run_data import RunSettings, Summary
 from rrp_sheets.runs.run_process import RunOutcome, RunProcess
 from rrp_sheets.texts import N_, sentences
@@ -274,7 +274,7 @@ def rest_notice(summary: Summary, broken: RunBroken | None, by: str) -> JsonObje
     >>> rest_notice(Summary(simulated=9.13, ended="stopped"), None, "Aya")["words"]
     'Stopped by Aya at 0:09.1.'
     """
-    at = clock(round(summary.simulated * 1e6))
+    at = clock(summary.simulated)
     endings = {
         "time": N_("Time limit reached at {time}.", time=at),
         "stopped": N_("Stopped by {name} at {time}." if by else "Stopped at {time}.", name=who(by), time=at),
@@ -335,7 +335,7 @@ class RunManager:
         with self._lock:
             if going := self.going_run():
                 text = N_("{who} is running {book} since {since}. There is one robot, so one run at a time.",
-                          who=going.options.by, book=going.book, since=clock(going.run_state.us))  # fmt: skip
+                          who=going.options.by, book=going.book, since=clock(going.run_state.us / 1e6))  # fmt: skip
                 raise RobotBusy(text, N_("Wait for its end, or stop it there."), going.book)
             # within, the file cannot be renamed: it was before, and `staying` refuses, or it is after the run
             with self._open_workbooks.staying(session):

@@ -17,7 +17,8 @@ from rrp_sheets.engine.run_events import RunObserver
 from rrp_sheets.errors import RunBroken
 from rrp_sheets.model.exchange import Notice, OperatorAction, WorldState
 from rrp_sheets.model.values import Failure, Record, Value
-from rrp_sheets.recording.timeline import Drag, clock, dragged, value_text
+from rrp_sheets.recording.metadata import clock
+from rrp_sheets.recording.timeline import Drag, dragged, value_text
 from rrp_sheets.runs.run_data import QUIET_US, Commands, RunStart, Summary
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.completions import in_browser
@@ -374,8 +375,8 @@ class RunState(RunObserver):
         for row in rows:
             self._newest.renewed(us, row)
         if action.detail.get("changes"):
-            what = listed(rows[1:])
-            text = N_("and {rows} used from {time} on" if what else "used from {time} on", rows=what, time=clock(us))
+            what, at = listed(rows[1:]), clock(us / 1e6)
+            text = N_("and {rows} used from {time} on" if what else "used from {time} on", rows=what, time=at)
             self.log.add(us, "edit", text, row=rows[0] if rows else "", by=action.by)
 
     def unused(self, why: str) -> None:

@@ -31,7 +31,8 @@ _HELPER = "helper:"  # before the name of a helper of the workbook that `book` n
 _STREAM = "stream:"  # before the name of a stream of that workbook and its sheet, as `stream:Tracking!Far`
 KINDS: Mapping[str, str] = {
     "topic": N_("topic"), "connector": N_("connector"), "function": N_("function"), "sensor": N_("sensor"),
-    "actuator": N_("actuator"), "error": N_("error"), "warning": N_("warning"), "info": N_("note"),
+    "actuator": N_("actuator"), "stream": N_("stream"), "error": N_("error"), "warning": N_("warning"),
+    "info": N_("note"),
 }  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from rrp_sheets.errors import SheetsError
 from rrp_sheets.model.run_files import DIAGRAM, FILM, STRIP, TABLE, TRACE, WORKBOOK
 from rrp_sheets.recording import exporting
 from rrp_sheets.recording.folder import describe
-from rrp_sheets.recording.metadata import RunMetadata, clock, length, newest_first
+from rrp_sheets.recording.metadata import EXACT, RunMetadata, clock, length, newest_first
 from rrp_sheets.texts import N_, listed, sentences
 from rrp_sheets.web.models import both, error_text, show
 from rrp_sheets.web.requests import page_language, rows_asked, run_or_404, seconds_of
@@ -316,7 +316,7 @@ def _beside(metadata: Sequence[RunMetadata], lines: Sequence[RunLine]) -> list[t
 
 def _stream(answer: dict[str, Any]) -> tuple[str, str, tuple[tuple[str, bool], ...]]:
     counts = [N_("not in it") if count is None else f"{count:,}" for count in answer["counts"]]
-    firsts = ["" if first is None else clock(first) for first in answer["firsts"]]
+    firsts = ["" if first is None else clock(first, EXACT) for first in answer["firsts"]]
     cells = tuple((words, one != other) for one, other in (counts, firsts) for words in (one, other))
     return str(answer["name"]), str(answer["kind"]), cells
 
@@ -376,12 +376,12 @@ def _log_line(entry: Mapping[str, Any]) -> LogLine:
     kind, t, times = str(entry["kind"]), float(entry["t"]), int(entry["times"])
     word, icon = _KINDS.get(kind, (kind, "mark"))
     text = str(entry["text"])
-    until = clock(float(entry["until"]))
+    until = clock(float(entry["until"]), EXACT)
     if times > 1:
         text = N_("{text} ({n:,} times, until {time})", text=text, n=times, time=until)
     elif float(entry["until"]) > t:
         text = N_("{text} (until {time})", text=text.rstrip(".。"), time=until)
-    return LogLine(t, clock(t), kind, word, icon, text, *(str(entry[name]) for name in ("row", "by", "sound")))
+    return LogLine(t, clock(t, EXACT), kind, word, icon, text, *(str(entry[name]) for name in ("row", "by", "sound")))
 
 
 def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, str, int], ...]:
@@ -390,5 +390,5 @@ def _edits(entries: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, str, int], 
         sheet, _, row = str(entry["row"]).rpartition("!")
         if entry["kind"] == "edit" and row.isdigit():  # helpers and tables are not in the diagram
             named = N_("row {row} of {sheet}", row=row, sheet=sheet)
-            found[named] = named, clock(float(entry["t"])), number if number <= _LOG else 0
+            found[named] = named, clock(float(entry["t"]), EXACT), number if number <= _LOG else 0
     return tuple(found.values())

@@ -11,7 +11,8 @@ from werkzeug.exceptions import BadRequest
 from rrp_sheets.errors import SheetsError
 from rrp_sheets.recording.metadata import UNNAMED
 from rrp_sheets.robots import robot_names
-from rrp_sheets.texts import N_
+from rrp_sheets.runs.run_data import name_warning
+from rrp_sheets.texts import N_, sentences
 from rrp_sheets.web.models import error_text, show
 from rrp_sheets.web.requests import (
     Asked,
@@ -63,10 +64,16 @@ def panel(name: str, sheet: str = "") -> str:
 
 @blueprint.post("/book/<name>/run/start")
 def start(name: str) -> tuple[Response, int]:
-    """Start a run."""
+    """Start a run; with a participant's code that looks like a name only when it is sent as `sure` too."""
     session = workbook_or_404(name)
+    sent = json_body()
+    options = _options(sent)
+    doubt = name_warning(options.participant)
+    if doubt and text_of(sent, "sure") != options.participant:
+        again = sentences(doubt, N_("Press Run again to use it all the same."))
+        return jsonify({"message": again, "sure": options.participant}), 409
     try:
-        services().run_manager.start(session, name, _options(json_body()))
+        services().run_manager.start(session, name, options)
     except RobotBusy as taken:
         where = url_for("run_panel.panel", name=taken.book)
         return jsonify({"message": error_text(taken), "book": taken.book, "where": where}), 409

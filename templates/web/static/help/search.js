@@ -3,6 +3,7 @@
 
 (() => {
   const MOST = 40; // hits that are shown
+  const BEST = 4; // points of a word of a name
   const CONTEXT = 160; // letters of it around a hit, where a sentence is long
   const SMALL = new Set(globalThis.helpSmallWords);
 
@@ -18,7 +19,8 @@
     const names = [(section.part || section.title).replace(/\s*[（(].*/u, ""), ...section.words];
     const apart = names.map((name) => `${name.replace(/([a-z])(?=[A-Z])/g, "$1 ")} ${name}`); // combineLatest
     const all = plain(`${section.title} ${section.part} ${section.text}`);
-    return { ...section, titles: plain(names[0]), names: [...new Set(apart.flatMap(wordsOf).map(stem))], all };
+    const titles = [names[0], ...section.others.map((anchor) => anchor.replaceAll("-", " "))].map(plain);
+    return { ...section, titles, names: [...new Set(apart.flatMap(wordsOf).map(stem))], all };
   });
 
   /** A word without its English ending. */
@@ -38,9 +40,9 @@
   /** True when a Japanese word holds another one, or begins as it does. */
   const alike = (word, name) => name.includes(word) || (name.length > 1 && word.includes(name)) || (word.length > 3 && name.length > 3 && word.slice(0, 3) === name.slice(0, 3));
 
-  /** How well a word fits a section: 4 for one of its names and plain words, 0 when it is nowhere. */
+  /** How well a word fits a section: BEST for one of its names and plain words, 0 when it is nowhere. */
   function points({ names, all }, word) {
-    if (names.includes(word)) return 4;
+    if (names.includes(word)) return BEST;
     if (names.some((name) => name.startsWith(word))) return 3;
     if (!isLatin(word) && names.some((name) => alike(word, name))) return 2;
     return all.includes(word) ? 1 : 0;
@@ -49,8 +51,9 @@
   /** The sections with some of the words; those that lack the fewest come first, then those that they fit best. */
   function ranked(words, whole) {
     const found = sections.map((section) => {
-      const each = words.map((word) => points(section, word));
-      return { section, lacks: each.filter((n) => !n).length, other: section.titles !== whole, sum: each.reduce((a, b) => a + b, 0) };
+      const other = !section.titles.includes(whole);
+      const each = words.map((word) => other ? points(section, word) : BEST);
+      return { section, lacks: each.filter((n) => !n).length, other, sum: each.reduce((a, b) => a + b, 0) };
     });
     return found.filter(({ lacks }) => lacks < words.length).sort((a, b) => a.other - b.other || a.lacks - b.lacks || b.sum - a.sum);
   }

@@ -3,7 +3,7 @@
 import { act, ask, canBeStopped, isNamed, NO_RUN, ownName, panel, settings, shownName, stop, takesActions } from "../api.js";
 import { button, make, put } from "../elements.js";
 import { t, tn } from "../texts.js";
-import { clock, now } from "./time.js";
+import { clock, EXACT, now } from "./time.js";
 
 const words = {
   none: t("No run"), starting: t("Starting …"), running: t("Running"), paused: t("Paused"), ended: t("Run ended"),
@@ -78,7 +78,7 @@ export function bar(root) {
     show(); // the list of the problems has come: where the first one is
   });
   setInterval(() => {
-    if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
+    if (!watch.hidden) put(watch, clock(now(), state.phase === "paused" ? EXACT : 1));
   }, 100);
 
   function acting() {
@@ -91,7 +91,7 @@ export function bar(root) {
     put(phase, unknown ? t("Not known") : words[state.phase]);
     phase.classList.toggle("is-warning", unknown);
     watch.hidden = state.phase === "none" || unknown;
-    put(watch, clock(now(), state.phase === "paused" ? 2 : 1));
+    put(watch, clock(now(), state.phase === "paused" ? EXACT : 1));
     buttons.stop.disabled = !canBeStopped(state.phase);
     buttons.pause.disabled = !acting() || lost;
     lookback.hidden = state.phase !== "ended" || !state.folder; // it takes the place of Pause
@@ -202,6 +202,7 @@ function dialog(root) {
   const form = box.querySelector("form");
   const refused = form.querySelector(".run-refused");
   let speed = "1";
+  let sure = ""; // the code that is used although it looks like a name
 
   const codes = form.querySelector(".codes");
   const showCodes = () => { codes.hidden = form.elements.mode.value === TRY; };
@@ -212,7 +213,7 @@ function dialog(root) {
     const wish = Object.fromEntries(kept.map((name) => [name, form.elements[name].value.trim()]));
     settings.keep(wish);
     form.querySelector("[type=submit]").disabled = true;
-    const named = wish.mode === TRY ? { mode: "simulated", condition: "", operator: "" } : { participant: form.elements.participant.value.trim() };
+    const named = wish.mode === TRY ? { mode: "simulated", condition: "", operator: "" } : { participant: form.elements.participant.value.trim(), sure };
     const answer = await ask("start", { ...wish, ...named, speed: Number(speed) });
     form.querySelector("[type=submit]").disabled = false;
     if (answer.message) return refuse(answer);
@@ -221,8 +222,10 @@ function dialog(root) {
     return undefined;
   });
 
-  function refuse({ message, where }) {
+  function refuse({ message, where, sure: asked = "" }) {
+    sure = asked;
     refused.hidden = false;
+    refused.className = `run-refused ${asked ? "is-warning" : "is-error"}`;
     refused.textContent = `${message} `;
     if (where) refused.append(make("a", { href: where, textContent: t("Go to that run") }));
   }
@@ -230,6 +233,7 @@ function dialog(root) {
   return (wanted) => {
     speed = wanted;
     refused.hidden = true;
+    sure = "";
     const before = settings.kept();
     form.elements.participant.value = "";
     for (const name of kept) if (before[name]) form.elements[name].value = before[name];

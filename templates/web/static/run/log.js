@@ -3,7 +3,7 @@
 import { shownName } from "../api.js";
 import { icon, make } from "../elements.js";
 import { t } from "../texts.js";
-import { clock } from "./time.js";
+import { clock, EXACT } from "./time.js";
 
 const KEPT = 300;
 const icons = { speech: "say", person: "say", sound: "sound", error: "error", refused: "error", clamp: "warning", note: "flag", mark: "flag", button: "button", send: "send", scene: "ball", switch: "subscribe", edit: "sheet", start: "run", end: "stop" };
@@ -49,7 +49,7 @@ export function log(root) {
       again.addEventListener("click", () => play(file));
       what.append(" ", again);
     }
-    const line = make("li", { className: kind === "error" || kind === "refused" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(seconds) }), what);
+    const line = make("li", { className: kind === "error" || kind === "refused" ? "is-error" : kind === "clamp" ? "is-warning" : "" }, make("time", { textContent: clock(seconds, EXACT) }), what);
     Object.assign(line.dataset, { kind, line: i });
     return line;
   }

@@ -25,10 +25,12 @@ export function now() {
   return told + since * (state.speed || 1);
 }
 
-/** `0:42.3`, or with two digits after the point, where single frames count. */
+export const EXACT = 2; // digits after the point in lists of events, and where single frames count
+
+/** `0:42.3`, or `0:42.33`, rounded as the server does (`clock` in metadata.py). */
 export function clock(seconds, digits = 1) {
   const parts = 10 ** digits;
-  const all = Math.floor(seconds * parts + 1e-6);
+  const all = Math.floor(seconds * parts + 0.5);
   const [minutes, rest] = [Math.floor(all / (60 * parts)), all % (60 * parts)];
   const text = (rest / parts).toFixed(digits).padStart(3 + digits, "0");
   return minutes < 60 ? `${minutes}:${text}` : `${Math.floor(minutes / 60)}:${String(minutes % 60).padStart(2, "0")}:${text}`;

@@ -1,7 +1,7 @@
 // The events of a run besides its values: as ticks over the time, as a list, and as sounds while it plays.
 
 import { icon, make } from "../../elements.js";
-import { clock } from "../../run/time.js";
+import { clock, EXACT } from "../../run/time.js";
 import { t } from "../../texts.js";
 import { last } from "./store.js";
 
@@ -39,7 +39,7 @@ export class Moments {
     const [group, sign, word] = of(moment.kind);
     const more = [moment.by && t("by {name}", { name: moment.by }), moment.row, moment.times > 1 && t("{n} times", { n: moment.times })].filter(Boolean);
     const what = make("span", {}, make("b", { textContent: `${word} ` }), moment.text, make("small", { textContent: more.map((part) => ` ${part}`).join(",") }));
-    const button = make("button", { type: "button" }, make("time", { textContent: clock(moment.t) }), icon(sign), what);
+    const button = make("button", { type: "button" }, make("time", { textContent: clock(moment.t, EXACT) }), icon(sign), what);
     button.addEventListener("click", () => this.go(moment.t));
     return make("li", { className: `of-${group}` }, button);
   }
@@ -57,7 +57,7 @@ export class Moments {
     this.ticks.replaceChildren(...found.map((group) => {
       const shown = [...group].sort((a, b) => ORDER.indexOf(of(a.kind)[0]) - ORDER.indexOf(of(b.kind)[0]))[0];
       const tick = make("span", { className: `tick of-${of(shown.kind)[0]}` }, icon(of(shown.kind)[1]));
-      tick.title = [`${clock(shown.t)} ${words(shown)}`, group.length > 1 && t("and {n} more", { n: group.length - 1 })].filter(Boolean).join("\n");
+      tick.title = [`${clock(shown.t, EXACT)} ${words(shown)}`, group.length > 1 && t("and {n} more", { n: group.length - 1 })].filter(Boolean).join("\n");
       tick.style.left = `${(group[0].t / (this.seconds || 1)) * 100}%`;
       tick.addEventListener("click", () => this.go(shown.t));
       return tick;
