@@ -181,6 +181,15 @@ def test_eyes_shine_in_the_picture() -> None:
     assert played.said("clamp") == ["Brightness: 3 → 1, its limit."]
 
 
+def test_it_is_told_once_that_the_voice_cannot_read_kanji() -> None:
+    pytest.importorskip("espeakng_loader")
+    say = DeviceUse("say", "Say", "SayInput", {"language": "ja", "speed": 150, "volume": 100})
+    played = play(
+        (say,), {0: [("say", "あかです")], 2: [("say", "赤です")], 4: [("say", "青です")]}, 6, sensors=(), scene=""
+    )
+    assert [text.split(":")[0] for text in played.said("note")] == ["The simulated voice cannot read kanji"]
+
+
 def test_speech_is_audio_and_queues_one(tmp_path: Path) -> None:
     pytest.importorskip("espeakng_loader")
     say = DeviceUse("say", "Say", "SayInput", {"language": "en", "speed": 150, "volume": 100})

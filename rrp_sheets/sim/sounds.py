@@ -212,6 +212,10 @@ SOUNDS: Mapping[str, Callable[[], Signal]] = {
 
 GUESSED_WORD_LENGTH = 6  # characters, with the space: for the duration when there is no speech library
 FALLBACK = "en"
+_KANJI = re.compile("[\u3400-\u9fff]")
+NO_KANJI = N_(
+    "The simulated voice cannot read kanji: it says the same word for each. Write the text in kana to hear it."
+)
 NO_SPEECH = N_("The robot has no sound, because the package espeakng-loader is not installed. Durations are estimated.")
 LONGEST = 2_000  # letters that are spoken of one text: two or three minutes
 # Numbers of the C interface (espeak-ng's speak_lib.h).
@@ -331,6 +335,7 @@ class Voice:
         self._out, self._tell, self._speech = out, tell, speech
         self._now: Sounding | None = None
         self._counts = {"say": 0, "sound": 0}
+        self._has_told_kanji = False
 
     @property
     def saying(self) -> str:
@@ -360,6 +365,9 @@ class Voice:
                 "There is no voice for the language “{language}”, so the robot speaks English.", language=language
             )
             self._tell(Notice("error", told, command.stream, command.row))
+        if language.startswith("ja") and _KANJI.search(text) and not self._has_told_kanji:
+            self._has_told_kanji = True
+            self._tell(Notice("note", NO_KANJI, command.stream, command.row))
         self._now.audio = library.say(text, speed, float(settings["volume"]), halted=self._speech.halted)
         self._now.rate = library.rate
         self._begin(self._now, us)
