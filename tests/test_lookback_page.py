@@ -184,7 +184,9 @@ def test_edits_are_in_place_the_diagram_is_lit_and_what_the_camera_saw_is_there(
 @pytest.mark.slow
 def test_a_run_that_was_recorded_before_has_rows_and_diagram_and_says_what_is_missing(page: Any) -> None:
     look(page, "old", "#t=2.4")
-    expect(page.get_by_text("This recording does not have the robot’s movements, so the robot cannot be shown.")).to_be_visible()
+    expect(
+        page.get_by_text("This recording does not have the robot’s movements, so the robot cannot be shown.")
+    ).to_be_visible()
     expect(page.get_by_text("No pictures of the camera were kept in this run.")).to_be_visible()
     assert shown(page)["Look!2"].endswith(" m")
     expect(page.locator("#said")).to_contain_text("There you are")
