@@ -8,7 +8,6 @@ import { listed, t } from "../texts.js";
 const EMPTY = t("This browser cannot draw the robot in 3D. The robot’s eye, the live values and the log show what it does.");
 const TURN = t("Drag to look around");
 const MOVE = t("Drag an object to move it, drag elsewhere to look around");
-const TOUCH = t("Click the head, a hand, a foot or the chest to touch it.");
 const FARTHEST = t("It cannot move farther this way.");
 const LATER = t("Objects can be moved during a run. Drag to look around");
 
@@ -42,8 +41,7 @@ export async function robot3d(root) {
     const on = takesActions(heard.run.phase);
     stage?.drag.allow(on);
     stage?.touch.allow(on);
-    const drag = on && heard.run.things?.length ? MOVE : TURN;
-    caption.textContent = on && stage?.touch.zones.length ? `${TOUCH} ${drag}` : drag;
+    caption.textContent = on && heard.run.things?.length ? MOVE : TURN;
   };
   const hand = {
     limits: ways.map(([, least, most]) => [least, most]),
