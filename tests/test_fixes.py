@@ -274,6 +274,55 @@ def test_a_proposed_name_may_end_with_a_question_mark():
     assert fix.id == "correct-spelling" and fix.edits == (Replace(Address("T", 3, 2), "Redy?", "Ready?"),)
 
 
+# the formula of a row, its connector and output, and the formula as the first fix writes it; None without a fix
+WRITTEN = [
+    ("Nod", "map", "Move", '"Nod"'),
+    ("stand init", "subscribe", "Posture", '"StandInit"'),
+    ("Arms up", "map", "Move", '"Arms up"'),
+    ("It's near", "subscribe", "Say", '"It\'s near"'),
+    ("Red ball is gone, good bye", "subscribe", "Say", '"Red ball is gone, good bye"'),
+    ('The "red" one is here', "subscribe", "Say", '"The ""red"" one is here"'),
+    ('"It is near', "subscribe", "Say", '"It is near"'),
+    ("“It is near", "map", "X", '"It is near"'),
+    ("redBall.x > 0 AND NOT redBall.y > 0", "filter", "X", "redBall.x > 0 and not redBall.y > 0"),
+    ("redBall.x => 1", "filter", "X", "redBall.x >= 1"),
+    ("redBall.colour = red", "filter", "X", 'redBall.colour = "red"'),
+    ("redBal.x > 0 and 1", "filter", "X", "redBall.x > 0 and 1"),
+    ("near", "map", "X", None),
+    ("Near ball", "filter", "X", None),
+    ("redBall near", "map", "X", None),
+    ("Red bal distance", "map", "X", None),
+    ("distance between 1 and 2", "map", "X", None),
+    ("if distance then near else far", "map", "X", None),
+    ("very bright", "subscribe", "Eye brightness", None),
+    ('IF(redBall.x > 0; "a; "b")', "map", "X", None),
+]
+
+
+@pytest.mark.parametrize(("formula", "connector", "output", "new"), WRITTEN)
+def test_the_first_fix_writes_the_formula_as_the_remedy_says(formula, connector, output, new, tmp_path):
+    end = "Gesture" if output == "Move" else "Print"
+    more = "" if connector == "subscribe" else f"\n| | {output} | subscribe | | {end} |"
+    text = f"| | Red ball | {connector} | {formula} | {output} |{more}"
+    (finding,) = [d for d in check(rows(text, header=COLUMNS)).report if d.address.cell == "D2"]
+    if new is None:
+        assert not any(fix.id in ("put-in-quotes", "correct-formula") for fix in finding.fixes)
+        return
+    changes, found = fixed(text, tmp_path, f"{finding.code}:{finding.fixes[0].id}")
+    assert (changes[-1].place, changes[-1].new, changes[-1].title[:6]) == ("T!D2", new, "Write ")
+    assert not [code for code, _ in found if code.startswith("FORM")]
+    if finding.fixes[0].id == "put-in-quotes":
+        assert finding.message == "This formula cannot be read: a text needs quotes."
+        assert finding.remedy == f"Write {new}."
+
+
+def test_a_misspelt_connector_does_not_hide_a_misspelt_name(tmp_path):
+    text = "| | Red ball | fliter | redBal.x < 1 | X |" + PRINT
+    assert check(rows(text, header=COLUMNS)).report.flatten(["code", "cell"]) == [("CONN002", "C2"), ("FORM004", "D2")]
+    changes, found = fixed(text, tmp_path)
+    assert found == [] and [c.new for c in changes] == ["filter", "redBall.x < 1"]
+
+
 def test_two_misspellings_of_one_name_in_one_cell_are_both_corrected(tmp_path):
     changes, found = fixed("| | Red ball | map | redBal.x + redBll.y | X |" + PRINT, tmp_path)
     assert found == [] and changes[-1].new == "redBall.x + redBall.y"

@@ -158,7 +158,7 @@ def test_a_session_from_run_to_its_recording(browser, url: str, folder: Path) ->
     expect(record.locator("[data-writing]")).to_have_count(0)
     record.close()
     # the last values stay until somebody clears them away
-    page.click("text=Back to the examples")
+    page.click("text=Show example values again")
     expect(row(page, 2).locator("td.example")).to_have_text(re.compile(r"\d m$"))
     eventually(lambda: page.inner_text("th.of-example .title") == "Example" and page.locator(".live").count() == 0)
     # the next run is not the former participant's

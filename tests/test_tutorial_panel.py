@@ -125,6 +125,27 @@ def test_what_holds_and_what_does_not_is_told_and_marked(page: Callable[..., Pag
     assert here.news[-1] == "A now fails. B now fails. 0 of 2 tests passed."
 
 
+def test_a_test_that_errors_keep_from_running_has_not_failed(page: Callable[..., Page]) -> None:
+    here = page(GOOD, A=HOLDS)
+    here.run()
+    here.set("Talk", (2, 3), "redBall.distence")
+    here.run()
+    panel = panel_of(here.tests, here.document, "Talk")
+    assert panel is not None and panel.count == "Test not run" and panel.first == ""
+    assert panel.notes == ("Not run, because of errors in Talk row 2.",)
+    assert [(line.sign, line.words) for line in panel.lines] == [("!", "not run because of errors")]
+    assert here.tests.marks("A") == {} and not any("fails" in news for news in here.news)
+
+
+def test_of_several_tests_those_that_pass_are_counted_beside_errors(page: Callable[..., Page]) -> None:
+    wrong = ["Red ball", "map", "redBall.distence", "Other"]
+    here = page([*GOOD, wrong, ["Other", "subscribe", "", "Say"]], A=HOLDS, B=[*HOLDS, ["1", "Say", "", "2", ""]])
+    here.run()
+    panel = panel_of(here.tests, here.document, "Talk")
+    assert panel is not None and panel.count == "1 of 2 tests passed"
+    assert panel.notes == ("Tests with the sign ! were not run, because of errors in Talk row 4.",)
+
+
 def test_what_came_is_shown_as_text(page: Callable[..., Page]) -> None:
     rows = [["Red ball", "map", '"<script>alert(1)</script>"', "Distance"], GOOD[1]]
     here = page(rows, A=HOLDS)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from rrp_sheets.checks.examples import Examples, Trouble
 from rrp_sheets.checks.facts import NUMBER, TEXT, TRUTH, Fact, sensor_fact
 from rrp_sheets.connectors import Parameter
 from rrp_sheets.diagnostics import Report
-from rrp_sheets.diagnostics.report import meant
+from rrp_sheets.diagnostics.report import Fix, Put, meant
 from rrp_sheets.formulas import (
     Formula,
     FormulaProblem,
@@ -22,8 +22,11 @@ from rrp_sheets.formulas import (
     compile_formula,
     make_scope,
     make_table,
+    read_formula,
 )
 from rrp_sheets.formulas.functions import library
+from rrp_sheets.formulas.hints import KEYWORDS, name_here
+from rrp_sheets.formulas.hints import cell as is_cell
 from rrp_sheets.formulas.limits import DEEPEST_HELPERS
 from rrp_sheets.formulas.problems import together
 from rrp_sheets.graph import Graph, Step, StreamKind
@@ -66,7 +69,7 @@ def check_formulas(workbook: Workbook, robot: Robot, graph: Graph, report: Repor
     given = (s for s in graph.streams.values() if s.kind in (StreamKind.SENSOR, StreamKind.DONE) and s.device)
     facts = {s.id: sensor_fact(s, robot) for s in given}
     compiled = Compiled({}, facts, {}, check_helpers(workbook, tables, report), Examples(graph), tables)
-    compiler = _Compiler(graph, own_sheets(workbook), compiled, report)
+    compiler = _Compiler(graph, own_sheets(workbook), compiled, report, robot)
     for behaviour in graph.behaviours:
         for step in sorted(behaviour.steps, key=lambda s: s.rank):
             compiler.add(step)
@@ -74,12 +77,15 @@ def check_formulas(workbook: Workbook, robot: Robot, graph: Graph, report: Repor
 
 
 class _Compiler:
-    def __init__(self, graph: Graph, sheets: Sequence[str], compiled: Compiled, report: Report) -> None:
+    def __init__(self, graph: Graph, sheets: Sequence[str], compiled: Compiled, report: Report, robot: Robot) -> None:
+        self.robot = robot
         self.graph = graph
         self.sheets = sheets  # names that may be meant for tables
         self.compiled = compiled
         self.report = report
         self._depths: dict[str, int] = {}  # how many timestamps stand within each other
+        self._text_streams = _text_streams(graph)
+        self._streams = frozenset(key(s.name) for s in graph.streams.values())
 
     def add(self, step: Step) -> None:
         """Compile a row's formula, and work out the fact about its output."""
@@ -123,6 +129,12 @@ class _Compiler:
                 _propose_total(one, step)
             if any(map(is_reserved, names)):  # told of the name, where it is given
                 return None
+            if scope is not None and problem.code != "FORM002" and (quoted := self._quoted(step, scope)):
+                self.report.add(
+                    "FORM001", cell.address, span=(0, len(cell.text)), fixes=[_rewrite("put-in-quotes", cell, quoted)],
+                    reason=N_("a text needs quotes"), remedy=N_("Write {value}.", value=quoted),
+                )  # fmt: skip
+                return None
             told = [one for one in problem.every if not _about_dropped(one, helpers.dropped)]
             if told:
                 tell(self.report, cell, together(told))
@@ -134,6 +146,20 @@ class _Compiler:
         waits = step.connector.is_sink and device is not None and device.type.name == "Wait"
         return f'"{typed}"' if waits and typed[-1:].isalpha() and parse_duration(typed) else ""
 
+    def _quoted(self, step: Step, scope: Scope) -> str:
+        """Return a row's formula in quotes where it is a text without them; empty where it is a formula, or may be."""
+        text, robot = step.row.formula.text.strip(), self.robot
+        target, device = self._text_streams.get(step.output, ""), self.graph.streams[step.output].device
+        if step.connector.name not in _GIVING_TEXTS or not (target or device is None or device.type.name == "Print"):
+            return ""
+        names = [*robot.gestures, *robot.postures] if target in ("Gesture", "Posture", "") else []
+        name = next((n for n in names if key(n) == key(text)), "")
+        unknown, known = _unknown_words(text, scope, self.compiled.helpers.dropped)
+        if not name and (unknown < 1 + bool(known) + (not target) or key(text) in self._streams):
+            return ""
+        doubled = (name or text).replace('"', '""')
+        return f'"{doubled}"'
+
     def _propose_sheet(self, problem: FormulaProblem, scope: Scope | None) -> None:
         """Propose a sheet for an unknown name: only sheets that a formula names correctly are read as tables."""
         name = str(problem.details.get("name", ""))
@@ -144,6 +170,72 @@ class _Compiler:
             guess = argument_name(guess)
             remedy = N_('Did you mean {guess}? (A text needs quotes: "{name}".)', guess=guess, name=name)
             problem.advise(remedy, guess)
+
+
+_TEXT_DEVICES = ("SayInput", "Gesture", "Posture", "EyeLedColor")
+_GIVING_TEXTS = ("map", "combineLatest", "subscribe")
+_QUOTED = re.compile('["“„][^"“”„]*["“”]')
+_SENTENCE = re.compile(r"""(?:\w|\s|(?<=\w)['’-](?=\w)|(?<=[\w"”])[,.;:!?…]+(?=[\s"”]|$)|["“”„、。！？…「」])+""")
+_OPERATOR_WORDS = KEYWORDS | {"and", "or", "not", "if", "then", "elseif", "between", "equal", "equals", "mod"}
+
+
+def _text_streams(graph: Graph) -> dict[str, str]:
+    """Return the device type of each stream that reaches an actuator taking texts, itself or by a row."""
+    found: dict[str, str] = {}
+    for step in (s for b in graph.behaviours for s in b.steps if s.connector.is_sink and s.row.on):
+        device = graph.streams[step.output].device
+        if device is not None and device.type.name in _TEXT_DEVICES:
+            for stream in (step.output, *(() if step.row.formula else step.inputs)):
+                found.setdefault(stream, device.type.name)
+    return found
+
+
+def _unknown_words(text: str, scope: Scope, dropped: Collection[str] = ()) -> tuple[int, int]:
+    """Count the words of a sentence that mean nothing in a formula, and those that may be names in it.
+
+    Both are 0 where something else than words and the signs of a sentence stands there. Operators, functions and
+    numbers count as neither.
+    """
+    rest, quoted = _QUOTED.subn(" ", text.casefold())
+    spelt_as_name = re.search(r"_|[^\W\d_A-Z][A-Z]", text)  # redBall, red_ball
+    if spelt_as_name or re.search('["“”„]', rest) or not _SENTENCE.fullmatch(text):
+        return 0, 0
+    known = quoted
+    for name in sorted((i.shown.casefold() for i in scope.inputs.values() if i.shown), key=len, reverse=True):
+        rest, count = re.subn(rf"(?<!\w){re.escape(name)}(?!\w)", " ", rest)
+        known += count
+    fields = {k for i in scope.inputs.values() if i.record for k in i.record.keys}
+    words = [w for w in re.findall(r"[^\W\d]\w*(?:['’-]\w+)*", rest) if w not in _OPERATOR_WORDS]
+    names = {*map(key, scope.known()), *fields, *dropped, "true", "false", "blank"}
+    unknown = 0
+    for word in words[:50]:
+        if key(word) in names or scope.propose(word, scope.known()):
+            known += 1
+        elif scope.functions.get(word) is None and name_here(key(word)) is None and not is_cell(word):
+            unknown += 1
+    return (0, known) if known and rest.split()[:1] == ["if"] else (unknown, known)
+
+
+def _rewrite(name: str, cell: Cell, text: str) -> Fix:
+    """Return the fix that writes a formula in another way."""
+    title = N_("Write {value}", value=text if len(text) <= 60 else f"{text[:59]}…")
+    return Fix(name, title, (Put(cell.address, text, cell.original),))
+
+
+def _corrected(cell: Cell, problem: FormulaProblem) -> tuple[Fix, ...]:
+    """Return the fix that writes what a problem's remedy names; empty when the formula could not be read after it."""
+    text: str = cell.text
+    for _ in range(10):
+        if not problem.written:
+            break
+        text = text[: problem.column] + problem.written + text[problem.column + problem.length :]
+        try:
+            read_formula(text)
+        except FormulaProblem as other:
+            problem = other
+        else:
+            return (_rewrite("correct-formula", cell, text),)
+    return ()
 
 
 def _propose_total(problem: FormulaProblem, step: Step) -> None:
@@ -307,4 +399,4 @@ def tell(report: Report, cell: Cell, problem: FormulaProblem) -> None:
     """Report a formula's problem, and the others of the same formula, at its cell."""
     for one in problem.every:
         span = (one.column, one.column + one.length) if one.column >= 0 else None
-        report.add(one.code, cell.address, span=span, fixes=(), **one.details)
+        report.add(one.code, cell.address, span=span, fixes=_corrected(cell, one), **one.details)

@@ -32,6 +32,7 @@ _SIGNS = {  # a sign that nothing here is called by: what people mean with it
     ":=": N_("A formula only calculates: use an accumulate row to remember a value."),
     "!": N_("Write NOT(…) for not, <> for not equal, PRODUCT(1; 2; 3) for a factorial."),
 }  # fmt: skip
+_WRITTEN = {"=>": ">=", "=<": "<=", "><": "<>"}
 _BETWEEN = N_("Write what to do with the two values: & + - * / < =, or ; between.")
 _ADVICE = N_("A formula is one calculation of inputs, numbers, texts, operators and the library's functions.")
 
@@ -44,7 +45,9 @@ def syntax(token: Token, reason: str, remedy: str, **details: object) -> Formula
 
 def refused(token: Token, what: str, remedy: str) -> FormulaProblem:
     """Return the problem FORM003 at a token."""
-    return FormulaProblem("FORM003", token.start, max(token.end - token.start, 1), what=what, remedy=remedy)
+    problem = FormulaProblem("FORM003", token.start, max(token.end - token.start, 1), what=what, remedy=remedy)
+    problem.written = _WRITTEN.get(token.text, "")
+    return problem
 
 
 def cell(name: str) -> bool:
@@ -151,7 +154,9 @@ def keyword(tokens: list[Token], i: int) -> NoReturn:
     if lower == "if":
         raise syntax(now, N_("it begins with “if”"), N_('Write IF(distance < 1; "near"; "far").'))
     if lower == "not":
-        raise syntax(now, N_("NOT in capitals needs brackets"), N_("Write NOT(…), or not in small letters."))
+        problem = syntax(now, N_("NOT in capitals needs brackets"), N_("Write NOT(…), or not in small letters."))
+        problem.written = lower
+        raise problem
     if lower in ("and", "or", "in", "is", "else", "for"):
         raise syntax(now, N_("a value is missing before “{text}”", text=now.text), N_("Write what belongs there."))
     raise syntax(now, N_("“{text}” belongs to a program", text=now.text), _ADVICE)
@@ -178,8 +183,10 @@ def leftover(tokens: list[Token], i: int) -> NoReturn:
 def _odd_word(before: Token, now: Token) -> FormulaProblem:
     lower = now.text.casefold()
     if lower in ("and", "or", "not"):
-        return syntax(now, N_("AND, OR and NOT in capitals need brackets"),
-                      N_("Write and, or, not in small letters, or AND(…; …)."))  # fmt: skip
+        problem = syntax(now, N_("AND, OR and NOT in capitals need brackets"),
+                         N_("Write and, or, not in small letters, or AND(…; …)."))  # fmt: skip
+        problem.written = lower
+        return problem
     if lower in ("then", "elif", "elseif"):
         return syntax(now, N_("“{text}” is not understood", text=now.text), N_("Write IF(condition; then; otherwise)."))
     if lower == "between":

@@ -17,6 +17,7 @@ class FormulaProblem(Exception):
 
     Attributes:
         others: what else is wrong with the formula, independently of this.
+        written: what to write at its place instead, where the remedy leaves no choice; empty otherwise.
     """
 
     def __init__(self, code: str, column: int = -1, length: int = 1, **details: object) -> None:
@@ -26,6 +27,7 @@ class FormulaProblem(Exception):
         self.length = length
         self.details = details
         self.others: tuple[FormulaProblem, ...] = ()
+        self.written = ""
 
     @property
     def every(self) -> tuple[FormulaProblem, ...]:
@@ -34,6 +36,7 @@ class FormulaProblem(Exception):
 
     def advise(self, remedy: str, guess: str | None = None) -> None:
         """Set another remedy; `guess` is the name that it proposes, if it proposes one."""
+        self.written = ""
         for name in ("guess", "example", "quotes"):
             self.details.pop(name, None)
         self.details |= {"remedy": remedy, "guess": guess} if guess else {"remedy": remedy}

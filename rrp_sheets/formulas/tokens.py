@@ -40,7 +40,10 @@ def closing(typed: str, at: int) -> int:
         remedy = N_('Put a text with an apostrophe between double quotes: "it\'s".')
     if typed.endswith("\\" + opener):
         remedy = N_("The backslash makes the last quote a part of the text: write two backslashes.")
-    raise _unclosed(typed, at, remedy)
+    problem = _unclosed(typed, at, remedy)
+    if remedy is _SAME_QUOTE:
+        problem.written = typed[at:].rstrip() + PAIRS.get(opener, opener)[0]
+    raise problem
 
 
 def _unclosed(typed: str, at: int, remedy: str = _SAME_QUOTE) -> FormulaProblem:

@@ -119,7 +119,10 @@ class _Resolver:
             self.refuse(node, N_("The function {name} without brackets", name=name), remedy, name=name)
         if cell(name) and not any(cell(other) for other in scope.known()):
             raise cell_reference(node.col_offset, name, self._mine())
-        raise FormulaProblem("FORM004", node.col_offset, _width(node), name=name, **self._propose(name))
+        problem = FormulaProblem("FORM004", node.col_offset, _width(node), name=name, **self._propose(name))
+        if self._is_choice(k) and not problem.details.get("guess"):
+            problem.written = f'"{name}"'
+        raise problem
 
     def _mine(self) -> list[str]:
         return list(dict.fromkeys(i.name for i in self.scope.inputs.values()))
@@ -132,14 +135,17 @@ class _Resolver:
                 return f"{each.name}.{next(f.name for f in each.record.fields if key(f.name) == field)}"
         return None
 
+    def _is_choice(self, k: str) -> bool:
+        records = [i.record for i in self.scope.inputs.values() if i.record]
+        return any(k == key(c) for r in records for f in r.fields for c in f.choices)
+
     def _propose(self, name: str) -> dict[str, Any]:
         """Return the details `remedy` and `guess` for a name that is not known."""
         k, mine = key(name), self._mine()
         if guess := self._as_field(k):
             remedy = N_('Did you mean {field}? (A text needs quotes: "{name}".)', field=guess, name=name)
             return {"remedy": remedy, "guess": guess}
-        records = [i.record for i in self.scope.inputs.values() if i.record]
-        if any(k == key(c) for r in records for f in r.fields for c in f.choices):
+        if self._is_choice(k):
             return {"remedy": N_('Put the text between quotes: "{name}".', name=name)}
         if guess := self.scope.propose(name, self.scope.known()):
             guess = argument_name(guess)

@@ -33,7 +33,7 @@ PATIENT = 60.0  # s of CPU time for tests that somebody has asked for
 GRACE = 10.0  # s that a process may take besides, since it is not alone on the machine; then it is ended
 START = 20.0  # s more when it has to be started first
 PASSES, FAILS, IDLE, WAITS, LATE = "passes", "fails", "idle", "waits", "late"
-"""States of a test: it passes or fails; it expects nothing; it has errors; it was not reached in time."""
+"""States of a test: it passes or fails; it expects nothing; errors keep it from running; it was not reached in time."""
 _TASK = f"{__name__}.run_workbook_tests"
 _LESSON = re.compile(r"#*\s*(?:lesson\s+|レッスン\s*)(\d{1,3})(?!\w)", re.IGNORECASE)
 
@@ -243,6 +243,9 @@ class WorkbookTests:
             found[test.sheet] = replace(test, marks={row: marks[number] for row, number in ids if number in marks})
         for state, names in ((WAITS, answer.waiting), (LATE, answer.late)):
             found |= {name: Tested(name, state) for name in names}
+        for name, test in found.items() if answer.rows else ():  # rows were left out: its failure says nothing
+            if test.state == FAILS and (number_of(name) is None or name in self._held):
+                found[name] = Tested(name, WAITS)
         ordered = tuple(found[name] for name in self.sheets if name in found)
         self._held |= {test.sheet for test in ordered if test.state == PASSES}
         rows = tuple(N_("{sheet} row {row}", sheet=a.sheet, row=a.row) for a in answer.rows)
@@ -268,14 +271,15 @@ class WorkbookTests:
 def counted(results: Results) -> str:
     """Describe how many tests pass: `3 of 10 tests passed`; of lessons, `3 of 10 lessons done`.
 
-    >>> counted(Results((Tested("A", PASSES),))), counted(Results((Tested("A", PASSES), Tested("B", FAILS))))
-    ('Test passed', '1 of 2 tests passed')
+    >>> counted(Results((Tested("A", WAITS),))), counted(Results((Tested("A", PASSES), Tested("B", FAILS))))
+    ('Test not run', '1 of 2 tests passed')
     """
     every, passed = len(results.tests), results.passed
     if every > 1 and all(number_of(t.sheet) for t in results.tests):
         return N_("All {n} lessons are done" if every == passed else "{done} of {n} lessons done", n=every, done=passed)
     if every == 1:
-        return N_("Test passed" if passed else "Test failed")
+        waits = results.tests[0].state == WAITS
+        return N_("Test passed" if passed else "Test not run" if waits else "Test failed")
     all_passed = every == passed != 0
     return N_("All {n} tests passed" if all_passed else "{passed} of {n} tests passed", n=every, passed=passed)
 
@@ -333,7 +337,7 @@ NOW, LATER = "now", "later"
 _SIGNS = {PASSES: "✓", FAILS: "✗", IDLE: "–", WAITS: "!", LATE: "…"}
 _WORDS = {
     PASSES: N_("passed"), FAILS: N_("failed"), IDLE: N_("expects nothing"),
-    WAITS: N_("waits for errors to be fixed"), LATE: N_("was not reached in time"),
+    WAITS: N_("not run because of errors"), LATE: N_("was not reached in time"),
     NOW: N_("the lesson to do now"), LATER: N_("not yet"),
 }  # fmt: skip
 _DONE = {PASSES: N_("done"), FAILS: N_("now fails")}
@@ -436,12 +440,15 @@ def _first(results: Results, sheet: str, now: str) -> Tested | None:
 def _notes(results: Results) -> list[str]:
     notes = [results.why] if results.why else []
     if results.rows and not results.why:
-        few, many = (
-            N_("Skipped because of errors: {rows}."),
-            N_("Skipped because of errors: {rows} and {n} more."),
-        )
-        more = len(results.rows) - 3
-        notes.append(N_(many if more > 0 else few, rows=listed(results.rows[:3]), n=more))
+        rows, more = listed(results.rows[:3]), len(results.rows) - 3
+        if more > 0:
+            rows = N_("{rows} and {n} more", rows=rows, n=more)
+        if all(t.state == WAITS for t in results.tests):
+            notes.append(N_("Not run, because of errors in {rows}.", rows=rows))
+        elif any(t.state == WAITS for t in results.tests):
+            notes.append(N_("Tests with the sign ! were not run, because of errors in {rows}.", rows=rows))
+        else:
+            notes.append(N_("Skipped because of errors: {rows}.", rows=rows))
     if results.stale:
         why = N_("This is from before the newest change. These tests take long: press Run tests to see how it is now.")
         notes.append(why)

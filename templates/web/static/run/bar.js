@@ -145,7 +145,7 @@ export function bar(root) {
     else if (over) {
       notice.replaceChildren(make("span", { textContent: `${ended.words} ${ended.remedy}`.trim() }),
         ...(state.folder ? [link(t("Open the recording"), `${root.dataset.runs}/${encodeURIComponent(state.folder)}`)] : []),
-        button(t("Back to the examples"), () => act("clear"), SMALL));
+        button(t("Show example values again"), () => act("clear"), SMALL));
     } else if (unused) {
       notice.replaceChildren(make("span", { textContent: t("Still running the old rows. {why}", { why: restart }) }),
         ...(errors ? [] : [button(t("Restart"), () => act("restart"), SMALL)]));
